@@ -1,0 +1,62 @@
+"""hcss_twin: calibrated infrared image sequences of clouds over sea, seen from space.
+
+    >>> import hcss_twin
+    >>> scenario = hcss_twin.Scenario.load("stratus")
+    >>> cube = hcss_twin.simulate(scenario)          # an xarray.Dataset
+
+Everything named in ``__all__`` is imported when it is first used, so that ``import hcss_twin`` is quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hcss_twin.cube.reader import open_cube
+    from hcss_twin.errors import CatalogError, CubeError, HcssError, ProviderError, ScenarioError
+    from hcss_twin.registry.hookspecs import hookimpl
+    from hcss_twin.registry.specs import ProviderSpec
+    from hcss_twin.scenario.scenario import Scenario
+    from hcss_twin.scene.plan import make_plan
+    from hcss_twin.scene.simulate import simulate
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "CatalogError",
+    "CubeError",
+    "HcssError",
+    "ProviderError",
+    "ProviderSpec",
+    "Scenario",
+    "ScenarioError",
+    "__version__",
+    "hookimpl",
+    "make_plan",
+    "open_cube",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    homes = {
+        "CatalogError": "errors",
+        "CubeError": "errors",
+        "HcssError": "errors",
+        "ProviderError": "errors",
+        "ScenarioError": "errors",
+        "ProviderSpec": "registry.specs",
+        "hookimpl": "registry.hookspecs",
+        "Scenario": "scenario.scenario",
+        "make_plan": "scene.plan",
+        "open_cube": "cube.reader",
+        "simulate": "scene.simulate",
+    }
+    if name not in homes:
+        raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")
+    return getattr(import_module(f"hcss_twin.{homes[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,1 @@
+"""The gas between sea, clouds and sensor: profile, paths, transmittance, path radiance."""

@@ -1,0 +1,174 @@
+"""Vertical profile of the atmosphere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.atmosphere.paths import Path
+from hcss_twin.catalog import Catalog
+from hcss_twin.errors import CatalogError
+
+EARTH_RADIUS_M = 6_371_230.0
+"""Radius LOWTRAN7 uses for mid-latitude and US standard atmospheres, kept so that paths agree with it."""
+
+GASES = ("h2o", "co2", "o3", "n2o", "co", "ch4", "o2")
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Pressure, temperature and gases at levels, surface to top.
+
+    Attributes
+    ----------
+    name : str
+        Catalog name or file.
+    altitude_m : ndarray (L + 1,)
+        Level altitudes, ascending from 0.
+    pressure_Pa, temperature_K : ndarray (L + 1,)
+        At the levels.
+    mixing_ratio : mapping of str to ndarray (L + 1,)
+        Volume mixing ratio of each gas at the levels.
+    """
+
+    name: str
+    altitude_m: Array
+    pressure_Pa: Array
+    temperature_K: Array
+    mixing_ratio: Mapping[str, Array] = field(default_factory=dict)
+
+    def temperature_at(self, altitude_m: Array | float) -> Array:
+        """Temperature in kelvin at altitudes, linear between levels.
+
+        Raises
+        ------
+        ValueError
+            If an altitude lies outside the profile.
+        """
+        altitude = np.asarray(altitude_m, dtype=np.float64)
+        low, high = self.altitude_m[0], self.altitude_m[-1]
+        if np.any(altitude < low) or np.any(altitude > high):
+            raise ValueError(f"altitude {altitude.min():g}..{altitude.max():g} m: allowed {low:g}..{high:g} m")
+        result: Array = np.interp(altitude, self.altitude_m, self.temperature_K)
+        return result
+
+    def pressure_at(self, altitude_m: Array | float) -> Array:
+        """Pressure in pascal at altitudes, log-linear between levels, 0 in space."""
+        altitude = np.asarray(altitude_m, dtype=np.float64)
+        inside = np.minimum(altitude, self.altitude_m[-1])
+        pressure = np.exp(np.interp(inside, self.altitude_m, np.log(self.pressure_Pa)))
+        result: Array = np.where(altitude > self.altitude_m[-1], 0.0, pressure)
+        return result
+
+    def airmass(self, path: Path) -> Array:
+        """Slant length over vertical thickness of each layer, summed over the legs of a path.
+
+        A layer crossed in part counts in part (by pressure). Straight rays in spherical shells; the
+        local zenith angle follows from sin(theta) (R + z) = sin(theta_surface) R.
+
+        Returns
+        -------
+        ndarray (L,)
+        """
+        total = np.zeros(self.altitude_m.size - 1)
+        edges = self.altitude_m
+        for leg in path.legs:
+            lower = np.clip(edges[:-1], leg.lower_m, leg.upper_m)
+            upper = np.clip(edges[1:], leg.lower_m, leg.upper_m)
+            thickness = upper - lower
+            crossed = thickness > 0
+            slant = slant_length_m(lower, upper, leg.zenith_deg)
+            share = np.zeros_like(total)
+            full = self.pressure_Pa[:-1] - self.pressure_Pa[1:]
+            share[crossed] = (
+                self.pressure_at(lower[crossed]) - self.pressure_at(upper[crossed])
+            ) / full[crossed]
+            total[crossed] += share[crossed] * slant[crossed] / thickness[crossed]
+        return total
+
+    def mean_airmass(self, lower_m: float, zenith_deg: Array) -> Array:
+        """Air mass of slant paths to space relative to the vertical, weighted by pressure.
+
+        Parameters
+        ----------
+        lower_m : float
+            Altitude at which the paths begin.
+        zenith_deg : ndarray (Z,)
+            Zenith angles at the surface point.
+
+        Returns
+        -------
+        ndarray (Z,)
+        """
+        lower = np.maximum(self.altitude_m[:-1], lower_m)
+        upper = np.maximum(self.altitude_m[1:], lower_m)
+        inside = upper > lower
+        lower, upper = lower[inside], upper[inside]
+        mass = self.pressure_at(lower) - self.pressure_at(upper)
+        slant = slant_length_m(lower, upper, zenith_deg[:, None])
+        result: Array = (slant / (upper - lower)) @ mass / np.sum(mass)
+        return result
+
+
+def slant_length_m(lower_m: Array, upper_m: Array, zenith_deg: Array | float) -> Array:
+    """Length of a straight ray between two altitudes.
+
+    Parameters
+    ----------
+    lower_m, upper_m : ndarray
+        Altitudes of the ends.
+    zenith_deg : float or ndarray
+        Zenith angle at the surface point, below 90; broadcast against the altitudes.
+    """
+    impact = EARTH_RADIUS_M * np.sin(np.radians(zenith_deg))
+    lower_radius = EARTH_RADIUS_M + lower_m
+    upper_radius = EARTH_RADIUS_M + upper_m
+    upper_part = np.sqrt((upper_radius - impact) * (upper_radius + impact))
+    lower_part = np.sqrt((lower_radius - impact) * (lower_radius + impact))
+    result: Array = upper_part - lower_part
+    return result
+
+
+def local_zenith_deg(surface_zenith_deg: float, altitude_m: float) -> float:
+    """Zenith angle at an altitude of a straight ray with a given zenith angle at the surface."""
+    sine = np.sin(np.radians(surface_zenith_deg)) * EARTH_RADIUS_M / (EARTH_RADIUS_M + altitude_m)
+    return float(np.degrees(np.arcsin(sine)))
+
+
+def load_profile(name: str, catalog: Catalog) -> Profile:
+    """Read a profile by catalog name or from a user's CSV file.
+
+    Columns ``altitude_m``, ``pressure_Pa``, ``temperature_K`` are required; columns named after a gas
+    (``h2o``, ``co2``, ``o3``, ...) hold its volume mixing ratio.
+
+    Raises
+    ------
+    CatalogError
+        If a column is missing, altitudes do not ascend from 0, or a value is not physical.
+    """
+    path = catalog.find(name, "atmospheres", ".csv")
+    columns = catalog.columns(path)
+    for required in ("altitude_m", "pressure_Pa", "temperature_K"):
+        if required not in columns:
+            raise CatalogError(f"{path.name}: column '{required}' is missing; found {', '.join(columns)}")
+    altitude, pressure, temperature = (
+        columns["altitude_m"],
+        columns["pressure_Pa"],
+        columns["temperature_K"],
+    )
+    if altitude.size < 2 or altitude[0] != 0.0 or np.any(np.diff(altitude) <= 0):
+        raise CatalogError(f"{path.name}: altitude_m must ascend from 0 over at least two levels")
+    if np.any(pressure <= 0) or np.any(np.diff(pressure) >= 0):
+        raise CatalogError(f"{path.name}: pressure_Pa must be positive and fall with altitude")
+    if np.any(temperature < 100) or np.any(temperature > 1500):
+        raise CatalogError(f"{path.name}: temperature_K must lie in 100..1500")
+    gases = {gas: columns[gas] for gas in GASES if gas in columns}
+    if any(np.any(ratio < 0) or np.any(ratio > 1) for ratio in gases.values()):
+        raise CatalogError(f"{path.name}: mixing ratios must lie in 0..1")
+    return Profile(name, altitude, pressure, temperature, gases)
+

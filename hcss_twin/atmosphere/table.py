@@ -1,0 +1,177 @@
+"""Transmittance provider ``table``: interpolation of tabulated transmittance and path radiance.
+
+A composite path is looked up by its *total* air mass above its lowest point: absorber amounts
+add along the legs, so sun -> sea -> sensor is one long path, not the product of two
+transmittances (which would be too small wherever lines are saturated).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.atmosphere.parameters import TableParameters
+from hcss_twin.atmosphere.paths import SPACE, Path
+from hcss_twin.atmosphere.table_file import read_atmosphere_table
+from hcss_twin.errors import ProviderError
+from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_start
+from hcss_twin.providers import AtmosphereInputs, Declares
+
+Array = NDArray[np.float64]
+
+# Bounds of -ln T kept in the logarithm: T from 1e-30 to 1 - 1e-7.
+_SMALLEST_TRANSMITTANCE = 1e-30
+_LARGEST_TRANSMITTANCE = 1.0 - 1e-7
+
+
+class TableTransmittance:
+    """Interpolates an atmosphere table.
+
+    Parameters
+    ----------
+    inputs : AtmosphereInputs
+        The profile gives cloud temperatures; it must be the one the table was computed with
+        (temperatures within 2 K at the table's levels up to 20 km).
+    parameters : TableParameters
+        Which table.
+
+    Raises
+    ------
+    CatalogError
+        If the table cannot be read.
+    ProviderError
+        If the scenario's profile is not the table's.
+
+    Notes
+    -----
+    ln(-ln T) and path radiance / (1 - T) by monotone cubics: first in ln(pressure) of the target at
+    the table's zenith angles, then in ln(air mass). Between the nodes of the shipped table this is
+    within 4e-4 of LOWTRAN7 at every wavenumber and 2e-4 in band means; path radiance within 0.25 %.
+    A path that crosses the air above its lowest point with a height-dependent slant (two legs of
+    different zenith) is treated as the slant path of equal air mass.
+    """
+
+    def __init__(self, inputs: AtmosphereInputs, parameters: TableParameters) -> None:
+        table = read_atmosphere_table(inputs.catalog.find(parameters.file, "atmospheres", ".nc"))
+        self._profile = table.profile
+        self._require_same_profile(inputs)
+        self._wavenumber = table.wavenumber_cm1
+        self._zenith = table.zenith_deg
+        depth = -np.log(np.clip(table.transmittance, _SMALLEST_TRANSMITTANCE, _LARGEST_TRANSMITTANCE))
+        fields = np.stack((np.log(depth), table.path_radiance / -np.expm1(-depth)), axis=1)
+        self._ln_pressure = -np.log(self._profile.pressure_at(table.target_altitude_m))
+        self._fields = fields  # (heights, 2, angles, wavenumbers)
+        self._top_target_m = float(table.target_altitude_m[-1])
+        self.declares = Declares(
+            depends_on=frozenset({"view_zenith", "sun_zenith"}),
+            valid={
+                "wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1])),
+                "view_zenith": (0.0, float(self._zenith[-1])),
+                "target_altitude_m": (0.0, self._top_target_m),
+            },
+            native_grid_cm1=self._wavenumber,
+            resolution_cm1=table.resolution_cm1,
+            notes=(
+                f"atmosphere table {parameters.file}: {table.source}",
+                "sun-target-sensor transmittance: one slant path of the same total air mass, not a product of legs",
+            ),
+        )
+
+    def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return transmittance (P, V) of composite paths whose legs all reach from one target to space.
+
+        Raises
+        ------
+        ProviderError
+            If a path is not of that form or lies outside the table.
+        """
+        ln_depth, _ = self._look_up(wavenumber_cm1, paths)
+        return self._to_requested(wavenumber_cm1, np.exp(-np.exp(ln_depth)))
+
+    def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return thermal emission (P, V) of single legs to space, W m-2 sr-1 (cm-1)-1."""
+        if any(len(path.legs) > 1 for path in paths):
+            raise ProviderError("atmosphere table: path radiance is known for single legs to space only")
+        ln_depth, source = self._look_up(wavenumber_cm1, paths)
+        return self._to_requested(wavenumber_cm1, -np.expm1(-np.exp(ln_depth)) * source)
+
+    def _look_up(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Interpolate both fields at the table's own wavenumbers around the request: (2, P, N)."""
+        first, last = self._native_range(wavenumber_cm1)
+        result = np.zeros((2, len(paths), last - first))
+        result[0] = -np.inf  # no absorber: transmittance 1
+        rows = [row for row, path in enumerate(paths) if path.legs]
+        if not rows:
+            return result
+        targets = np.array([self._target(paths[row]) for row in rows])
+        unique, which = np.unique(targets, return_inverse=True)
+        nodes = np.log([self._profile.mean_airmass(target, self._zenith) for target in unique])[which]
+        airmass = np.log([self._airmass(paths[row], target) for row, target in zip(rows, targets, strict=True)])
+        height = -np.log(self._profile.pressure_at(targets))
+        four = np.arange(WINDOW)
+        at_height = window_start(self._ln_pressure, height)[:, None] + four
+        at_angle = window_start(nodes, airmass)[:, None] + four
+        # (P, 4 heights, 2, 4 angles, N): only what surrounds each path.
+        around = self._fields[at_height[:, :, None], :, at_angle[:, None, :], first:last].swapaxes(2, 3)
+        at_target = pchip_in_window(self._ln_pressure[at_height], around, height)
+        local_nodes = np.take_along_axis(nodes, at_angle, axis=1)
+        found = pchip_in_window(local_nodes, at_target.swapaxes(1, 2), airmass)
+        result[:, rows] = found.swapaxes(0, 1)
+        return result
+
+    def _target(self, path: Path) -> float:
+        target = path.legs[0].lower_m
+        if any(leg.lower_m != target or leg.upper_m != SPACE for leg in path.legs):
+            raise ProviderError("atmosphere table: every leg must reach from the same target to space")
+        if target > self._top_target_m:
+            raise ProviderError(f"atmosphere table: target at {target:g} m; allowed 0 to {self._top_target_m:g} m")
+        return target
+
+    def _airmass(self, path: Path, target: float) -> float:
+        """Total air mass of a composite path, relative to the vertical above its target."""
+        angles = np.array([leg.zenith_deg for leg in path.legs])
+        airmass = float(np.sum(self._profile.mean_airmass(target, angles)))
+        largest = float(self._profile.mean_airmass(target, self._zenith[-1:])[0])
+        if airmass > largest * (1 + 1e-12):
+            named = " + ".join(f"{angle:.4g}" for angle in angles)
+            raise ProviderError(
+                f"atmosphere table: a path with zenith {named} deg has air mass {airmass:.3g}; allowed up to "
+                f"{largest:.3g} (zenith {self._zenith[-1]:g} deg)"
+            )
+        return min(airmass, largest)
+
+    def _native_range(self, wavenumber_cm1: Array) -> tuple[int, int]:
+        """Slice of the native grid that encloses the request."""
+        low, high = self._wavenumber[0], self._wavenumber[-1]
+        if wavenumber_cm1[0] < low or wavenumber_cm1[-1] > high:
+            raise ProviderError(
+                f"atmosphere table: wavenumbers {wavenumber_cm1[0]:.6g} to {wavenumber_cm1[-1]:.6g} cm-1; allowed "
+                f"{low:g} to {high:g} cm-1 ({1e4 / high:.4g} to {1e4 / low:.4g} um)"
+            )
+        first = int(np.searchsorted(self._wavenumber, wavenumber_cm1[0], side="right")) - 1
+        last = int(np.searchsorted(self._wavenumber, wavenumber_cm1[-1], side="left")) + 1
+        return first, last
+
+    def _to_requested(self, wavenumber_cm1: Array, native: Array) -> Array:
+        """Interpolate linearly from the native grid to the requested wavenumbers (band edges)."""
+        first, last = self._native_range(wavenumber_cm1)
+        grid = self._wavenumber[first:last]
+        if grid.size == 1:
+            return np.repeat(native, wavenumber_cm1.size, axis=1)
+        index = np.clip(np.searchsorted(grid, wavenumber_cm1, side="right") - 1, 0, grid.size - 2)
+        fraction = (wavenumber_cm1 - grid[index]) / np.diff(grid)[index]
+        result: Array = native[:, index] * (1 - fraction) + native[:, index + 1] * fraction
+        return result
+
+    def _require_same_profile(self, inputs: AtmosphereInputs) -> None:
+        levels = self._profile.altitude_m[self._profile.altitude_m <= 20_000.0]
+        difference = float(
+            np.max(np.abs(inputs.profile.temperature_at(levels) - self._profile.temperature_at(levels)))
+        )
+        if difference > 2.0:
+            raise ProviderError(
+                f"the atmosphere table belongs to another profile than '{inputs.profile.name}': temperatures differ by "
+                f"up to {difference:.1f} K; allowed 2 K"
+            )

@@ -1,0 +1,115 @@
+"""Reader of the ``hcss-atmosphere-table`` format (catalogs/atmospheres/README.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.atmosphere.profile import Profile
+from hcss_twin.errors import CatalogError
+from hcss_twin.physics.monotone_cubic import WINDOW
+
+Array = NDArray[np.float64]
+
+FORMAT = "hcss-atmosphere-table"
+FORMAT_VERSION = 1
+DIMENSIONS = ("target_altitude_m", "zenith_deg", "wavenumber_cm1")
+
+
+@dataclass(frozen=True)
+class AtmosphereTable:
+    """Transmittance and path radiance from targets to space, and the profile they belong to.
+
+    Attributes
+    ----------
+    target_altitude_m : ndarray (H,)
+    zenith_deg : ndarray (Z,)
+        At the surface point.
+    wavenumber_cm1 : ndarray (V,)
+    transmittance, path_radiance : ndarray (H, Z, V)
+        1 and W m-2 sr-1 (cm-1)-1.
+    profile : Profile
+    resolution_cm1 : float
+    source : str
+    """
+
+    target_altitude_m: Array
+    zenith_deg: Array
+    wavenumber_cm1: Array
+    transmittance: Array
+    path_radiance: Array
+    profile: Profile
+    resolution_cm1: float
+    source: str
+
+
+def read_atmosphere_table(path: Path) -> AtmosphereTable:
+    """Read and check an atmosphere table.
+
+    Raises
+    ------
+    CatalogError
+        If the file is not of the format, lacks a variable, or holds impossible values.
+    """
+    import netCDF4
+
+    try:
+        dataset = netCDF4.Dataset(path)
+    except OSError as error:
+        raise CatalogError(f"{path}: not a readable NetCDF file: {error}") from error
+    with dataset:
+        found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
+        if found != (FORMAT, FORMAT_VERSION):
+            raise CatalogError(f"{path}: format {found[0]!r} version {found[1]}; allowed: {FORMAT!r} version 1")
+        names = (*DIMENSIONS, "transmittance", "path_radiance")
+        names += ("level_altitude_m", "level_pressure_Pa", "level_temperature_K")
+        missing = [name for name in names if name not in dataset.variables]
+        if missing:
+            raise CatalogError(f"{path}: variables missing: {', '.join(missing)}")
+        for name in ("transmittance", "path_radiance"):
+            if dataset.variables[name].dimensions != DIMENSIONS:
+                raise CatalogError(f"{path}: {name} must have the dimensions {', '.join(DIMENSIONS)}")
+        values = {name: np.ma.filled(dataset.variables[name][:].astype(np.float64), np.nan) for name in names}
+        resolution = float(getattr(dataset, "resolution_cm1", 0.0))
+        source = str(getattr(dataset, "source", path.name))
+    _check(path, values)
+    profile = Profile(
+        path.stem,
+        values["level_altitude_m"],
+        values["level_pressure_Pa"],
+        values["level_temperature_K"],
+    )
+    return AtmosphereTable(
+        values["target_altitude_m"],
+        values["zenith_deg"],
+        values["wavenumber_cm1"],
+        values["transmittance"],
+        values["path_radiance"],
+        profile,
+        resolution,
+        source,
+    )
+
+
+def _check(path: Path, values: dict[str, Array]) -> None:
+    for name, array in values.items():
+        if not np.all(np.isfinite(array)):
+            raise CatalogError(f"{path}: {name} has missing or infinite values")
+    for name in (*DIMENSIONS, "level_altitude_m"):
+        if values[name].size < 2 or np.any(np.diff(values[name]) <= 0):
+            raise CatalogError(f"{path}: {name} must ascend strictly over at least two nodes")
+    for name in ("target_altitude_m", "zenith_deg"):
+        if values[name].size < WINDOW:
+            raise CatalogError(f"{path}: {name} has {values[name].size} nodes; at least {WINDOW} are needed")
+    transmittance = values["transmittance"]
+    if np.any(transmittance < 0) or np.any(transmittance > 1):
+        raise CatalogError(f"{path}: transmittance must lie in 0..1")
+    if np.any(values["path_radiance"] < 0):
+        raise CatalogError(f"{path}: path_radiance must not be negative")
+    if values["target_altitude_m"][0] != 0.0 or values["zenith_deg"][0] != 0.0:
+        raise CatalogError(f"{path}: target_altitude_m and zenith_deg must begin at 0")
+    if values["zenith_deg"][-1] >= 90.0:
+        raise CatalogError(f"{path}: zenith_deg must stay below 90")

@@ -1,0 +1,1 @@
+"""Static cloud scenes taken from satellite images."""

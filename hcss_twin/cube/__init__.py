@@ -1,0 +1,1 @@
+"""The output file: one table of variables drives writer, reader, docs and tests."""

@@ -1,0 +1,232 @@
+"""The table of coordinate variables and their values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.cube.footprint import EARTH_RADIUS_m, footprint
+from hcss_twin.cube.header import CubeHeader
+from hcss_twin.cube.variables import VariableSpec
+
+BOUND = "bound"
+VERTEX = "vertex"
+GRID_MAPPING = "local_plane"
+
+_AZIMUTH = (
+    "Bearing from the surface point toward the {body}, clockwise from north. The relative azimuth of sensor "
+    "and sun is 0 with the sensor on the sun's side and 180 degrees toward the specular reflection."
+)
+_ZENITH = "Angle at the surface point between the local zenith and the direction toward the {body}."
+
+
+def _coordinate(
+    name: str,
+    dims: tuple[str, ...],
+    units: str | None,
+    long_name: str,
+    description: str,
+    standard_name: str | None = None,
+    dtype: str = "float64",
+    **attributes: str,
+) -> VariableSpec:
+    return VariableSpec(
+        name, dims, dtype, units, long_name, "coordinate", description, standard_name, attributes
+    )
+
+
+COORDINATES: tuple[VariableSpec, ...] = (
+    _coordinate(
+        "time",
+        ("time",),
+        "seconds since the start",
+        "time of the frame",
+        "Instant at which the frame is taken.",
+        "time",
+        axis="T",
+        calendar="standard",
+        units_metadata="leap_seconds: none",
+    ),
+    _coordinate(
+        "y",
+        ("y",),
+        "m",
+        "distance north of the image centre",
+        "Pixel centre in the local plane, relative to the centre of its own frame; grows with the row.",
+        "projection_y_coordinate",
+        axis="Y",
+    ),
+    _coordinate(
+        "x",
+        ("x",),
+        "m",
+        "distance east of the image centre",
+        "Pixel centre in the local plane, relative to the centre of its own frame; grows with the column. "
+        "The platform moves along +x.",
+        "projection_x_coordinate",
+        axis="X",
+    ),
+    _coordinate(
+        "band_name", ("band",), None, "name of the band", "Name given in the scenario.",
+        "sensor_band_identifier", "str",
+    ),
+    _coordinate(
+        "wavelength",
+        ("band",),
+        "um",
+        "central wavelength of the band",
+        "Central wavelength in vacuum of the band.",
+        "sensor_band_central_radiation_wavelength",
+        bounds="wavelength_bounds",
+    ),
+    _coordinate(
+        "wavelength_bounds",
+        ("band", BOUND),
+        "um",
+        "limits of the band",
+        "Lower and upper limit between which spectral radiance is integrated; as a CF boundary variable it "
+        "has no attributes of its own.",
+    ),
+    _coordinate(
+        "latitude",
+        (),
+        "degrees_north",
+        "latitude of the image centre at the start",
+        "Latitude of the image centre at the scenario's start.",
+        "latitude",
+    ),
+    _coordinate(
+        "longitude",
+        (),
+        "degrees_east",
+        "longitude of the image centre at the start",
+        "Longitude of the image centre at the scenario's start.",
+        "longitude",
+    ),
+    _coordinate(
+        "footprint_latitude",
+        (VERTEX,),
+        "degrees_north",
+        "latitude of the footprint's outline",
+        "Points on the outline of all frames together, anticlockwise from the south-west corner.",
+        "latitude",
+    ),
+    _coordinate(
+        "footprint_longitude",
+        (VERTEX,),
+        "degrees_east",
+        "longitude of the footprint's outline",
+        "Points on the outline of all frames together; they run on beyond 180 degrees where the outline "
+        "crosses that meridian.",
+        "longitude",
+    ),
+    _coordinate(
+        "altitude",
+        (),
+        "m",
+        "altitude of the image plane",
+        "The plane of x and y, the footprint and the angles at the surface point belong to the sea surface.",
+        "altitude",
+        axis="Z",
+        positive="up",
+    ),
+    _coordinate(
+        "centre_displacement",
+        ("time",),
+        "m",
+        "distance travelled by the image centre",
+        "Add it to x for the distance east of the image centre at the start.",
+    ),
+    _coordinate(
+        "sensor_zenith_angle", (), "degree", "zenith angle of the sensor", _ZENITH.format(body="sensor"),
+        "sensor_zenith_angle",
+    ),
+    _coordinate(
+        "sensor_azimuth_angle", (), "degree", "azimuth angle of the sensor", _AZIMUTH.format(body="sensor"),
+        "sensor_azimuth_angle",
+    ),
+    _coordinate(
+        "solar_zenith_angle", ("time",), "degree", "zenith angle of the sun",
+        _ZENITH.format(body="sun") + " Above 90 degrees the sun is below the horizon.",
+        "solar_zenith_angle",
+    ),
+    _coordinate(
+        "solar_azimuth_angle", ("time",), "degree", "azimuth angle of the sun", _AZIMUTH.format(body="sun"),
+        "solar_azimuth_angle",
+    ),
+)  # fmt: skip
+
+
+def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
+    """Return the value of each coordinate variable, keyed and shaped as in the table.
+
+    ``time`` is in seconds since the start.
+    """
+    extent = footprint(header)
+    times = np.array(header.frame_times_s, dtype=np.float64)
+    values: dict[str, Any] = {
+        "time": times,
+        "y": _pixel_centres_m(header.rows, header.pixel_size_m),
+        "x": _pixel_centres_m(header.columns, header.pixel_size_m),
+        "band_name": np.array([band.name for band in header.bands], dtype=object),
+        "wavelength": [band.central_um for band in header.bands],
+        "wavelength_bounds": [(band.lower_um, band.upper_um) for band in header.bands],
+        "latitude": header.latitude,
+        "longitude": header.longitude,
+        "footprint_latitude": [latitude for latitude, _ in extent.outline],
+        "footprint_longitude": [longitude for _, longitude in extent.outline],
+        "altitude": 0.0,
+        "centre_displacement": header.platform_speed_m_s * times,
+        "sensor_zenith_angle": header.view_zenith_deg,
+        "sensor_azimuth_angle": header.view_azimuth_deg,
+        "solar_zenith_angle": list(header.solar_zenith_deg),
+        "solar_azimuth_angle": list(header.solar_azimuth_deg),
+    }
+    return {
+        spec.name: np.asarray(values[spec.name], dtype=object if spec.dtype == "str" else spec.dtype)
+        for spec in COORDINATES
+    }
+
+
+def time_units(header: CubeHeader) -> str:
+    """Return the CF units of time."""
+    start = header.start_utc
+    fraction = f".{start.microsecond:06d}" if start.microsecond else ""
+    return f"seconds since {start:%Y-%m-%d %H:%M:%S}{fraction}"
+
+
+def auxiliary_names(dims: tuple[str, ...]) -> list[str]:
+    """Return the coordinate variables that belong to a data variable with these dimensions."""
+    return [
+        spec.name
+        for spec in COORDINATES
+        if spec.name not in dims
+        and not is_bounds(spec)
+        and spec.name != "altitude"
+        and set(spec.dims) <= set(dims)
+    ]
+
+
+def is_bounds(spec: VariableSpec) -> bool:
+    """Return whether a coordinate is the CF boundary variable of another, which has no attributes."""
+    return BOUND in spec.dims
+
+
+def grid_mapping_attributes(header: CubeHeader) -> dict[str, str | float]:
+    """Return the attributes of the CF grid mapping of x and y."""
+    return {
+        "grid_mapping_name": "azimuthal_equidistant",
+        "longitude_of_projection_origin": header.longitude,
+        "latitude_of_projection_origin": header.latitude,
+        "false_easting": 0.0,
+        "false_northing": 0.0,
+        "earth_radius": EARTH_RADIUS_m,
+        "long_name": "local tangent plane",
+        "comment": "Holds for frames whose centre_displacement is 0; the plane moves with the image centre.",
+    }
+
+
+def _pixel_centres_m(count: int, size_m: float) -> NDArray[np.float64]:
+    return (np.arange(count, dtype=np.float64) - 0.5 * (count - 1)) * np.float64(size_m)

@@ -1,0 +1,110 @@
+"""Reference of the cube's variables, generated from the tables.
+
+``python -m hcss_twin.cube.document`` writes it to docs/cube.md, or to the path that follows.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
+from hcss_twin.cube.metadata import DEFAULTS
+from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES, VariableSpec, term_variable
+
+_INTRODUCTION = f"""# The cube
+
+*Generated from the tables in `hcss_twin/cube`; do not edit.*
+
+A cube is one NetCDF-4 file that follows CF-1.11 and ACDD-1.3. It holds frames of an image in one or more
+bands, and on request the terms of the radiance and the state of the scene (truth).
+
+```python
+from hcss_twin.cube.reader import open_cube, scenario_text
+
+with open_cube("cube.nc") as cube:
+    frame = cube.radiance.sel(band="MWIR").isel(time=0)
+print(scenario_text("cube.nc"))
+```
+
+* A file with its final name is finished: it is written under a hidden name ending in `.partial`, and renamed
+  once all frames are on the disk. The global attribute `{FORMAT_ATTRIBUTE}` = {FORMAT_VERSION} says so, too.
+* `{SCENARIO_ATTRIBUTE}` is the text of the scenario the cube was made from.
+* Azimuths are bearings from the surface point toward sensor or sun, clockwise from north; zenith angles are
+  those at the surface point.
+* x points east and y north from the centre of each frame; `{GRID_MAPPING}` describes the plane.
+* NaN occurs only in the variables marked below, and negative radiance never.
+* Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
+  are per unit wavelength.
+"""
+
+_WORDS = {
+    "all": "every variable below and every term",
+    "terms": "every term of the radiance model in use",
+    "truth": "every variable of kind truth",
+}
+
+
+def markdown() -> str:
+    """Return the reference as Markdown."""
+    term = term_variable("term", "One term of the radiance; the radiance model in use says which there are.")
+    term_row = _row(term).replace(f"{TERM_PREFIX}term", f"{TERM_PREFIX}<term>")
+    defaults = [f"| `{name}` | {text} |" for name, text in sorted(DEFAULTS.items())]
+    words = [f"| `{word}` | {meaning} |" for word, meaning in _WORDS.items()]
+    parts = [
+        _INTRODUCTION,
+        "## Output variables\n",
+        _HEADER,
+        *(_row(spec) for spec in VARIABLES),
+        term_row,
+        "\nWords that stand for several:\n",
+        "| word | meaning |\n|---|---|",
+        *words,
+        "\n## Coordinates\n",
+        _HEADER,
+        *(_row(spec) for spec in COORDINATES),
+        "\n## Global attributes that can be replaced\n",
+        "| attribute | default |\n|---|---|",
+        *defaults,
+        "\n`id` and `history` can be replaced as well; by default `id` is a hash of scenario and coordinates."
+        "\nCoverage in time and space and `date_created` are always computed; the environment variable\n"
+        "`SOURCE_DATE_EPOCH` fixes the date, and with it every byte of the file.",
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def main(arguments: Iterable[str] = ()) -> None:
+    """Write the reference to the path given, or to docs/cube.md of the checkout."""
+    given = list(arguments)
+    path = Path(given[0]) if given else Path(__file__).parents[2] / "docs" / "cube.md"
+    path.write_text(markdown(), encoding="utf-8")
+
+
+_HEADER = (
+    "| name | dimensions | type | units | kind | standard name | meaning |\n|---|---|---|---|---|---|---|"
+)
+
+
+def _row(spec: VariableSpec) -> str:
+    limits = [
+        f"at least {spec.lowest:g}" if spec.lowest is not None else "",
+        f"at most {spec.highest:g}" if spec.highest is not None else "",
+        "NaN where it does not exist" if spec.may_be_missing else "",
+    ]
+    rules = ", ".join(limit for limit in limits if limit)
+    cells = [
+        f"`{spec.name}`",
+        ", ".join(spec.dims) or "scalar",
+        spec.dtype,
+        spec.units or "",
+        spec.kind,
+        f"`{spec.standard_name}`" if spec.standard_name else "",
+        spec.description + (f" ({rules})" if rules else ""),
+    ]
+    return "| " + " | ".join(cells) + " |"
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

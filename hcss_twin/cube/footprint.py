@@ -1,0 +1,81 @@
+"""Where the image plane lies on the globe.
+
+x points east and y north on the plane of the azimuthal equidistant projection of a sphere about the
+image centre at the start (J. P. Snyder, "Map Projections: A Working Manual", USGS Professional Paper
+1395, 1987, eqs 20-14, 20-15 and 25-15 with c = rho / R).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.cube.header import CubeHeader
+
+EARTH_RADIUS_m = 6371008.7714
+"""Mean radius of the WGS 84 ellipsoid (2 a + b) / 3; H. Moritz, Geodetic Reference System 1980."""
+
+POINTS_PER_SIDE = 16
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """Extent of everything the image covers from the first to the last frame, degrees.
+
+    Longitudes run on beyond 180 rather than jump, so that west <= east always holds. ``outline``
+    holds points (latitude, longitude), anticlockwise from the south-west corner, not closed.
+    """
+
+    south: float
+    north: float
+    west: float
+    east: float
+    outline: tuple[tuple[float, float], ...]
+
+
+def to_geographic(
+    x_m: NDArray[np.float64], y_m: NDArray[np.float64], latitude: float, longitude: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return latitude and longitude in degrees of points of the plane centred on a place.
+
+    Parameters
+    ----------
+    x_m, y_m : ndarray (N,)
+        Distances east and north of the centre.
+    latitude, longitude : float
+        Centre, degrees.
+    """
+    rho = np.hypot(x_m, y_m)
+    angle = rho / EARTH_RADIUS_m
+    # sin(c) / rho -> 1 / R at the centre, where the direction is undefined
+    scale = np.sinc(angle / np.pi) / EARTH_RADIUS_m
+    phi = np.deg2rad(latitude)
+    sine = np.cos(angle) * np.sin(phi) + y_m * scale * np.cos(phi)
+    north = np.rad2deg(np.arcsin(np.clip(sine, -1.0, 1.0)))
+    across = np.cos(phi) * np.cos(angle) - y_m * scale * np.sin(phi)
+    return north, longitude + np.rad2deg(np.arctan2(x_m * scale, across))
+
+
+def footprint(header: CubeHeader) -> Footprint:
+    """Return the extent of the outer edges of all frames."""
+    shifts = [header.platform_speed_m_s * time for time in (*header.frame_times_s, 0.0)]
+    half_x = 0.5 * header.columns * header.pixel_size_m
+    half_y = 0.5 * header.rows * header.pixel_size_m
+    x0, x1 = min(shifts) - half_x, max(shifts) + half_x
+    along = np.arange(POINTS_PER_SIDE) / POINTS_PER_SIDE
+    corner_x = np.array([x0, x1, x1, x0, x0])
+    corner_y = np.array([-half_y, -half_y, half_y, half_y, -half_y])
+    x = np.concatenate([corner_x[i] + along * (corner_x[i + 1] - corner_x[i]) for i in range(4)])
+    y = np.concatenate([corner_y[i] + along * (corner_y[i + 1] - corner_y[i]) for i in range(4)])
+    latitudes, longitudes = to_geographic(x, y, header.latitude, header.longitude)
+    south, north = float(latitudes.min()), float(latitudes.max())
+    west, east = float(longitudes.min()), float(longitudes.max())
+    for pole in (90.0, -90.0):
+        distance = np.deg2rad(abs(pole - header.latitude)) * EARTH_RADIUS_m
+        if distance <= half_y and x0 <= 0.0 <= x1:
+            south, north = min(south, pole), max(north, pole)
+            west, east = -180.0, 180.0
+    outline = tuple(zip(latitudes.tolist(), longitudes.tolist(), strict=True))
+    return Footprint(south, north, west, east, outline)

@@ -1,0 +1,143 @@
+"""Global attributes: CF, the Attribute Convention for Data Discovery 1.3, and provenance."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+from datetime import UTC, datetime, timedelta
+
+from hcss_twin.cube.footprint import Footprint, footprint
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE, Attribute, CubeHeader
+from hcss_twin.errors import CubeError
+
+UNKNOWN = "unknown"
+
+DEFAULTS: Mapping[str, str] = {
+    "title": "Simulated infrared image sequence of clouds over sea, seen from space",
+    "summary": "Band-integrated radiance at a space-based infrared sensor, simulated frame by frame for "
+    "clouds over sea, without effects of optics or detector, and the state of the scene it was made from.",
+    "keywords": "infrared radiance, clouds, sea surface, remote sensing, simulation, scene model",
+    "naming_authority": UNKNOWN,
+    "source": "hcss_twin: model of radiance from clouds, sea and atmosphere",
+    "processing_level": "simulated radiance at the sensor, without instrument effects",
+    "comment": "Simulated, not observed. x and y are relative to the centre of each frame.",
+    "acknowledgement": "Model after W. Sun et al., Complex Cloud-Sea Background Simulation for Space-Based "
+    "Infrared Payload Digital Twin",
+    "references": "W. Sun et al., Complex Cloud-Sea Background Simulation for Space-Based Infrared Payload "
+    "Digital Twin",
+    "license": "Not stated by the creator of this file",
+    "standard_name_vocabulary": "CF Standard Name Table v93",
+    "institution": UNKNOWN,
+    "project": UNKNOWN,
+    **{f"{role}_{key}": UNKNOWN for role in ("creator", "publisher") for key in ("name", "email", "url")},
+    "platform": "simulated satellite",
+    "instrument": "simulated infrared imager",
+}
+"""Attributes that the caller may replace."""
+
+_COMPUTED_PREFIXES = ("geospatial_", "time_coverage_")
+_COMPUTED = frozenset({"Conventions", "date_created", FORMAT_ATTRIBUTE})
+
+
+def global_attributes(header: CubeHeader) -> dict[str, Attribute]:
+    """Return all global attributes but the mark of a finished cube.
+
+    Raises
+    ------
+    CubeError
+        If the caller's attributes contain one that is computed, or SOURCE_DATE_EPOCH is no integer.
+    """
+    for name in header.attributes:
+        if name in _COMPUTED or name.startswith(_COMPUTED_PREFIXES):
+            raise CubeError(f"attribute {name}: computed from the cube; it cannot be given")
+    created = creation_time()
+    stamp = _iso(created)
+    return {
+        "Conventions": "CF-1.11, ACDD-1.3",
+        **DEFAULTS,
+        "id": _identifier(header),
+        "history": f"{stamp} created by hcss_twin",
+        "date_created": stamp,
+        **_coverage_in_time(header),
+        **_coverage_in_space(header, footprint(header)),
+        **header.attributes,
+    }
+
+
+def creation_time() -> datetime:
+    """Return now, or the time that the environment variable SOURCE_DATE_EPOCH fixes.
+
+    Raises
+    ------
+    CubeError
+        If that variable is not a whole number of seconds.
+    """
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    if epoch is None:
+        return datetime.now(UTC)
+    try:
+        return datetime.fromtimestamp(int(epoch), UTC)
+    except (ValueError, OverflowError, OSError) as error:
+        raise CubeError(
+            f"SOURCE_DATE_EPOCH: '{epoch}' is not a whole number of seconds since 1970"
+        ) from error
+
+
+def _identifier(header: CubeHeader) -> str:
+    """Name the content: equal for equal scenarios and headers, whenever they are run."""
+    scenario = str(header.attributes.get(SCENARIO_ATTRIBUTE, ""))
+    described = "\n".join(
+        [
+            scenario,
+            header.start_utc.isoformat(),
+            repr(list(map(float, header.frame_times_s))),
+            repr(header.bands),
+            repr((header.rows, header.columns, header.pixel_size_m, header.latitude, header.longitude)),
+            " ".join(spec.name for spec in header.variables),
+        ]
+    )
+    return "hcss-" + hashlib.sha256(described.encode()).hexdigest()[:16]
+
+
+def _coverage_in_time(header: CubeHeader) -> dict[str, Attribute]:
+    first, last = header.frame_times_s[0], header.frame_times_s[-1]
+    step = (last - first) / (header.frames - 1) if header.frames > 1 else 0.0
+    return {
+        "time_coverage_start": _iso(header.start_utc + timedelta(seconds=first)),
+        "time_coverage_end": _iso(header.start_utc + timedelta(seconds=last)),
+        "time_coverage_duration": _duration(last - first),
+        "time_coverage_resolution": _duration(step),
+    }
+
+
+def _coverage_in_space(header: CubeHeader, extent: Footprint) -> dict[str, Attribute]:
+    ring = (*extent.outline, extent.outline[0])
+    points = ", ".join(f"{latitude:.8f} {longitude:.8f}" for latitude, longitude in ring)
+    return {
+        "geospatial_bounds": f"POLYGON (({points}))",
+        "geospatial_bounds_crs": "EPSG:4326",
+        "geospatial_bounds_vertical_crs": "EPSG:5714",
+        "geospatial_lat_min": extent.south,
+        "geospatial_lat_max": extent.north,
+        "geospatial_lat_units": "degrees_north",
+        "geospatial_lat_resolution": f"{header.pixel_size_m:g} m",
+        "geospatial_lon_min": extent.west,
+        "geospatial_lon_max": extent.east,
+        "geospatial_lon_units": "degrees_east",
+        "geospatial_lon_resolution": f"{header.pixel_size_m:g} m",
+        "geospatial_vertical_min": 0.0,
+        "geospatial_vertical_max": 0.0,
+        "geospatial_vertical_positive": "up",
+        "geospatial_vertical_units": "m",
+    }
+
+
+def _iso(moment: datetime) -> str:
+    text = moment.astimezone(UTC).replace(tzinfo=None).isoformat(timespec="microseconds")
+    return text.rstrip("0").rstrip(".") + "Z"
+
+
+def _duration(seconds: float) -> str:
+    """Return an ISO 8601 duration rounded to microseconds."""
+    return f"PT{f'{seconds:.6f}'.rstrip('0').rstrip('.')}S"

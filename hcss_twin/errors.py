@@ -1,0 +1,69 @@
+"""Exceptions of the package and the wording they share."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+class HcssError(Exception):
+    """Base of every error this package raises on purpose."""
+
+
+class CatalogError(HcssError):
+    """A named or given data file is missing or malformed."""
+
+
+class ProviderError(HcssError):
+    """A provider (plugin) is unknown, broken, or broke its contract."""
+
+
+class CubeError(HcssError):
+    """A cube file cannot be written or read."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with a scenario.
+
+    Attributes
+    ----------
+    field : str
+        Dotted path of the key, for example ``view.zenith``.
+    message : str
+        What was given, what is allowed, and the closest valid choice.
+    """
+
+    field: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.field}: {self.message}"
+
+
+class ScenarioError(HcssError):
+    """A scenario is not valid; carries every problem found, not only the first."""
+
+    def __init__(self, problems: Iterable[Problem], origin: str = "scenario") -> None:
+        self.problems = tuple(problems)
+        self.origin = origin
+        count = len(self.problems)
+        noun = "problem" if count == 1 else "problems"
+        lines = [f"{origin}: {count} {noun}", *(f"  {problem}" for problem in self.problems)]
+        super().__init__("\n".join(lines))
+
+
+def closest(name: str, choices: Iterable[str]) -> str | None:
+    """Return the choice most like ``name``, or None where nothing is alike."""
+    folded = {choice.casefold(): choice for choice in choices}
+    found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
+    return folded[found[0]] if found else None
+
+
+def choose_from(name: str, choices: Iterable[str]) -> str:
+    """Phrase the allowed choices and the one closest to ``name``."""
+    known = sorted(choices)
+    guess = closest(name, known)
+    hint = f"; closest is '{guess}'" if guess else ""
+    return f"allowed: {', '.join(known) if known else 'none'}{hint}"

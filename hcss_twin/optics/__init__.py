@@ -1,0 +1,1 @@
+"""Optical properties of cloud particles."""

@@ -1,0 +1,1 @@
+"""Pure functions of physics; imports nothing of ours."""

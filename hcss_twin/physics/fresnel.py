@@ -1,0 +1,44 @@
+"""Fresnel reflection at the smooth boundary from vacuum into an absorbing medium."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def unpolarised_reflectance(
+    index: NDArray[np.complex128] | complex, cos_incidence: NDArray[np.float64] | float
+) -> NDArray[np.float64]:
+    """Return the power reflectance for unpolarised light that arrives from the vacuum side.
+
+    Parameters
+    ----------
+    index : complex or ndarray
+        Refractive index n + i k of the medium, k >= 0; broadcasts with ``cos_incidence``, so (V,)
+        against (M, 1) gives (M, V).
+    cos_incidence : float or ndarray
+        Cosine of the angle of incidence, 0 < cos_incidence <= 1.
+
+    Returns
+    -------
+    ndarray
+        Mean of the reflectances of the two linear polarisations, in [0, 1].
+
+    Raises
+    ------
+    ValueError
+        If a cosine is outside (0, 1].
+
+    Notes
+    -----
+    M. Born and E. Wolf, Principles of Optics, 7th ed., section 1.5.2, eqs (20) and (21), with the
+    refracted cosine eliminated by Snell's law: u = sqrt(m^2 - sin^2) is m times that cosine.
+    """
+    m2 = np.square(np.asarray(index, dtype=np.complex128))
+    mu = np.asarray(cos_incidence, dtype=np.float64)
+    if not np.all((mu > 0.0) & (mu <= 1.0)):
+        raise ValueError(f"cos_incidence between {np.min(mu)} and {np.max(mu)}: allowed above 0, at most 1")
+    u = np.sqrt(m2 - (1.0 - mu) * (1.0 + mu))
+    perpendicular = (mu - u) / (mu + u)
+    parallel = (m2 * mu - u) / (m2 * mu + u)
+    return np.asarray(0.5 * (np.abs(perpendicular) ** 2 + np.abs(parallel) ** 2), dtype=np.float64)

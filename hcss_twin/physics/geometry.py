@@ -1,0 +1,38 @@
+"""Directions: bearings from the surface point toward sensor or sun, clockwise from north."""
+
+from __future__ import annotations
+
+import math
+
+
+def relative_azimuth_rad(view_azimuth_deg: float, sun_azimuth_deg: float) -> float:
+    """Angle between the bearings toward sensor and sun, folded into [0, pi].
+
+    0 has the sensor on the sun's side (back-scattering); pi looks toward the sun's glint.
+    """
+    difference = math.radians(view_azimuth_deg - sun_azimuth_deg) % math.tau
+    return min(difference, math.tau - difference)
+
+
+def scattering_cosine(mu: float, mu0: float, relative_azimuth: float) -> float:
+    """Cosine of the angle by which a sunbeam is turned into the view direction.
+
+    Parameters
+    ----------
+    mu, mu0 : float
+        Cosines of view and solar zenith angles.
+    relative_azimuth : float
+        Radians, as :func:`relative_azimuth_rad`.
+
+    Notes
+    -----
+    From the direction vectors: the sunbeam travels along -s, the light seen along v, so
+    cos(scattering) = -s.v. Equation 14 of the HCSS paper has the opposite sign of the first
+    product; :func:`scattering_cosine_literal` keeps that form.
+    """
+    return -mu * mu0 - math.sqrt(1 - mu * mu) * math.sqrt(1 - mu0 * mu0) * math.cos(relative_azimuth)
+
+
+def scattering_cosine_literal(mu: float, mu0: float, relative_azimuth: float) -> float:
+    """Equation 14 of the HCSS paper as printed; it peaks into the view by mistake."""
+    return mu * mu0 - math.sqrt(1 - mu * mu) * math.sqrt(1 - mu0 * mu0) * math.cos(relative_azimuth)

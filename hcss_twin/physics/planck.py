@@ -1,0 +1,42 @@
+"""Black-body radiance."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import constants
+
+Array = NDArray[np.float64]
+
+FIRST_RADIATION = 2.0 * constants.h * constants.c**2 * 1e8
+"""2 h c^2 for wavenumbers in cm-1 and radiance per cm-1, W m-2 sr-1 (cm-1)-4."""
+
+SECOND_RADIATION = constants.h * constants.c / constants.k * 100.0
+"""h c / k for wavenumbers in cm-1, in cm K."""
+
+
+def planck(wavenumber_cm1: Array, temperature_K: Array | float) -> Array:
+    """Spectral radiance of a black body, M(T, lambda) / pi of eqs 15 and 17 of the HCSS paper.
+
+    Parameters
+    ----------
+    wavenumber_cm1 : ndarray (..., V)
+        Wavenumbers, above 0.
+    temperature_K : ndarray or float
+        Temperatures, broadcast against ``wavenumber_cm1``.
+
+    Returns
+    -------
+    ndarray
+        W m-2 sr-1 (cm-1)-1.
+    """
+    exponent = SECOND_RADIATION * wavenumber_cm1 / temperature_K
+    # exp(-x)/(1-exp(-x)) instead of 1/(exp(x)-1): no overflow where the radiance vanishes.
+    result: Array = FIRST_RADIATION * wavenumber_cm1**3 * np.exp(-exponent) / -np.expm1(-exponent)
+    return result
+
+
+def wavenumber_from_um(wavelength_um: Array | float) -> Array:
+    """Convert wavelength in micrometres to wavenumber in cm-1 (or back: it is its own inverse)."""
+    result: Array = 1e4 / np.asarray(wavelength_um, dtype=np.float64)
+    return result

@@ -1,0 +1,114 @@
+"""From a spec to a living provider: lazy import, construction, and a check of what came out."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from hcss_twin.errors import HcssError, ProviderError, choose_from
+from hcss_twin.registry.discovery import FAILURES, Entry, describe
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from hcss_twin.providers import Declares
+
+DEPENDENCIES = ("view_zenith", "sun_zenith", "relative_azimuth", "thickness", "time")
+"""What ``Declares.depends_on`` may name."""
+
+
+def parameters_model(entry: Entry) -> type[BaseModel] | None:
+    """Import the parameter model of a provider; None where it accepts no parameters.
+
+    Raises
+    ------
+    ProviderError
+        If it cannot be imported or is no pydantic model.
+    """
+    if entry.spec.parameters is None:
+        return None
+    from pydantic import BaseModel
+
+    model = _load(entry, entry.spec.parameters)
+    if not (isinstance(model, type) and issubclass(model, BaseModel)):
+        raise ProviderError(f"{entry.label}: '{entry.spec.parameters}' is no pydantic model")
+    return model
+
+
+def create(entry: Entry, inputs: Any, parameters: BaseModel | None) -> Any:
+    """Construct a provider as ``Class(inputs, parameters)`` and check that it is one.
+
+    Raises
+    ------
+    ProviderError
+        As described at :meth:`hcss_twin.registry.Registry.create`.
+    """
+    model = parameters_model(entry)
+    if model is None and parameters is not None:
+        raise ProviderError(f"{entry.label} accepts no parameters; got {parameters!r}")
+    factory = _load(entry, entry.spec.target)
+    try:
+        if model is not None and parameters is None:
+            parameters = model()
+        if model is not None and not isinstance(parameters, model):
+            raise ProviderError(
+                f"{entry.label}: parameters are {type(parameters).__name__}; expected {model.__name__}"
+            )
+        provider = factory(inputs, parameters)
+    except HcssError:
+        raise
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label} cannot be constructed: {describe(error)}") from error
+    _check(entry, provider)
+    return provider
+
+
+def _load(entry: Entry, target: str) -> Any:
+    module, _, attribute = target.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: cannot import '{target}': {describe(error)}") from error
+
+
+def _check(entry: Entry, provider: Any) -> None:
+    from hcss_twin import providers
+
+    protocol = getattr(providers, entry.kind.protocol)
+    attributes = set(protocol.__annotations__)
+    methods = {name for name, value in vars(protocol).items() if callable(value) and not name.startswith("_")}
+    try:
+        missing = [name for name in attributes | methods if not hasattr(provider, name)]
+        missing += [f"{name}()" for name in methods - set(missing) if not callable(getattr(provider, name))]
+        declares = getattr(provider, "declares", None)
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: reading its attributes failed: {describe(error)}") from error
+    if missing:
+        raise ProviderError(
+            f"{entry.label}: {type(provider).__name__} lacks {', '.join(sorted(missing))} "
+            f"of hcss_twin.providers.{entry.kind.protocol}"
+        )
+    if not isinstance(declares, providers.Declares):
+        raise ProviderError(
+            f"{entry.label}: declares is {type(declares).__name__}; expected hcss_twin.providers.Declares"
+        )
+    try:
+        check_declares(declares)
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: {error}") from error
+
+
+def check_declares(declares: Declares) -> None:
+    """Check the names and ranges of a declaration.
+
+    Raises
+    ------
+    ValueError
+        If it names an unknown dependency, or a range is not (low, high).
+    """
+    for name in declares.depends_on:
+        if name not in DEPENDENCIES:
+            raise ValueError(f"declares.depends_on names '{name}'; {choose_from(name, DEPENDENCIES)}")
+    for name, bounds in declares.valid.items():
+        if len(bounds) != 2 or not bounds[0] <= bounds[1]:
+            raise ValueError(f"declares.valid['{name}'] is {bounds}; expected (low, high)")

@@ -1,0 +1,107 @@
+"""The providers that come with the package, registered through the same hooks as everybody else's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+from hcss_twin.registry.hookspecs import hookimpl
+from hcss_twin.registry.kinds import Kind
+from hcss_twin.registry.specs import ProviderSpec
+
+HCSS = "W. Sun et al., Complex Cloud-Sea Background Simulation for Space-Based Infrared Payload Digital Twin"
+
+DEFAULT_NAMES: Mapping[Kind, str] = MappingProxyType(
+    {
+        Kind.CLOUDS: "hcss-twin/fractal",
+        Kind.SEA: "hcss-twin/cox-munk",
+        Kind.OPTICS: "hcss-twin/mie",
+        Kind.ATMOSPHERE: "hcss-twin/table",
+        Kind.RADIANCE: "hcss-twin/as-printed",
+    }
+)
+"""What is used where a scenario selects nothing: qualified, so that no plugin can make it ambiguous."""
+
+
+@hookimpl
+def hcss_register_cloud_generators() -> Sequence[ProviderSpec]:
+    """Return the cloud generators of this package."""
+    return [
+        ProviderSpec(
+            name="fractal",
+            target="hcss_twin.clouds.fractal:FractalClouds",
+            parameters="hcss_twin.clouds.parameters:FractalParameters",
+            api_version=0,
+            summary="fractal noise fields with drift, evolution and a chosen coverage",
+            references=(HCSS,),
+        ),
+        ProviderSpec(
+            name="imagery",
+            target="hcss_twin.clouds.imagery.generator:ImageryClouds",
+            parameters="hcss_twin.clouds.imagery.parameters:ImageryParameters",
+            api_version=0,
+            summary="cloud fields taken from an image",
+        ),
+    ]
+
+
+@hookimpl
+def hcss_register_sea_models() -> Sequence[ProviderSpec]:
+    """Return the sea models of this package."""
+    return [
+        ProviderSpec(
+            name="cox-munk",
+            target="hcss_twin.sea.cox_munk:CoxMunkSea",
+            parameters="hcss_twin.sea.parameters:CoxMunkParameters",
+            api_version=0,
+            summary="wind-roughened sea of Fresnel facets with Cox-Munk slopes",
+            references=(
+                "C. Cox and W. Munk, Measurement of the Roughness of the Sea Surface from Photographs of the "
+                "Sun's Glitter, J. Opt. Soc. Am. 44, 838 (1954)",
+            ),
+        )
+    ]
+
+
+@hookimpl
+def hcss_register_optics() -> Sequence[ProviderSpec]:
+    """Return the optics providers of this package."""
+    return [
+        ProviderSpec(
+            name="mie",
+            target="hcss_twin.optics.mie:MieOptics",
+            parameters="hcss_twin.optics.parameters:MieParameters",
+            api_version=0,
+            summary="Mie scattering of water or ice spheres with a modified gamma size distribution",
+            references=(HCSS,),
+        )
+    ]
+
+
+@hookimpl
+def hcss_register_transmittance_providers() -> Sequence[ProviderSpec]:
+    """Return the transmittance providers of this package."""
+    return [
+        ProviderSpec(
+            name="table",
+            target="hcss_twin.atmosphere.table:TableTransmittance",
+            parameters="hcss_twin.atmosphere.parameters:TableParameters",
+            api_version=0,
+            summary="tabulated spectral transmittance of a standard atmosphere",
+        )
+    ]
+
+
+@hookimpl
+def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
+    """Return the radiance models of this package."""
+    return [
+        ProviderSpec(
+            name="as-printed",
+            target="hcss_twin.radiance.as_printed:AsPrinted",
+            parameters="hcss_twin.radiance.parameters:AsPrintedParameters",
+            api_version=0,
+            summary="thermal and solar terms of sea, cloud and air as in eqs 15-20 of the HCSS paper",
+            references=(HCSS,),
+        )
+    ]

@@ -1,0 +1,255 @@
+"""Checks at the door: what a provider returns is looked at before the engine computes with it.
+
+Every wrapper has the methods of its Protocol. A result of another shape, of a type that is no real
+number, not finite or out of range, and any exception that is not deliberate (``HcssError``), becomes
+a ProviderError that names provider, distribution and method. Values are converted to the contract's
+dtype and never altered. All other attributes are those of the provider.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from hcss_twin.atmosphere.paths import Path
+from hcss_twin.errors import HcssError, ProviderError
+from hcss_twin.providers import (
+    Array,
+    CloudInputs,
+    CloudLayer,
+    Declares,
+    Grid,
+    Microphysics,
+    SingleScattering,
+    Sun,
+)
+from hcss_twin.registry.discovery import FAILURES, Entry, describe
+from hcss_twin.registry.kinds import Kind
+
+FRACTION_TOLERANCE = 1e-9
+"""How far emissivity, transmittance and albedo may leave [0, 1] by rounding."""
+
+THICKNESS_TOLERANCE = 1e-6
+"""How far, relatively, a float32 thickness may exceed the layer's greatest."""
+
+_INFINITY = float("inf")
+_Result = TypeVar("_Result")
+
+
+class _Guard:
+    """What the wrappers share: the provider, its label, guarded calls and array checks."""
+
+    def __init__(self, provider: Any, label: str) -> None:
+        self._provider = provider
+        self._label = label
+
+    @property
+    def declares(self) -> Declares:
+        """What the provider says about itself."""
+        declares: Declares = self._provider.declares
+        return declares
+
+    def __getattr__(self, name: str) -> Any:
+        # copies and unpickled objects are asked for attributes before they have a provider
+        if name.startswith("__") or name in ("_provider", "_label"):
+            raise AttributeError(name)
+        return getattr(self._provider, name)
+
+    def _call(self, method: str, function: Callable[..., _Result], *arguments: Any) -> _Result:
+        try:
+            return function(*arguments)
+        except HcssError:
+            raise
+        except FAILURES as error:
+            raise ProviderError(f"{self._label}: {method}() raised {describe(error)}") from error
+
+    def _refuse(self, what: str, expected: str, got: str) -> ProviderError:
+        return ProviderError(f"{self._label}: {what} broke its contract: expected {expected}, got {got}")
+
+    def _array(
+        self,
+        what: str,
+        value: Any,
+        shape: tuple[int, ...],
+        low: float = -_INFINITY,
+        high: float = _INFINITY,
+        dtype: DTypeLike = np.float64,
+    ) -> NDArray[Any]:
+        """Return ``value`` as an array of ``dtype`` after checking shape, type, finiteness and range."""
+        if isinstance(value, np.ma.MaskedArray):
+            raise self._refuse(what, f"a plain array of shape {shape}", "a masked array")
+        try:
+            array = np.asarray(value)
+        except FAILURES as error:
+            raise self._refuse(what, f"an array of shape {shape}", describe(error)) from error
+        if array.dtype.kind not in "fiu":
+            raise self._refuse(
+                what, f"real numbers of shape {shape}", f"{type(value).__name__} of {array.dtype}"
+            )
+        if array.shape != shape:
+            raise self._refuse(what, f"shape {shape}", f"shape {array.shape}")
+        if array.size:
+            # minimum and maximum carry NaN and infinity along: two passes and no temporary
+            least, most = float(array.min()), float(array.max())
+            if not (np.isfinite(least) and np.isfinite(most)):
+                bad = int(np.count_nonzero(~np.isfinite(array)))
+                raise self._refuse(what, "finite values", f"{bad} of {array.size} not finite")
+            if least < low or most > high:
+                raise self._refuse(what, f"values in [{low:g}, {high:g}]", f"{least:.9g} to {most:.9g}")
+        return array.astype(dtype, copy=False)
+
+    def _fraction(self, what: str, value: Any, shape: tuple[int, ...]) -> Array:
+        return self._array(what, value, shape, -FRACTION_TOLERANCE, 1.0 + FRACTION_TOLERANCE)
+
+    def _check_wavenumbers(self, method: str, wavenumber_cm1: Array) -> None:
+        """Refuse to ask outside the declared range: nobody clamps, nobody extrapolates."""
+        valid = self.declares.valid.get("wavenumber_cm1")
+        if valid is None or wavenumber_cm1.size == 0:
+            return
+        asked = float(wavenumber_cm1.min()), float(wavenumber_cm1.max())
+        if asked[0] < valid[0] or asked[1] > valid[1]:
+            raise ProviderError(
+                f"{self._label}: {method}() was asked for {asked[0]:.6g} to {asked[1]:.6g} cm-1; "
+                f"valid are {valid[0]:.6g} to {valid[1]:.6g} cm-1"
+            )
+
+
+class GuardedClouds(_Guard):
+    """A cloud generator whose fields are checked, once per window."""
+
+    def __init__(self, provider: Any, label: str, layer: CloudLayer, grid: Grid) -> None:
+        super().__init__(provider, label)
+        self._layer = layer
+        self._grid = grid
+
+    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return geometric thickness (y, x), within [0, the layer's greatest]."""
+        shape = (
+            len(range(*rows.indices(self._grid.rows))),
+            len(range(*columns.indices(self._grid.columns))),
+        )
+        value = self._call("thickness_m", self._provider.thickness_m, time_s, rows, columns)
+        most = self._layer.thickness_max_m * (1.0 + THICKNESS_TOLERANCE)
+        return self._array("thickness_m()", value, shape, 0.0, most, np.float32)
+
+
+class GuardedSea(_Guard):
+    """A sea model whose emissivity and BRDF are checked."""
+
+    def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
+        """Return directional emissivity (M, V) in [0, 1]."""
+        self._check_wavenumbers("emissivity", wavenumber_cm1)
+        value = self._call("emissivity", self._provider.emissivity, wavenumber_cm1, mu)
+        return self._fraction("emissivity()", value, (mu.size, wavenumber_cm1.size))
+
+    def brdf(self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, relative_azimuth: Array) -> Array:
+        """Return BRDF (M, V) in sr-1, not negative."""
+        self._check_wavenumbers("brdf", wavenumber_cm1)
+        value = self._call("brdf", self._provider.brdf, wavenumber_cm1, mu_out, mu_in, relative_azimuth)
+        return self._array("brdf()", value, (mu_out.size, wavenumber_cm1.size), 0.0)
+
+
+class GuardedOptics(_Guard):
+    """An optics provider whose bulk properties are checked."""
+
+    def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
+        """Return bulk properties: extinction not negative, albedo in [0, 1], moments in [-1, 1] from 1."""
+        self._check_wavenumbers("single_scattering", wavenumber_cm1)
+        value = self._call("single_scattering", self._provider.single_scattering, cloud, wavenumber_cm1)
+        what = "single_scattering()"
+        if not isinstance(value, SingleScattering):
+            raise self._refuse(what, "SingleScattering", type(value).__name__)
+        size = wavenumber_cm1.size
+        moments = np.shape(value.moments)
+        if len(moments) != 2 or moments[0] < 2:
+            raise self._refuse(
+                f"{what}.moments", f"shape (K, {size}) with K of at least 2", f"shape {moments}"
+            )
+        within = 1.0 + FRACTION_TOLERANCE
+        checked = SingleScattering(
+            extinction_m1=self._array(f"{what}.extinction_m1", value.extinction_m1, (size,), 0.0),
+            albedo=self._fraction(f"{what}.albedo", value.albedo, (size,)),
+            moments=self._array(f"{what}.moments", value.moments, (moments[0], size), -within, within),
+        )
+        if size and np.abs(checked.moments[0] - 1.0).max() > FRACTION_TOLERANCE:
+            raise self._refuse(
+                f"{what}.moments[0]", "1 everywhere", f"{checked.moments[0].min():.9g} and others"
+            )
+        return checked
+
+
+class GuardedTransmittance(_Guard):
+    """A transmittance provider whose transmittances, and path radiance if it has one, are checked."""
+
+    def __getattr__(self, name: str) -> Any:
+        # looked up here, not defined on the class, so that hasattr() tells whether the provider has it
+        if name == "path_radiance":
+            getattr(self._provider, name)
+            return self._path_radiance
+        return super().__getattr__(name)
+
+    def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return transmittance (P, V) in [0, 1] of each composite path."""
+        self._check_wavenumbers("transmittance", wavenumber_cm1)
+        value = self._call("transmittance", self._provider.transmittance, wavenumber_cm1, paths)
+        return self._fraction("transmittance()", value, (len(paths), wavenumber_cm1.size))
+
+    def _path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return thermal emission (P, V) of single upward legs, W m-2 sr-1 (cm-1)-1, not negative."""
+        self._check_wavenumbers("path_radiance", wavenumber_cm1)
+        value = self._call("path_radiance", self._provider.path_radiance, wavenumber_cm1, paths)
+        return self._array("path_radiance()", value, (len(paths), wavenumber_cm1.size), 0.0)
+
+
+class GuardedRadiance(_Guard):
+    """A radiance model whose terms are checked: names, shapes, finiteness; no sun, no solar term."""
+
+    def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
+        """Return each term (V,) of a cloud-free column."""
+        value = self._call("clear", self._provider.clear, wavenumber_cm1, sun)
+        return self._terms("clear()", value, (wavenumber_cm1.size,), sun)
+
+    def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
+        """Return each term (N, V) of cloudy columns."""
+        value = self._call("cloudy", self._provider.cloudy, wavenumber_cm1, thickness_m, sun)
+        return self._terms("cloudy()", value, (thickness_m.size, wavenumber_cm1.size), sun)
+
+    def _terms(self, what: str, value: Any, shape: tuple[int, ...], sun: Sun | None) -> dict[str, Array]:
+        names = tuple(self._provider.terms)
+        if not isinstance(value, Mapping):
+            raise self._refuse(what, f"a mapping of {', '.join(names)}", type(value).__name__)
+        if set(value) != set(names):
+            raise self._refuse(what, f"the terms {', '.join(names)}", ", ".join(map(str, value)) or "none")
+        checked: dict[str, Array] = {
+            name: self._array(f"term '{name}' of {what}", value[name], shape) for name in names
+        }
+        for name in self._provider.solar_terms if sun is None else ():
+            if np.any(checked[name]):
+                raise self._refuse(
+                    f"solar term '{name}' of {what}", "exactly 0 without a sun", "other values"
+                )
+        return checked
+
+
+def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
+    """Wrap a provider made by ``Registry.create`` from ``entry`` and ``inputs``.
+
+    Returns
+    -------
+    GuardedClouds, GuardedSea, GuardedOptics, GuardedTransmittance or GuardedRadiance
+    """
+    match entry.kind:
+        case Kind.CLOUDS:
+            clouds: CloudInputs = inputs
+            return GuardedClouds(provider, entry.label, clouds.layer, clouds.grid)
+        case Kind.SEA:
+            return GuardedSea(provider, entry.label)
+        case Kind.OPTICS:
+            return GuardedOptics(provider, entry.label)
+        case Kind.ATMOSPHERE:
+            return GuardedTransmittance(provider, entry.label)
+        case Kind.RADIANCE:
+            return GuardedRadiance(provider, entry.label)

@@ -1,0 +1,38 @@
+"""The plan as text for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hcss_twin.scene.plan import Plan
+
+
+def plan_text(plan: Plan) -> str:
+    """Describe what a scene needs, what was filled in and what is left out."""
+    return "\n".join(_lines(plan))
+
+
+def _lines(plan: Plan) -> Iterator[str]:
+    scenario, grid = plan.scenario, plan.grid
+    yield scenario.title or "scenario"
+    yield f"  frames      {plan.frame_times_s.size} x {grid.rows} x {grid.columns} pixels of {grid.pixel_size_m:g} m"
+    for band in plan.bands:
+        yield f"  band        {band.name}: {band.lower_um:g}-{band.upper_um:g} um"
+    yield f"  view        zenith {plan.view.zenith_deg:g} deg, azimuth {plan.view.azimuth_deg:g} deg"
+    yield (
+        f"  sun         zenith {plan.sun_zenith_deg[0]:.3f}..{plan.sun_zenith_deg[-1]:.3f} deg, "
+        f"azimuth {plan.sun_azimuth_deg[0]:.3f}..{plan.sun_azimuth_deg[-1]:.3f} deg"
+    )
+    for kind, entry in plan.assembly.entries.items():
+        yield f"  {kind:<11} {entry.name} [{entry.origin}]"
+    if plan.needs_radiance:
+        yield f"  spectrum    {plan.spectral_grid.wavenumber_cm1.size} wavenumbers, once per table node"
+    yield f"  variables   {', '.join(spec.name for spec in plan.variables)}"
+    yield f"  cube        {plan.uncompressed_bytes / 1e6:.1f} MB"
+    for item in plan.filled_in:
+        yield f"  filled in   {item.field} = {item.value} ({item.why})"
+    for note in plan.assembly.notes:
+        yield f"  note        {note}"
+    for skipped in plan.skipped:
+        bound = "nothing lost" if skipped.bound == 0 else f"at most {skipped.bound:.1e} of the radiance"
+        yield f"  skipped     {skipped.what}: {skipped.why} ({bound})"

@@ -1,0 +1,148 @@
+"""Contact sheets and animations of a cube."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.errors import CubeError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[Any]
+
+PIXELS_SHOWN = 800
+"""Longest side of a drawn frame; larger frames are thinned, which keeps extremes of the shown pixels exact."""
+
+FRAME_DURATION_MS = 250
+
+
+def draw_preview(
+    cube: str | Path, folder: str | Path, *, kelvin: bool = False, frames: int = 8, animation: bool = True
+) -> list[Path]:
+    """Draw every band of a cube.
+
+    Parameters
+    ----------
+    cube : path
+        A finished cube.
+    folder : path
+        Where the pictures go; made if missing.
+    kelvin : bool
+        Show brightness temperature instead of radiance; the cube must hold it.
+    frames : int
+        Frames per contact sheet, spread evenly over the cube.
+    animation : bool
+        Also write a GIF of all frames (at most 200) per band.
+
+    Returns
+    -------
+    list of Path
+        The pictures.
+
+    Raises
+    ------
+    CubeError
+        If the cube lacks the variable.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[Path] = []
+    with open_cube(cube) as dataset:
+        name = _variable(dataset, kelvin)
+        data = dataset[name]
+        if "band" not in data.dims:
+            data = data.expand_dims(band=[name], axis=1)
+        for index, band in enumerate(data["band"].to_numpy()):
+            stem = f"{Path(cube).stem}_{re.sub(r'[^A-Za-z0-9.]+', '-', str(band))}"
+            sheet = folder / f"{stem}.png"
+            _contact_sheet(dataset, data.isel(band=index), str(band), frames, sheet)
+            written.append(sheet)
+            if animation and data.sizes["time"] > 1:
+                film = folder / f"{stem}.gif"
+                _animation(data.isel(band=index), film)
+                written.append(film)
+    return written
+
+
+def _variable(dataset: xr.Dataset, kelvin: bool) -> str:
+    wanted = ["brightness_temperature"] if kelvin else ["radiance", "brightness_temperature", "cloud_thickness", "cloud_mask"]
+    for name in wanted:
+        if name in dataset:
+            return name
+    raise CubeError(
+        f"the cube holds none of {', '.join(wanted)}; run the scenario with "
+        f"--set 'output.variables=[\"{wanted[0]}\"]'"
+    )
+
+
+def _thin(data: xr.DataArray) -> xr.DataArray:
+    step = max(1, -(-max(data.sizes["x"], data.sizes["y"]) // PIXELS_SHOWN))
+    return data.isel(x=slice(None, None, step), y=slice(None, None, step))
+
+
+def _limits(sample: Array) -> tuple[float, float]:
+    low, high = (float(value) for value in np.nanpercentile(sample, (0.5, 99.5)))
+    return (low, high) if high > low else (low, low + max(abs(low), 1.0) * 1e-3)
+
+
+def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: int, path: Path) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    count = min(frames, data.sizes["time"])
+    chosen = np.unique(np.linspace(0, data.sizes["time"] - 1, count).round().astype(int))
+    shown = _thin(data.isel(time=chosen)).load()
+    columns = min(4, chosen.size)
+    rows = -(-chosen.size // columns)
+    figure = Figure(figsize=(3.0 * columns + 1.4, 3.15 * rows + 0.7), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = np.atleast_1d(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)).ravel()
+    low, high = _limits(shown.to_numpy())
+    x, y = shown["x"].to_numpy() / 1e3, shown["y"].to_numpy() / 1e3
+    half = float(dataset["x"][1] - dataset["x"][0]) / 2e3 if dataset.sizes["x"] > 1 else 0.5
+    extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
+    start = dataset["time"].to_numpy()[0]
+    for axis, position in zip(axes, range(chosen.size), strict=False):
+        frame = shown.isel(time=position)
+        image = axis.imshow(
+            frame.to_numpy(), origin="lower", extent=extent, vmin=low, vmax=high, cmap="gray", interpolation="nearest"
+        )
+        seconds = (frame["time"].to_numpy() - start) / np.timedelta64(1, "ns") * 1e-9
+        axis.set_title(f"t = {seconds:g} s", fontsize=9)
+        axis.tick_params(labelsize=7)
+    for axis in axes[chosen.size :]:
+        axis.set_visible(False)
+    figure.supxlabel("x (km, east)", fontsize=9)
+    figure.supylabel("y (km, north)", fontsize=9)
+    bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend="both")
+    bar.set_label(_label(shown))
+    figure.suptitle(f"{dataset.attrs.get('title', '')} — {band}", fontsize=10)
+    figure.savefig(path, dpi=110)
+
+
+def _label(data: xr.DataArray) -> str:
+    units = str(data.attrs.get("units", ""))
+    pretty = {"W m-2 sr-1": "W m$^{-2}$ sr$^{-1}$", "1": ""}.get(units, units)
+    name = str(data.name).replace("_", " ")
+    return f"{name} ({pretty})" if pretty else name
+
+
+def _animation(data: xr.DataArray, path: Path) -> None:
+    from PIL import Image
+
+    step = max(1, -(-data.sizes["time"] // 200))
+    chosen = _thin(data.isel(time=slice(None, None, step)))
+    low, high = _limits(chosen.isel(time=slice(None, None, max(1, chosen.sizes["time"] // 8))).to_numpy())
+    images = []
+    for index in range(chosen.sizes["time"]):
+        frame = chosen.isel(time=index).to_numpy()[::-1]
+        grey = np.clip((frame - low) / (high - low), 0, 1)
+        images.append(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)))
+    images[0].save(path, save_all=True, append_images=images[1:], duration=FRAME_DURATION_MS, loop=0)

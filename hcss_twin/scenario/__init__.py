@@ -1,0 +1,1 @@
+"""The scenario file: models, catalog look-up of names, units, errors, reference."""

@@ -1,0 +1,53 @@
+"""Bands: named in the catalog, given by limits, or by a measured spectral response."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.errors import CatalogError, choose_from
+from hcss_twin.radiance.spectral_band import SpectralBand
+from hcss_twin.scenario.models import ResponseBand, band_name
+
+
+def named_bands(catalog: Catalog) -> Mapping[str, Mapping[str, Any]]:
+    """Bands of the catalog by name."""
+    bands: Mapping[str, Mapping[str, Any]] = catalog.toml(catalog.find("bands", "", ".toml"))["bands"]
+    return bands
+
+
+def spectral_band(band: str | tuple[float, float] | ResponseBand, catalog: Catalog) -> SpectralBand:
+    """Resolve one entry of a scenario's ``bands``.
+
+    Raises
+    ------
+    CatalogError
+        If a name is unknown or a response file is malformed.
+    """
+    if isinstance(band, ResponseBand):
+        return _measured(band, catalog)
+    if isinstance(band, str):
+        known = named_bands(catalog)
+        if band not in known:
+            raise CatalogError(f"no band named '{band}'; {choose_from(band, known)}")
+        limits = known[band]["limits_um"]
+    else:
+        limits = band
+    return SpectralBand(band_name(band), np.array(limits, dtype=np.float64), np.ones(2))
+
+
+def _measured(band: ResponseBand, catalog: Catalog) -> SpectralBand:
+    path = catalog.file(band.response)
+    columns = catalog.columns(path)
+    for required in ("wavelength_um", "response"):
+        if required not in columns:
+            raise CatalogError(f"{path}: column '{required}' is missing; found {', '.join(columns)}")
+    wavelength, response = columns["wavelength_um"], columns["response"]
+    if wavelength.size < 2 or np.any(np.diff(wavelength) <= 0) or wavelength[0] <= 0:
+        raise CatalogError(f"{path}: wavelength_um must be positive and ascend over at least two rows")
+    if np.any(response < 0) or np.any(response > 1) or not np.any(response > 0):
+        raise CatalogError(f"{path}: response must lie in 0..1 and be positive somewhere")
+    return SpectralBand(band.name, wavelength, response)

@@ -1,0 +1,264 @@
+"""The sections of a scenario file, each key with its unit, range, default and meaning.
+
+The JSON schema, the reference page and the error messages are made from these models.
+"""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AwareDatetime,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from hcss_twin.scenario.units import Angle, Duration, Fraction, Length, Speed, Temperature
+
+
+class Section(BaseModel):
+    """Base of all sections: immutable, unknown keys refused, NaN and infinity refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Place(Section):
+    """Where the scene's first image centre lies."""
+
+    latitude: Angle = Field(ge=-90, le=90, description="Latitude, degrees north.")
+    longitude: Angle = Field(ge=-180, le=360, description="Longitude, degrees east.")
+
+
+class View(Section):
+    """Direction from the surface point to the sensor."""
+
+    zenith: Angle = Field(0.0, ge=0, le=85, description="Zenith angle at the surface point, degrees.")
+    azimuth: Angle = Field(
+        0.0, ge=0, lt=360, description="Bearing from the surface point toward the sensor, degrees clockwise from north."
+    )
+
+
+class Image(Section):
+    """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
+
+    rows: int = Field(800, ge=1, le=16384, description="Number of rows (y).")
+    columns: int = Field(800, ge=1, le=16384, description="Number of columns (x).")
+    pixel_size: Length = Field(20.0, gt=0, le=100_000, description="Side of the square ground pixel, m.")
+
+
+class Frames(Section):
+    """The time series."""
+
+    count: int = Field(8, ge=1, le=1_000_000, description="Number of frames.")
+    interval: Duration = Field(1.0, gt=0, le=1e6, description="Time between frames, s.")
+    first: int = Field(
+        0, ge=0, le=10_000_000, description="Index of the first frame; frame n is at start + n x interval."
+    )
+
+
+class Motion(Section):
+    """What moves and changes between frames."""
+
+    platform_speed: Speed = Field(
+        0.0, ge=-1e5, le=1e5, description="Ground speed of the image footprint toward +x (east), m/s; 0 stares."
+    )
+    wind_speed: Speed = Field(10.0, ge=0, le=150, description="Wind that carries the clouds, m/s.")
+    wind_from: Angle = Field(
+        270.0, ge=0, lt=360, description="Bearing the cloud wind comes from, degrees clockwise from north."
+    )
+    evolution_time: Duration | Literal["frozen"] = Field(
+        1800.0,
+        description='Time in which the largest cloud structures change, s; "frozen" keeps every shape.',
+    )
+
+    @field_validator("evolution_time")
+    @classmethod
+    def _positive(cls, value: float | str) -> float | str:
+        if isinstance(value, float | int) and not 1e-3 <= value <= 1e12:
+            raise PydanticCustomError(
+                "evolution_time", f'{value:g} s is out of range; allowed: 0.001 to 1e12, or "frozen"'
+            )
+        return value
+
+
+class ResponseBand(Section):
+    """A band given by a measured spectral response."""
+
+    name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
+    response: str = Field(
+        min_length=1, description="CSV file with columns wavelength_um and response (0 to 1), relative to the scenario."
+    )
+
+
+Limits = tuple[float, float]
+
+
+def _band(value: object) -> object:
+    if isinstance(value, list | tuple):
+        if len(value) != 2 or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
+            raise PydanticCustomError("band", f"{list(value)} is not a band; allowed: [shortest_um, longest_um]")
+        low, high = float(value[0]), float(value[1])
+        if not 0.1 <= min(low, high) or not max(low, high) <= 1000:
+            raise PydanticCustomError("band", f"[{low:g}, {high:g}] um: allowed 0.1 to 1000 um")
+        if low == high:
+            raise PydanticCustomError("band", f"[{low:g}, {high:g}] um has no width")
+        if low > high:
+            raise PydanticCustomError(
+                "band", f"[{low:g}, {high:g}] um is upside down; closest valid choice is [{high:g}, {low:g}]"
+            )
+        return (low, high)
+    if isinstance(value, str | dict | ResponseBand):
+        return value
+    raise PydanticCustomError(
+        "band", f"{value!r} is not a band; allowed: a name, [shortest_um, longest_um], or {{name, response}}"
+    )
+
+
+Band = Annotated[str | Limits | ResponseBand, BeforeValidator(_band)]
+
+
+class Atmosphere(Section):
+    """The gas between sea, clouds and sensor."""
+
+    provider: str = Field("table", description="Transmittance provider (see `hcss plugins`).")
+    profile: str = Field("us-standard-1976", description="Profile: a catalog name or a CSV file.")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
+
+
+class Layer(Section):
+    """One cloud layer."""
+
+    type: str = Field("stratus", description="Cloud type: a catalog name or a TOML file of the same form.")
+    coverage: Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels in every frame.")
+    generator: str = Field("fractal", description="Cloud generator (see `hcss plugins`).")
+    base: Length | None = Field(None, ge=0, le=20_000, description="Altitude of the cloud base, m; default: the type's.")
+    top: Length | None = Field(
+        None, gt=0, le=20_000, description="Altitude of the highest cloud top, m; default: the type's."
+    )
+    thickness_min: Length | None = Field(
+        None, gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m; default: the type's."
+    )
+    anchor: Literal["base", "top"] | None = Field(
+        None, description="Which side of a thin cloud stays at its altitude; default: the type's."
+    )
+    temperature: Temperature | None = Field(
+        None, ge=150, le=350, description="Cloud temperature, K; default: the profile's at the cloud top."
+    )
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the generator.")
+
+
+class Clouds(Section):
+    """Cloud layers; keys of a single layer may stand in `[clouds]` itself."""
+
+    layers: tuple[Layer, ...] = Field((), max_length=1, description="`[[clouds.layers]]`: one layer in this version.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _single_layer(cls, data: Any) -> Any:
+        return single_layer(data)
+
+
+def single_layer(data: Any) -> Any:
+    """Move the keys of a single layer from ``[clouds]`` into ``layers``."""
+    if not isinstance(data, dict):
+        return data
+    short = {key: value for key, value in data.items() if key != "layers"}
+    if not short:
+        return data
+    layers = data.get("layers", [{}])
+    if not isinstance(layers, list | tuple) or len(layers) != 1 or not isinstance(layers[0], dict):
+        raise PydanticCustomError(
+            "layers", "keys of a single layer stand beside [[clouds.layers]]; allowed: one or the other"
+        )
+    return {"layers": [{**layers[0], **short}]}
+
+
+class Sea(Section):
+    """The sea surface."""
+
+    model: str = Field("cox-munk", description="Sea model (see `hcss plugins`).")
+    temperature: Temperature | None = Field(
+        None, ge=260, le=330, description="Skin temperature, K; default: the profile's at the surface."
+    )
+    wind_speed: Speed = Field(10.0, ge=0, le=60, description="Wind speed over the sea, m/s.")
+    wind_from: Angle = Field(
+        270.0, ge=0, lt=360, description="Bearing the sea wind comes from, degrees clockwise from north."
+    )
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
+
+
+class Optics(Section):
+    """Optical properties of the cloud particles."""
+
+    provider: str = Field("mie", description="Optics provider (see `hcss plugins`).")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
+
+
+class Radiance(Section):
+    """How the terms of radiance are put together."""
+
+    model: str = Field("as-printed", description="Radiance model (see `hcss plugins`).")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
+
+
+class Output(Section):
+    """What the cube holds."""
+
+    variables: tuple[str, ...] = Field(
+        ("radiance", "cloud_mask"),
+        min_length=1,
+        description='Output variables, or the groups "terms", "truth" and "all".',
+    )
+    compression: int = Field(0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest.")
+
+
+class ScenarioModel(Section):
+    """A whole scenario file."""
+
+    title: str = Field("", max_length=200, description="Title of the cube.")
+    seed: int = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
+    accuracy: float = Field(
+        1e-3, ge=1e-6, le=0.1, description="Relative error of band radiance allowed to the engine's tables."
+    )
+    time: AwareDatetime = Field(description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00.")
+    place: Place = Field(description="Where.")
+    view: View = Field(default_factory=lambda: View.model_validate({}), description="Viewing direction.")
+    image: Image = Field(default_factory=lambda: Image.model_validate({}), description="Image shape.")
+    frames: Frames = Field(default_factory=lambda: Frames.model_validate({}), description="Time series.")
+    motion: Motion = Field(default_factory=lambda: Motion.model_validate({}), description="Motion.")
+    bands: tuple[Band, ...] = Field(
+        ("swir-2.7-3.0", "mwir", "lwir"),
+        min_length=1,
+        max_length=100,
+        description="Bands: catalog names, [shortest_um, longest_um], or {name, response}.",
+    )
+    atmosphere: Atmosphere = Field(default_factory=lambda: Atmosphere.model_validate({}), description="Atmosphere.")
+    clouds: Clouds = Field(default_factory=lambda: Clouds.model_validate({}), description="Clouds; none by default.")
+    sea: Sea = Field(default_factory=lambda: Sea.model_validate({}), description="Sea.")
+    optics: Optics = Field(default_factory=lambda: Optics.model_validate({}), description="Cloud optics.")
+    radiance: Radiance = Field(default_factory=lambda: Radiance.model_validate({}), description="Radiance model.")
+    output: Output = Field(default_factory=lambda: Output.model_validate({}), description="Output.")
+
+    @field_validator("bands", mode="after")
+    @classmethod
+    def _distinct(cls, bands: tuple[Any, ...]) -> tuple[Any, ...]:
+        names = [band_name(band) for band in bands]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise PydanticCustomError("bands", f"given twice: {', '.join(twice)}; each band may stand once")
+        return bands
+
+
+def band_name(band: str | Limits | ResponseBand) -> str:
+    """Name under which a band stands in the cube."""
+    if isinstance(band, str):
+        return PurePath(band).stem if "/" in band else band
+    if isinstance(band, tuple):
+        return f"{band[0]:g}-{band[1]:g}um"
+    return band.name

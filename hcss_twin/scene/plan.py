@@ -1,0 +1,244 @@
+"""The plan: what a scene needs, what it does not, and why; made without computing the scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.atmosphere.profile import Profile
+from hcss_twin.catalog import Catalog
+from hcss_twin.cube.variables import VariableSpec, expand
+from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, View
+from hcss_twin.radiance.spectral_band import SpectralBand
+from hcss_twin.radiance.spectral_grid import SpectralGrid
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.assembly import Assembly, assemble
+from hcss_twin.scene.sun_track import SunTrack
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """Something that is left out, why, and how much radiance it could have carried.
+
+    ``bound`` is relative to the band radiance; 0 means nothing is lost.
+    """
+
+    what: str
+    why: str
+    bound: float
+
+
+@dataclass(frozen=True)
+class FilledIn:
+    """A value the scenario left open."""
+
+    field: str
+    value: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything a run needs, resolved and checked.
+
+    Attributes
+    ----------
+    frame_times_s : ndarray (F,)
+        Seconds after the scenario's start.
+    sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
+        At each frame.
+    variables : tuple of VariableSpec
+        What the cube will hold.
+    """
+
+    scenario: Scenario
+    catalog: Catalog
+    assembly: Assembly
+    frame_times_s: Array
+    sun_track: SunTrack
+    sun_zenith_deg: Array
+    sun_azimuth_deg: Array
+    variables: tuple[VariableSpec, ...]
+    skipped: tuple[Skipped, ...]
+    filled_in: tuple[FilledIn, ...]
+
+    @property
+    def bands(self) -> tuple[SpectralBand, ...]:
+        """Resolved bands."""
+        return self.assembly.bands
+
+    @property
+    def spectral_grid(self) -> SpectralGrid:
+        """Wavenumbers and band weights."""
+        return self.assembly.spectral_grid
+
+    @property
+    def model(self) -> RadianceModel:
+        """Radiance model."""
+        return self.assembly.model
+
+    @property
+    def optics(self) -> Optics:
+        """Optics provider."""
+        return self.assembly.optics
+
+    @property
+    def profile(self) -> Profile:
+        """Atmospheric profile."""
+        return self.assembly.profile
+
+    @property
+    def layer(self) -> CloudLayer | None:
+        """The cloud layer, None for a clear scene."""
+        return self.assembly.layers[0] if self.assembly.layers else None
+
+    @property
+    def generator(self) -> CloudGenerator | None:
+        """The cloud generator, None for a clear scene."""
+        return self.assembly.generators[0] if self.assembly.generators else None
+
+    @property
+    def view(self) -> View:
+        """Viewing direction."""
+        return self.assembly.view
+
+    @property
+    def grid(self) -> Grid:
+        """Image plane."""
+        return self.assembly.grid
+
+    @property
+    def needs_radiance(self) -> bool:
+        """Whether any requested variable needs radiance."""
+        return any(spec.kind in ("radiance", "derived") for spec in self.variables)
+
+    @property
+    def sun_matters(self) -> bool:
+        """Whether the sun is up in at least one frame."""
+        return bool(np.any(self.sun_zenith_deg < 90.0))
+
+    @property
+    def uncompressed_bytes(self) -> int:
+        """Size of the data variables without compression."""
+        sizes = {
+            "time": self.frame_times_s.size,
+            "band": len(self.bands),
+            "y": self.grid.rows,
+            "x": self.grid.columns,
+        }
+        return sum(
+            math.prod(sizes[dim] for dim in spec.dims) * np.dtype(spec.dtype).itemsize for spec in self.variables
+        )
+
+    def as_dict(self) -> Mapping[str, Any]:
+        """Plain values for ``hcss plan --json``."""
+        return {
+            "frames": int(self.frame_times_s.size),
+            "rows": self.grid.rows,
+            "columns": self.grid.columns,
+            "bands": [
+                {"name": band.name, "lower_um": band.lower_um, "upper_um": band.upper_um} for band in self.bands
+            ],
+            "providers": {
+                kind: {"name": entry.name, "distribution": entry.distribution, "version": entry.version}
+                for kind, entry in self.assembly.entries.items()
+            },
+            "sun": {
+                "zenith_deg": [float(self.sun_zenith_deg[0]), float(self.sun_zenith_deg[-1])],
+                "azimuth_deg": [float(self.sun_azimuth_deg[0]), float(self.sun_azimuth_deg[-1])],
+            },
+            "wavenumbers": int(self.spectral_grid.wavenumber_cm1.size),
+            "variables": [spec.name for spec in self.variables],
+            "uncompressed_bytes": self.uncompressed_bytes,
+            "filled_in": [vars(item) for item in self.filled_in],
+            "notes": list(self.assembly.notes),
+            "skipped": [vars(item) for item in self.skipped],
+        }
+
+
+def make_plan(scenario: Scenario) -> Plan:
+    """Resolve a scenario and decide what it needs.
+
+    Raises
+    ------
+    ScenarioError
+        If what the scenario asks for cannot be had, naming the field.
+    ProviderError
+        If a selected provider is broken.
+    """
+    catalog = Catalog(base=scenario.base)
+    assembly = assemble(scenario, catalog)
+    variables = _variables(scenario, assembly)
+    frames = scenario.frames
+    times = (frames.first + np.arange(frames.count)) * frames.interval
+    track = _sun_track(scenario, float(times[-1]))
+    zenith, azimuth, _ = track.positions(times)
+    filled = (
+        [
+            FilledIn(
+                "sea.temperature", f"{assembly.sea_temperature_K:g} K", f"surface of profile '{assembly.profile.name}'"
+            )
+        ]
+        if scenario.sea.temperature is None
+        else []
+    )
+    return Plan(
+        scenario=scenario,
+        catalog=catalog,
+        assembly=assembly,
+        frame_times_s=times,
+        sun_track=track,
+        sun_zenith_deg=zenith,
+        sun_azimuth_deg=azimuth,
+        variables=variables,
+        skipped=tuple(_skipped(assembly, variables, zenith)),
+        filled_in=tuple(filled),
+    )
+
+
+def _variables(scenario: Scenario, assembly: Assembly) -> tuple[VariableSpec, ...]:
+    try:
+        return tuple(expand(scenario.output.variables, assembly.model.terms))
+    except ValueError as error:
+        raise ScenarioError([Problem("output.variables", str(error))]) from error
+
+
+def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
+    try:
+        track = SunTrack(scenario.time, scenario.place.latitude, scenario.place.longitude)
+        track.at(last_s)
+    except (OverflowError, OSError, ValueError) as error:
+        raise ScenarioError(
+            [Problem("time", f"the sun cannot be placed from {scenario.time} over {last_s:g} s: {error}")]
+        ) from error
+    return track
+
+
+def _skipped(assembly: Assembly, variables: tuple[VariableSpec, ...], sun_zenith_deg: Array) -> list[Skipped]:
+    skipped: list[Skipped] = []
+    radiance = any(spec.kind in ("radiance", "derived") for spec in variables)
+    if not radiance:
+        skipped.append(Skipped("all radiance", "no requested variable needs it", 0.0))
+    if np.all(sun_zenith_deg >= 90.0):
+        skipped.append(Skipped("sunlight", "the sun is below the horizon in every frame", 0.0))
+    if not assembly.layers:
+        skipped.append(Skipped("cloud optics and cloudy columns", "the scenario has no cloud layer", 0.0))
+    elif assembly.layers[0].coverage == 0.0 and assembly.coverage_is_exact:
+        skipped.append(Skipped("cloudy columns", "coverage is 0", 0.0))
+    for generator in assembly.generators:
+        for what, why in getattr(generator, "skipped", ()):
+            skipped.append(Skipped(what, why, 0.0))
+    skipped.append(
+        Skipped("waves as shapes", "pixels average over waves; the sea is homogeneous at this scale", 0.0)
+    )
+    return skipped
+
+

@@ -1,0 +1,67 @@
+"""What a cube says about how it came to be."""
+
+from __future__ import annotations
+
+import json
+import platform
+from importlib import metadata
+
+from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.tables import RadianceTables
+
+LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "miepython", "pvlib", "pydantic", "pluggy")
+
+
+def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | float | int]:
+    """Global attributes: scenario, seed, versions, plugin distributions, hashes of the files used.
+
+    Call it after the tables are compiled: files are read when they are needed.
+    """
+    scenario = plan.scenario
+    attributes: dict[str, str | float | int] = {
+        "title": scenario.title or "Simulated infrared image sequence of clouds over sea",
+        "summary": _summary(plan),
+        "hcss_scenario": scenario.to_json(),
+        "hcss_seed": str(scenario.seed),
+        "hcss_versions": json.dumps(_versions()),
+        "hcss_providers": json.dumps(
+            {
+                kind: {"name": entry.name, "distribution": entry.distribution, "version": entry.version}
+                for kind, entry in plan.assembly.entries.items()
+            }
+        ),
+        "hcss_files_sha256": json.dumps(plan.catalog.used),
+        "hcss_filled_in": json.dumps([vars(item) for item in plan.filled_in]),
+        "hcss_skipped": json.dumps([vars(item) for item in plan.skipped]),
+        "hcss_notes": json.dumps(plan.assembly.notes),
+        "hcss_accuracy_requested": scenario.accuracy,
+    }
+    wave_height = getattr(plan.assembly.sea, "significant_wave_height_m", None)
+    if wave_height is not None:
+        attributes["hcss_significant_wave_height_m"] = float(wave_height)
+    if tables is not None:
+        attributes["hcss_table_error_estimated"] = tables.estimated_error
+    return attributes
+
+
+def _summary(plan: Plan) -> str:
+    layer = plan.layer
+    clouds = f"{layer.name} clouds" if layer else "clear sky"
+    bands = ", ".join(f"{band.lower_um:g}-{band.upper_um:g} um" for band in plan.bands)
+    return (
+        f"Band-integrated radiance at the sensor of {clouds} over sea in {bands}, computed by hcss_twin with the "
+        f"radiance model '{plan.scenario.radiance.model}'."
+    )
+
+
+def _versions() -> dict[str, str]:
+    versions = {"hcss-twin": _version("hcss-twin"), "python": platform.python_version()}
+    versions.update((name, _version(name)) for name in LIBRARIES)
+    return versions
+
+
+def _version(distribution: str) -> str:
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return "not installed"

@@ -1,0 +1,122 @@
+"""Run a scenario: plan, compile, stream, write."""
+
+from __future__ import annotations
+
+import tempfile
+import weakref
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from hcss_twin.cube.header import BandInfo, CubeHeader
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.writer import CubeWriter
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.provenance import provenance
+from hcss_twin.scene.stream import stream
+from hcss_twin.scene.tables import RadianceTables
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+IN_MEMORY_BYTES = 512 * 2**20
+"""Cubes up to this size are read into memory; larger ones stay in a temporary file."""
+
+_T = TypeVar("_T")
+Progress = Callable[[Iterable[_T], int], Iterable[_T]]
+
+
+def run(plan: Plan, output: str | Path, progress: Progress[Any] | None = None) -> Path:
+    """Compute a planned scene and write its cube.
+
+    Parameters
+    ----------
+    output : path
+        Final name; it appears only when the cube is complete.
+    progress : callable, optional
+        Wraps the iterable of frames, given their number, as ``tqdm`` and its like do.
+
+    Returns
+    -------
+    Path
+        The cube.
+
+    Raises
+    ------
+    ProviderError
+        If a provider breaks its contract.
+    CubeError
+        If the cube cannot be written.
+    """
+    tables = compile_tables(plan) if plan.needs_radiance else None
+    frames: Iterable[Any] = stream(plan, tables)
+    if progress is not None:
+        frames = progress(frames, plan.frame_times_s.size)
+    with CubeWriter(output, _header(plan, tables), compression=plan.scenario.output.compression or None) as writer:
+        for index, frame in enumerate(frames):
+            writer.write_frame(index, frame)
+    return Path(output)
+
+
+def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset:
+    """Make the cube of a scenario and open it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate.
+    output : path, optional
+        Where to keep the cube. Without it the cube lives in memory, or, beyond 512 MiB, in a temporary
+        file that goes with the dataset.
+
+    Returns
+    -------
+    xarray.Dataset
+        Read lazily where it is backed by a file.
+
+    Raises
+    ------
+    ScenarioError, ProviderError, CubeError
+        As :func:`make_plan` and :func:`run`.
+    """
+    plan = make_plan(scenario)
+    if output is not None:
+        return open_cube(run(plan, output))
+    folder = tempfile.TemporaryDirectory(prefix="hcss-twin-")
+    try:
+        dataset = open_cube(run(plan, Path(folder.name) / "cube.nc"))
+        if plan.uncompressed_bytes > IN_MEMORY_BYTES:
+            weakref.finalize(dataset, folder.cleanup)
+            return dataset
+        with dataset:
+            loaded = dataset.load()
+    except BaseException:
+        folder.cleanup()
+        raise
+    folder.cleanup()
+    return loaded
+
+
+def _header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
+    scenario = plan.scenario
+    return CubeHeader(
+        start=scenario.time,
+        frame_times_s=plan.frame_times_s.tolist(),
+        bands=tuple(BandInfo(b.name, b.lower_um, b.upper_um, b.central_um) for b in plan.bands),
+        rows=plan.grid.rows,
+        columns=plan.grid.columns,
+        pixel_size_m=plan.grid.pixel_size_m,
+        latitude=scenario.place.latitude,
+        longitude=scenario.place.longitude,
+        view_zenith_deg=plan.view.zenith_deg,
+        view_azimuth_deg=plan.view.azimuth_deg,
+        solar_zenith_deg=np.asarray(plan.sun_zenith_deg).tolist(),
+        solar_azimuth_deg=np.asarray(plan.sun_azimuth_deg).tolist(),
+        variables=plan.variables,
+        attributes=provenance(plan, tables),
+        platform_speed_m_s=scenario.motion.platform_speed,
+    )

@@ -1,0 +1,33 @@
+"""The sun over the frames of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.physics.sun import sun_position
+from hcss_twin.providers import Sun
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SunTrack:
+    """Where the sun is at any time of the scene."""
+
+    start: datetime
+    latitude_deg: float
+    longitude_deg: float
+
+    def at(self, time_s: float) -> Sun:
+        """Sun at seconds after the start."""
+        zenith, azimuth, distance = self.positions(np.array([time_s]))
+        return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))
+
+    def positions(self, time_s: Array) -> tuple[Array, Array, Array]:
+        """Zenith (deg), azimuth (deg) and distance (au), each (F,), at seconds after the start."""
+        instants = [self.start + timedelta(seconds=float(second)) for second in time_s]
+        return sun_position(instants, self.latitude_deg, self.longitude_deg)

@@ -1,0 +1,1 @@
+"""Sea surface models."""

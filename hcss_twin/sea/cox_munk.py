@@ -1,0 +1,172 @@
+"""The default sea: Fresnel reflection by facets with Cox-Munk slopes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.physics.fresnel import unpolarised_reflectance
+from hcss_twin.providers import Array, Declares, SeaInputs
+from hcss_twin.sea.parameters import CoxMunkParameters
+from hcss_twin.sea.pierson_moskowitz import significant_wave_height_m
+from hcss_twin.sea.refractive_index import RefractiveIndex
+from hcss_twin.sea.slopes import MEASURED_WIND_M_S, mean_square_slope, slope_density
+from hcss_twin.sea.visible_facets import facet_weights, incidence_nodes
+
+
+class CoxMunkSea:
+    """Directional emissivity and BRDF of a wind-roughened sea, isotropic, first reflection only.
+
+    Facets do not hide one another, and light they reflect toward other facets counts as lost from the
+    BRDF and as reflected in the emissivity. Toward grazing views the emissivity is therefore too low.
+    The wind direction and the water temperature have no influence: slopes are isotropic, and the index
+    is tabulated at one temperature.
+
+    Parameters
+    ----------
+    inputs : SeaInputs
+        Wind speed 0 to 60 m/s.
+    parameters : CoxMunkParameters
+        Which refractive index to use.
+
+    Raises
+    ------
+    ValueError
+        If the wind speed is outside its range.
+    CatalogError
+        If the refractive index cannot be read.
+    """
+
+    def __init__(self, inputs: SeaInputs, parameters: CoxMunkParameters) -> None:
+        self._mean_square_slope = mean_square_slope(inputs.wind_speed_m_s)
+        self._wind_speed_m_s = inputs.wind_speed_m_s
+        self._index = RefractiveIndex.from_catalog(inputs.catalog, parameters.water_index)
+        self.declares = Declares(
+            depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth"}),
+            valid={"wavenumber_cm1": self._index.valid_cm1},
+            notes=_notes(inputs.wind_speed_m_s),
+        )
+
+    @property
+    def mean_square_slope(self) -> float:
+        """Total mean-square slope of the surface."""
+        return self._mean_square_slope
+
+    @property
+    def significant_wave_height_m(self) -> float:
+        """Significant wave height of the Pierson-Moskowitz spectrum at this wind."""
+        return significant_wave_height_m(self._wind_speed_m_s)
+
+    def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
+        """Return directional emissivity (M, V): 1 minus the reflectance averaged over the visible facets.
+
+        Parameters
+        ----------
+        wavenumber_cm1 : ndarray (V,)
+            Within the range of the refractive index.
+        mu : ndarray (M,)
+            Cosines of the view zenith angle, in (0, 1].
+
+        Raises
+        ------
+        ValueError
+            If a wavenumber or cosine is out of range.
+
+        Notes
+        -----
+        Masuda et al. 1988, see :mod:`hcss_twin.sea.visible_facets`.
+        """
+        cosines = _directions("mu", mu)
+        index = self._index.at(wavenumber_cm1)
+        weights = facet_weights(cosines, self._mean_square_slope)
+        reflectance = unpolarised_reflectance(index, incidence_nodes(weights.shape[1])[:, None])
+        return np.asarray(1.0 - weights @ reflectance, dtype=np.float64)
+
+    def brdf(self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, relative_azimuth: Array) -> Array:
+        """Return BRDF (M, V) in sr-1: rho(chi) P(slope) / (4 mu_out mu_in mu_n^4).
+
+        Parameters
+        ----------
+        wavenumber_cm1 : ndarray (V,)
+            Within the range of the refractive index.
+        mu_out, mu_in : ndarray (M,)
+            Cosines of the zenith angles of sensor and source, in (0, 1].
+        relative_azimuth : ndarray (M,)
+            In [0, pi]: 0 with the sensor on the sun's side, pi toward the glint.
+
+        Raises
+        ------
+        ValueError
+            If a wavenumber, cosine or azimuth is out of range.
+
+        Notes
+        -----
+        Cox and Munk 1954 for P; the geometry of one facet that mirrors the source into the sensor follows
+        from its normal, the bisector of the two directions. mu_n is the cosine of its tilt, chi half the
+        angle between the directions.
+        """
+        out, into = _directions("mu_out", mu_out), _directions("mu_in", mu_in)
+        azimuth = np.asarray(relative_azimuth, dtype=np.float64)
+        if not np.all((azimuth >= 0.0) & (azimuth <= np.pi)):
+            raise ValueError(
+                f"relative_azimuth between {np.min(azimuth)} and {np.max(azimuth)}: allowed 0 to pi rad"
+            )
+        index = self._index.at(wavenumber_cm1)
+        slope_squared, cos_incidence = mirror_facet(out, into, azimuth)
+        density = slope_density(slope_squared, self._mean_square_slope)
+        # 1 / mu_n^2 = 1 + slope^2
+        geometry = density * (1.0 + slope_squared) ** 2 / (4.0 * out * into)
+        return np.asarray(
+            geometry[:, None] * unpolarised_reflectance(index, cos_incidence[:, None]), dtype=np.float64
+        )
+
+
+def mirror_facet(
+    mu_out: NDArray[np.float64], mu_in: NDArray[np.float64], relative_azimuth: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the squared slope of the facet that mirrors one direction into the other, and cos(chi) on it.
+
+    Parameters
+    ----------
+    mu_out, mu_in : ndarray (M,)
+        Cosines of the zenith angles, in (0, 1].
+    relative_azimuth : ndarray (M,)
+        Angle between the horizontal directions toward the two, in radians.
+
+    Returns
+    -------
+    slope_squared, cos_incidence : ndarray (M,)
+        Squared tangent of the tilt, and cosine of the angle of incidence.
+
+    Notes
+    -----
+    Both come from the sum of the two unit vectors, whose length is 2 cos(chi). That is symmetric in the
+    directions and keeps its digits near the specular direction, where 1 + cos(2 chi) would lose them.
+    """
+    sin_out = np.sqrt((1.0 - mu_out) * (1.0 + mu_out))
+    sin_in = np.sqrt((1.0 - mu_in) * (1.0 + mu_in))
+    opening = 4.0 * np.cos(0.5 * relative_azimuth) ** 2
+    horizontal_squared = (sin_out - sin_in) ** 2 + opening * (sin_out * sin_in)
+    vertical = mu_out + mu_in
+    cos_incidence = np.minimum(0.5 * np.sqrt(vertical**2 + horizontal_squared), 1.0)
+    return horizontal_squared / vertical**2, cos_incidence
+
+
+def _directions(field: str, cosines: Array) -> NDArray[np.float64]:
+    values = np.asarray(cosines, dtype=np.float64)
+    if values.ndim != 1:
+        raise ValueError(f"{field} of shape {values.shape}: needs one axis (M,)")
+    if not np.all((values > 0.0) & (values <= 1.0)):
+        raise ValueError(f"{field} between {np.min(values)} and {np.max(values)}: allowed 0 < {field} <= 1")
+    return values
+
+
+def _notes(wind_speed_m_s: float) -> tuple[str, ...]:
+    notes = ["sea: first reflection only, no shadowing; emissivity is too low toward grazing views"]
+    low, high = MEASURED_WIND_M_S
+    if not low <= wind_speed_m_s <= high:
+        notes.append(
+            f"sea: wind {wind_speed_m_s:g} m/s is outside {low:g} to {high:g} m/s, where Cox and Munk "
+            "measured slopes; their linear law is extrapolated"
+        )
+    return tuple(notes)

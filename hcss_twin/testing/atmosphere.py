@@ -1,0 +1,114 @@
+"""Laws of transmittance providers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hcss_twin.atmosphere.paths import Path, to_space
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import Array, AtmosphereInputs, TransmittanceProvider
+from hcss_twin.registry.creation import check_declares
+from hcss_twin.testing.samples import sample_atmosphere_inputs, sample_wavenumbers
+
+
+class TransmittanceContract:
+    """Inherit in a class named ``Test...`` and define ``make_provider``.
+
+    Attributes
+    ----------
+    tolerance : float
+        By how much a longer path may seem to transmit more, for providers that interpolate.
+    """
+
+    tolerance: float = 1e-9
+
+    def make_provider(self, inputs: AtmosphereInputs) -> TransmittanceProvider:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    @pytest.fixture
+    def inputs(self) -> AtmosphereInputs:
+        """Inputs; override for a provider that works with certain profiles only."""
+        return sample_atmosphere_inputs()
+
+    @pytest.fixture
+    def provider(self, inputs: AtmosphereInputs) -> TransmittanceProvider:
+        """Provider made from ``inputs``."""
+        return self.make_provider(inputs)
+
+    @pytest.fixture
+    def wavenumber_cm1(self, provider: TransmittanceProvider) -> Array:
+        """Wavenumbers to ask for; override to choose others."""
+        return sample_wavenumbers(provider.declares)
+
+    @pytest.fixture
+    def paths(self) -> list[Path]:
+        """Single and composite paths, from the sea and from a cloud top, as the engine asks for them."""
+        single = [to_space(base, zenith) for base in (0.0, 1500.0) for zenith in (0.0, 30.0, 60.0)]
+        return [*single, single[1] + single[2], single[5] + single[3]]
+
+    def test_declaration_is_sound(self, provider: TransmittanceProvider) -> None:
+        """Names and ranges that the engine understands."""
+        check_declares(provider.declares)
+
+    def test_path_without_legs_transmits_everything(self, provider: Any, wavenumber_cm1: Array) -> None:
+        """T = 1 for an empty path."""
+        np.testing.assert_array_equal(provider.transmittance(wavenumber_cm1, [Path()]), 1.0)
+
+    def test_shape_type_and_range(self, provider: Any, wavenumber_cm1: Array, paths: list[Path]) -> None:
+        """(P, V) of real numbers in [0, 1]."""
+        result = provider.transmittance(wavenumber_cm1, paths)
+        assert result.shape == (len(paths), wavenumber_cm1.size)
+        assert result.dtype.kind == "f"
+        assert np.all((result >= 0.0) & (result <= 1.0))
+
+    def test_another_leg_never_transmits_more(self, provider: Any, wavenumber_cm1: Array) -> None:
+        """T(a + b) <= min(T(a), T(b))."""
+        for base in (0.0, 1500.0):
+            first, second = to_space(base, 20.0), to_space(base, 50.0)
+            one, other, both = provider.transmittance(wavenumber_cm1, [first, second, first + second])
+            assert np.all(both <= np.minimum(one, other) + self.tolerance)
+
+    def test_longer_path_never_transmits_more(self, provider: Any, wavenumber_cm1: Array) -> None:
+        """T does not grow with zenith angle, nor when the path begins lower."""
+        slants = provider.transmittance(wavenumber_cm1, [to_space(0.0, zenith) for zenith in (0, 25, 50, 70)])
+        assert np.all(np.diff(slants, axis=0) <= self.tolerance)
+        heights = provider.transmittance(
+            wavenumber_cm1, [to_space(base, 30) for base in (0, 500, 2000, 6000)]
+        )
+        assert np.all(np.diff(heights, axis=0) >= -self.tolerance)
+
+    def test_order_of_legs_does_not_matter(self, provider: Any, wavenumber_cm1: Array) -> None:
+        """Absorber amounts add, and addition commutes."""
+        first, second = to_space(0.0, 20.0), to_space(0.0, 50.0)
+        one, other = provider.transmittance(wavenumber_cm1, [first + second, second + first])
+        np.testing.assert_allclose(one, other, rtol=1e-12, atol=0)
+
+    def test_result_does_not_depend_on_batching(
+        self, provider: Any, wavenumber_cm1: Array, paths: list[Path]
+    ) -> None:
+        """Each path and each wavenumber alone give what they give together."""
+        together = provider.transmittance(wavenumber_cm1, paths)
+        one_by_one = np.concatenate([provider.transmittance(wavenumber_cm1, [path]) for path in paths])
+        np.testing.assert_allclose(one_by_one, together, rtol=1e-12, atol=1e-15)
+        columns = [
+            provider.transmittance(wavenumber_cm1[i : i + 1], paths) for i in range(wavenumber_cm1.size)
+        ]
+        np.testing.assert_allclose(np.concatenate(columns, axis=1), together, rtol=1e-10, atol=1e-15)
+
+    def test_path_radiance_is_not_brighter_than_the_warmest_air(
+        self, provider: Any, inputs: AtmosphereInputs, wavenumber_cm1: Array
+    ) -> None:
+        """0 <= path radiance <= (1 - T) B(warmest level), where the provider has its own path radiance."""
+        if not hasattr(provider, "path_radiance"):
+            pytest.skip("the engine derives path radiance from transmittance")
+        legs = [to_space(base, zenith) for base in (0.0, 1500.0) for zenith in (0.0, 60.0)]
+        radiance = provider.path_radiance(wavenumber_cm1, legs)
+        assert radiance.shape == (len(legs), wavenumber_cm1.size)
+        warmest = planck(wavenumber_cm1, float(inputs.profile.temperature_K.max()))
+        transmittance = provider.transmittance(wavenumber_cm1, legs)
+        assert np.all(radiance >= 0.0)
+        assert np.all(radiance <= (1.0 - transmittance) * warmest * 1.001 + 1e-12)

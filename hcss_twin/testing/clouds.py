@@ -1,0 +1,149 @@
+"""Laws of cloud generators."""
+
+from __future__ import annotations
+
+import dataclasses
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
+from hcss_twin.registry.creation import check_declares
+from hcss_twin.testing.samples import sample_cloud_inputs, still
+
+
+class CloudGeneratorContract:
+    """Inherit in a class named ``Test...`` and define ``make_provider``.
+
+    Attributes
+    ----------
+    coverage_tolerance : float
+        How far the cloudy fraction, averaged over ``seeds`` frames of different seeds, may be from
+        the layer's coverage.
+    seeds : int
+        Number of those frames.
+    """
+
+    coverage_tolerance: float = 0.1
+    seeds: int = 16
+
+    def make_provider(self, inputs: CloudInputs) -> CloudGenerator:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    def make_inputs(self, coverage: float = 0.5, seed: int = 1) -> CloudInputs:
+        """Return inputs; override for a generator that needs type parameters or another image."""
+        return sample_cloud_inputs(coverage, seed)
+
+    @pytest.fixture
+    def inputs(self) -> CloudInputs:
+        """Inputs of half coverage."""
+        return self.make_inputs()
+
+    @pytest.fixture
+    def provider(self, inputs: CloudInputs) -> CloudGenerator:
+        """Provider made from ``inputs``."""
+        return self.make_provider(inputs)
+
+    def frame(self, inputs: CloudInputs, time_s: float = 0.0) -> NDArray[np.float32]:
+        """Return a whole frame of a new provider."""
+        return whole(self.make_provider(inputs), inputs, time_s)
+
+    def test_declaration_is_sound(self, provider: CloudGenerator) -> None:
+        """Names and ranges that the engine understands."""
+        check_declares(provider.declares)
+
+    def test_shape_and_type(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """float32 (rows, columns)."""
+        field = whole(provider, inputs)
+        assert field.shape == (inputs.grid.rows, inputs.grid.columns)
+        assert field.dtype == np.float32
+
+    def test_thickness_stays_within_the_layer(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """0, or between the thinnest and the greatest thickness of the layer."""
+        layer: CloudLayer = inputs.layer
+        for time_s in (0.0, 7.0, 3600.0):
+            field = whole(provider, inputs, time_s)
+            assert np.all(np.isfinite(field))
+            cloudy = field[field != 0.0]
+            assert np.all(cloudy >= layer.thickness_min_m * (1 - 1e-6))
+            assert np.all(cloudy <= layer.thickness_max_m * (1 + 1e-6))
+
+    def test_no_coverage_is_clear_sky_and_full_coverage_has_no_gap(self) -> None:
+        """Coverage 0: 0 everywhere. Coverage 1: cloud everywhere."""
+        assert not np.any(self.frame(self.make_inputs(coverage=0.0)))
+        assert np.all(self.frame(self.make_inputs(coverage=1.0)) > 0.0)
+
+    def test_cloudy_fraction_is_the_coverage(self) -> None:
+        """Averaged over seeds."""
+        for coverage in (0.3, 0.7):
+            fields = [self.frame(self.make_inputs(coverage, seed)) for seed in range(self.seeds)]
+            assert np.mean(np.stack(fields) > 0.0) == pytest.approx(coverage, abs=self.coverage_tolerance)
+
+    def test_field_does_not_depend_on_earlier_calls(self, inputs: CloudInputs) -> None:
+        """The same times in another order, on another instance, give the same bits."""
+        times = (0.0, 4.0, 2.0, 600.0)
+        forward, backward = self.make_provider(inputs), self.make_provider(inputs)
+        one = {time_s: whole(forward, inputs, time_s) for time_s in times}
+        other = {time_s: whole(backward, inputs, time_s) for time_s in reversed(times)}
+        for time_s in times:
+            np.testing.assert_array_equal(one[time_s], other[time_s])
+
+    def test_field_does_not_depend_on_threads(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """Frames computed at once by several threads are those computed one by one."""
+        times = [2.0 * index for index in range(6)]
+        with ThreadPoolExecutor(max_workers=3) as pool:
+            parallel = list(pool.map(lambda time_s: whole(provider, inputs, time_s), times))
+        for time_s, field in zip(times, parallel, strict=True):
+            np.testing.assert_array_equal(field, whole(provider, inputs, time_s))
+
+    def test_returned_field_belongs_to_the_caller(
+        self, provider: CloudGenerator, inputs: CloudInputs
+    ) -> None:
+        """A later call does not overwrite what an earlier one returned."""
+        first = whole(provider, inputs)
+        kept = first.copy()
+        whole(provider, inputs, 3600.0)
+        np.testing.assert_array_equal(first, kept)
+
+    def test_windows_equal_the_whole(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """Any tiling gives the same field, for generators that declare themselves tileable."""
+        if not provider.declares.tileable:
+            pytest.skip("not tileable: the engine asks for whole frames only")
+        field = whole(provider, inputs, 4.0)
+        for rows, columns in (
+            (slice(0, 7), slice(0, 64)),
+            (slice(5, 31), slice(17, 18)),
+            (slice(47, 48), slice(60, 64)),
+        ):
+            np.testing.assert_array_equal(provider.thickness_m(4.0, rows, columns), field[rows, columns])
+
+    def test_undeclared_time_has_no_influence(self, inputs: CloudInputs) -> None:
+        """Where nothing moves or evolves, or time is not declared, all frames are the same."""
+        for candidate in (still(inputs), inputs):
+            provider = self.make_provider(candidate)
+            if candidate is inputs and "time" in provider.declares.depends_on:
+                continue
+            np.testing.assert_array_equal(whole(provider, candidate), whole(provider, candidate, 60.0))
+
+    def test_frozen_field_only_translates(self, inputs: CloudInputs) -> None:
+        """A platform that moves by whole pixels sees the same pixels again, shifted, if shapes are frozen."""
+        step = inputs.grid.pixel_size_m
+        motion = Motion(
+            platform_speed_m_s=step,
+            cloud_velocity_m_s=(0.0, 0.0),
+            evolution_time_s=np.inf,
+            frame_interval_s=1.0,
+        )
+        moving = dataclasses.replace(inputs, motion=motion)
+        provider = self.make_provider(moving)
+        if provider.declares.evolves or not provider.declares.tileable:
+            pytest.skip("evolves, or normalises each frame")
+        np.testing.assert_array_equal(whole(provider, moving, 3.0)[:, :-3], whole(provider, moving)[:, 3:])
+
+
+def whole(provider: CloudGenerator, inputs: CloudInputs, time_s: float = 0.0) -> NDArray[np.float32]:
+    """Return a whole frame."""
+    return provider.thickness_m(time_s, slice(0, inputs.grid.rows), slice(0, inputs.grid.columns))

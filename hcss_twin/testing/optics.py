@@ -1,0 +1,88 @@
+"""Laws of optics providers."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from hcss_twin.providers import Array, Microphysics, Optics, OpticsInputs
+from hcss_twin.registry.creation import check_declares
+from hcss_twin.testing.samples import sample_microphysics, sample_optics_inputs, sample_wavenumbers
+
+
+class OpticsContract:
+    """Inherit in a class named ``Test...`` and define ``make_provider``."""
+
+    def make_provider(self, inputs: OpticsInputs) -> Optics:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    @pytest.fixture
+    def inputs(self) -> OpticsInputs:
+        """Inputs; override to choose others."""
+        return sample_optics_inputs()
+
+    @pytest.fixture
+    def provider(self, inputs: OpticsInputs) -> Optics:
+        """Provider made from ``inputs``."""
+        return self.make_provider(inputs)
+
+    @pytest.fixture
+    def cloud(self) -> Microphysics:
+        """Particles to ask for; override for a provider of ice only."""
+        return sample_microphysics("water")
+
+    @pytest.fixture
+    def wavenumber_cm1(self, provider: Optics) -> Array:
+        """Wavenumbers to ask for; override to choose others."""
+        return sample_wavenumbers(provider.declares)
+
+    def test_declaration_is_sound(self, provider: Optics) -> None:
+        """Names and ranges that the engine understands."""
+        check_declares(provider.declares)
+
+    def test_shapes(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
+        """(V,), (V,) and (K, V) with K of at least 2, all real."""
+        bulk = provider.single_scattering(cloud, wavenumber_cm1)
+        size = wavenumber_cm1.size
+        assert bulk.extinction_m1.shape == bulk.albedo.shape == (size,)
+        assert bulk.moments.ndim == 2
+        assert bulk.moments.shape[0] >= 2
+        assert bulk.moments.shape[1] == size
+        assert {bulk.extinction_m1.dtype.kind, bulk.albedo.dtype.kind, bulk.moments.dtype.kind} == {"f"}
+
+    def test_ranges(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
+        """Extinction > 0, 0 <= albedo <= 1, |moments| <= 1 and the zeroth is 1."""
+        bulk = provider.single_scattering(cloud, wavenumber_cm1)
+        assert np.all(np.isfinite(bulk.extinction_m1))
+        assert np.all(bulk.extinction_m1 > 0.0)
+        assert np.all((bulk.albedo >= 0.0) & (bulk.albedo <= 1.0))
+        np.testing.assert_allclose(bulk.moments[0], 1.0, rtol=0, atol=1e-9)
+        assert np.all(np.abs(bulk.moments) <= 1.0 + 1e-9)
+
+    def test_extinction_is_proportional_to_the_number_of_particles(
+        self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array
+    ) -> None:
+        """Twice the particles: twice the extinction, the same albedo and phase function."""
+        once = provider.single_scattering(cloud, wavenumber_cm1)
+        double = dataclasses.replace(cloud, number_density_m3=2.0 * cloud.number_density_m3)
+        twice = provider.single_scattering(double, wavenumber_cm1)
+        np.testing.assert_allclose(twice.extinction_m1, 2.0 * once.extinction_m1, rtol=1e-9)
+        np.testing.assert_allclose(twice.albedo, once.albedo, rtol=1e-9)
+        np.testing.assert_allclose(twice.moments, once.moments, rtol=1e-9, atol=1e-12)
+
+    def test_result_does_not_depend_on_batching(
+        self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array
+    ) -> None:
+        """Some of the wavenumbers alone give what they give among others."""
+        together = provider.single_scattering(cloud, wavenumber_cm1)
+        some = provider.single_scattering(cloud, wavenumber_cm1[1::3])
+        np.testing.assert_allclose(some.extinction_m1, together.extinction_m1[1::3], rtol=1e-10)
+        np.testing.assert_allclose(some.albedo, together.albedo[1::3], rtol=1e-10)
+        # the number of moments may follow the largest particle parameter asked for
+        common = min(some.moments.shape[0], together.moments.shape[0])
+        np.testing.assert_allclose(
+            some.moments[:common], together.moments[:common, 1::3], rtol=1e-9, atol=1e-12
+        )

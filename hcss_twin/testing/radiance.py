@@ -1,0 +1,92 @@
+"""Laws of radiance models."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from hcss_twin.providers import Array, RadianceInputs, RadianceModel, Sun
+from hcss_twin.registry.creation import check_declares
+from hcss_twin.testing.samples import frozen, sample_radiance_inputs, sample_wavenumbers
+
+_THICKNESS_M = frozen([50.0, 120.0, 400.0, 800.0])
+
+
+class RadianceModelContract:
+    """Inherit in a class named ``Test...`` and define ``make_provider``."""
+
+    def make_provider(self, inputs: RadianceInputs) -> RadianceModel:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    @pytest.fixture
+    def inputs(self) -> RadianceInputs:
+        """Inputs made of the kit's plain providers; override to choose others."""
+        return sample_radiance_inputs()
+
+    @pytest.fixture
+    def provider(self, inputs: RadianceInputs) -> RadianceModel:
+        """Provider made from ``inputs``."""
+        return self.make_provider(inputs)
+
+    @pytest.fixture
+    def wavenumber_cm1(self, provider: RadianceModel) -> Array:
+        """Wavenumbers to ask for; override to choose others."""
+        return sample_wavenumbers(provider.declares)
+
+    @pytest.fixture(params=[None, 40.0], ids=["no sun", "sun"])
+    def sun(self, request: pytest.FixtureRequest) -> Sun | None:
+        """No sun, and one at 40 degrees of zenith."""
+        return None if request.param is None else Sun(request.param, 200.0, 1.0)
+
+    def test_declaration_is_sound(self, provider: RadianceModel) -> None:
+        """Names and ranges that the engine understands; solar terms are terms."""
+        check_declares(provider.declares)
+        assert provider.terms
+        assert provider.solar_terms <= set(provider.terms)
+
+    def test_every_term_of_every_column(
+        self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
+    ) -> None:
+        """All terms, no others, finite, of shapes (V,) and (N, V)."""
+        clear = provider.clear(wavenumber_cm1, sun)
+        cloudy = provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)
+        assert set(clear) == set(cloudy) == set(provider.terms)
+        for name in provider.terms:
+            assert clear[name].shape == (wavenumber_cm1.size,)
+            assert cloudy[name].shape == (_THICKNESS_M.size, wavenumber_cm1.size)
+            assert np.all(np.isfinite(clear[name]))
+            assert np.all(np.isfinite(cloudy[name]))
+
+    def test_radiance_is_positive(
+        self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
+    ) -> None:
+        """The terms sum to a radiance greater than 0."""
+        assert np.all(total(provider.clear(wavenumber_cm1, sun)) > 0.0)
+        assert np.all(total(provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)) > 0.0)
+
+    def test_no_sun_no_solar_term(self, provider: RadianceModel, wavenumber_cm1: Array) -> None:
+        """Exactly 0."""
+        clear = provider.clear(wavenumber_cm1, None)
+        cloudy = provider.cloudy(wavenumber_cm1, _THICKNESS_M, None)
+        for name in provider.solar_terms:
+            assert not np.any(clear[name])
+            assert not np.any(cloudy[name])
+
+    def test_result_does_not_depend_on_batching(
+        self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
+    ) -> None:
+        """Each thickness alone gives what it gives among others."""
+        together = provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)
+        for i in range(_THICKNESS_M.size):
+            alone = provider.cloudy(wavenumber_cm1, _THICKNESS_M[i : i + 1], sun)
+            for name in provider.terms:
+                np.testing.assert_allclose(alone[name][0], together[name][i], rtol=1e-10, atol=1e-18)
+
+
+def total(terms: Mapping[str, Array]) -> Array:
+    """Return the sum of all terms."""
+    result: Array = np.sum(list(terms.values()), axis=0)
+    return result

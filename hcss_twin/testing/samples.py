@@ -1,0 +1,165 @@
+"""Ready-made inputs on which any provider can be tried."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any, Literal
+
+import numpy as np
+
+from hcss_twin.atmosphere.profile import Profile
+from hcss_twin.catalog import Catalog
+from hcss_twin.providers import (
+    Array,
+    AtmosphereInputs,
+    CloudInputs,
+    CloudLayer,
+    Declares,
+    Grid,
+    Microphysics,
+    Motion,
+    OpticsInputs,
+    RadianceInputs,
+    SeaInputs,
+    View,
+)
+from hcss_twin.testing.plain import PlainGas, PlainOptics, PlainSea
+
+_USUAL_RANGE_CM1 = (500.0, 4000.0)
+
+
+def frozen(values: Any) -> Array:
+    """Return values as a float64 array that cannot be written to, as providers must not."""
+    array: Array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def sample_profile(temperature_K: float | None = None) -> Profile:
+    """Return an atmosphere of scale height 8 km up to 80 km.
+
+    Parameters
+    ----------
+    temperature_K : float, optional
+        Of an isothermal atmosphere; by default 288 K at the surface, falling by 6.5 K per km to 216.5 K.
+    """
+    altitude = np.concatenate((np.arange(0.0, 20e3, 1e3), np.arange(20e3, 80.1e3, 5e3)))
+    temperature = np.maximum(288.0 - 6.5e-3 * altitude, 216.5)
+    if temperature_K is not None:
+        temperature = np.full_like(altitude, temperature_K)
+    name = "sample" if temperature_K is None else f"isothermal {temperature_K:g} K"
+    return Profile(name, frozen(altitude), frozen(101_325.0 * np.exp(-altitude / 8e3)), frozen(temperature))
+
+
+def sample_microphysics(phase: Literal["water", "ice"] = "water") -> Microphysics:
+    """Return particles: a cloud of droplets with a mode radius of 4 um, or of ice particles of 20 um.
+
+    n(r) = a r^6 exp(-6 r / r_mode): the modified gamma distribution with its mode at r_mode.
+    """
+    mode_um, density_m3 = {"water": (4.0, 1e8), "ice": (20.0, 1e5)}[phase]
+    return Microphysics(
+        phase=phase,
+        alpha=6.0,
+        b=6.0 / mode_um,
+        nu=1.0,
+        number_density_m3=density_m3,
+        radius_range_um=(mode_um / 50.0, mode_um * 10.0),
+    )
+
+
+def sample_layer(coverage: float = 0.5) -> CloudLayer:
+    """Return a low water cloud between 1000 m and 1800 m, 50 m thick where it is thinnest."""
+    return CloudLayer(
+        name="sample",
+        base_m=1000.0,
+        top_m=1800.0,
+        anchor="base",
+        thickness_min_m=50.0,
+        coverage=coverage,
+        temperature_K=None,
+        microphysics=sample_microphysics(),
+    )
+
+
+def sample_grid() -> Grid:
+    """Return an image of 48 x 64 pixels of 200 m: not square, so that exchanged axes show."""
+    return Grid(rows=48, columns=64, pixel_size_m=200.0)
+
+
+def sample_motion() -> Motion:
+    """Return a moving platform, a wind and evolving shapes."""
+    return Motion(
+        platform_speed_m_s=100.0,
+        cloud_velocity_m_s=(6.0, -3.0),
+        evolution_time_s=1800.0,
+        frame_interval_s=2.0,
+    )
+
+
+def sample_cloud_inputs(coverage: float = 0.5, seed: int = 1, **changes: Any) -> CloudInputs:
+    """Return inputs of a cloud generator; ``changes`` replace fields of ``CloudInputs``."""
+    inputs = CloudInputs(
+        layer=sample_layer(coverage),
+        grid=sample_grid(),
+        motion=sample_motion(),
+        seed=seed,
+        catalog=Catalog(),
+    )
+    return dataclasses.replace(inputs, **changes)
+
+
+def still(inputs: CloudInputs) -> CloudInputs:
+    """Return the same inputs with nothing that moves or evolves."""
+    return dataclasses.replace(inputs, motion=Motion(0.0, (0.0, 0.0), math.inf, 2.0))
+
+
+def sample_sea_inputs(wind_speed_m_s: float = 8.0) -> SeaInputs:
+    """Return a sea of 290 K under a westerly wind."""
+    return SeaInputs(
+        wind_speed_m_s=wind_speed_m_s, wind_from_deg=270.0, temperature_K=290.0, catalog=Catalog()
+    )
+
+
+def sample_optics_inputs() -> OpticsInputs:
+    """Return inputs of an optics provider."""
+    return OpticsInputs(catalog=Catalog())
+
+
+def sample_atmosphere_inputs(profile: Profile | None = None) -> AtmosphereInputs:
+    """Return inputs of a transmittance provider, by default with :func:`sample_profile`."""
+    return AtmosphereInputs(profile=profile or sample_profile(), catalog=Catalog())
+
+
+def sample_radiance_inputs(profile: Profile | None = None) -> RadianceInputs:
+    """Return inputs of a radiance model, made of the plain providers of this kit."""
+    profile = profile or sample_profile()
+    return RadianceInputs(
+        profile=profile,
+        transmittance=PlainGas(profile),
+        sea=PlainSea(),
+        optics=PlainOptics(),
+        layers=(sample_layer(),),
+        sea_temperature_K=290.0,
+        view=View(zenith_deg=30.0, azimuth_deg=90.0),
+        solar_irradiance=_flat_sun,
+    )
+
+
+def _flat_sun(wavenumber_cm1: Array) -> Array:
+    return np.full(wavenumber_cm1.shape, 0.01)
+
+
+def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
+    """Return up to ``count`` wavenumbers at which a provider may be asked, within 500 to 4000 cm-1 if it can.
+
+    Its own nodes where it has a native grid, evenly spaced ones within its declared range otherwise.
+    """
+    low, high = declares.valid.get("wavenumber_cm1", _USUAL_RANGE_CM1)
+    inner = max(low, _USUAL_RANGE_CM1[0]), min(high, _USUAL_RANGE_CM1[1])
+    low, high = inner if inner[0] < inner[1] else (low, high)
+    if declares.native_grid_cm1 is None:
+        return frozen(np.linspace(low, high, count))
+    grid = declares.native_grid_cm1
+    inside = grid[(grid >= low) & (grid <= high)]
+    return frozen(inside[np.unique(np.linspace(0, inside.size - 1, count).astype(int))])

@@ -1,0 +1,109 @@
+"""Laws of sea models."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hcss_twin.providers import Array, SeaInputs, SeaModel
+from hcss_twin.registry.creation import check_declares
+from hcss_twin.testing.samples import frozen, sample_sea_inputs, sample_wavenumbers
+
+_MU_OUT = frozen([1.0, 0.95, 0.9, 0.7, 0.5, 0.8])
+_MU_IN = frozen([0.9, 0.9, 0.5, 0.75, 0.5, 0.3])
+_AZIMUTH = frozen([0.0, np.pi, 2.5, 3.0, np.pi, 1.0])
+
+
+class SeaModelContract:
+    """Inherit in a class named ``Test...`` and define ``make_provider``.
+
+    Attributes
+    ----------
+    reciprocity : float
+        Relative difference allowed when sensor and source are exchanged.
+    """
+
+    reciprocity: float = 0.02
+
+    def make_provider(self, inputs: SeaInputs) -> SeaModel:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    @pytest.fixture
+    def inputs(self) -> SeaInputs:
+        """Inputs; override to choose others."""
+        return sample_sea_inputs()
+
+    @pytest.fixture
+    def provider(self, inputs: SeaInputs) -> SeaModel:
+        """Provider made from ``inputs``."""
+        return self.make_provider(inputs)
+
+    @pytest.fixture
+    def wavenumber_cm1(self, provider: SeaModel) -> Array:
+        """Wavenumbers to ask for; override to choose others."""
+        return sample_wavenumbers(provider.declares)
+
+    def test_declaration_is_sound(self, provider: SeaModel) -> None:
+        """Names and ranges that the engine understands."""
+        check_declares(provider.declares)
+
+    def test_emissivity_shape_type_and_range(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
+        """(M, V) of real numbers in [0, 1]."""
+        result = provider.emissivity(wavenumber_cm1, _MU_OUT)
+        assert result.shape == (_MU_OUT.size, wavenumber_cm1.size)
+        assert result.dtype.kind == "f"
+        assert np.all((result >= 0.0) & (result <= 1.0))
+
+    def test_brdf_shape_type_and_range(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
+        """(M, V) of real numbers, finite and not negative."""
+        result = provider.brdf(wavenumber_cm1, _MU_OUT, _MU_IN, _AZIMUTH)
+        assert result.shape == (_MU_OUT.size, wavenumber_cm1.size)
+        assert result.dtype.kind == "f"
+        assert np.all(np.isfinite(result))
+        assert np.all(result >= 0.0)
+
+    def test_brdf_is_reciprocal(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
+        """f(out, in) = f(in, out), Helmholtz."""
+        one = provider.brdf(wavenumber_cm1, _MU_OUT, _MU_IN, _AZIMUTH)
+        other = provider.brdf(wavenumber_cm1, _MU_IN, _MU_OUT, _AZIMUTH)
+        np.testing.assert_allclose(one, other, rtol=self.reciprocity, atol=1e-9)
+
+    def test_no_more_is_reflected_than_is_not_emitted(
+        self, provider: SeaModel, wavenumber_cm1: Array
+    ) -> None:
+        """The hemispherical integral of the BRDF does not exceed 1 - emissivity (Kirchhoff), within 2 %."""
+        nodes, weights = np.polynomial.legendre.leggauss(64)
+        mu, mu_weight = (nodes + 1.0) / 2.0, weights / 2.0
+        azimuth = (np.arange(96) + 0.5) * np.pi / 96
+        grid_mu, grid_azimuth = np.meshgrid(mu, azimuth, indexing="ij")
+        solid_angle = np.broadcast_to(mu_weight[:, None] * 2.0 * np.pi / azimuth.size, grid_mu.shape).ravel()
+        for view in (1.0, 0.8, 0.5):
+            out = np.full(grid_mu.size, view)
+            kernel = provider.brdf(wavenumber_cm1, out, grid_mu.ravel(), grid_azimuth.ravel())
+            reflected = (solid_angle * grid_mu.ravel()) @ kernel
+            left = 1.0 - provider.emissivity(wavenumber_cm1, np.array([view]))[0]
+            assert np.all(reflected <= 1.02 * left + 1e-6), f"at mu = {view}"
+
+    def test_undeclared_directions_have_no_influence(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
+        """What ``declares.depends_on`` leaves out may not change the result."""
+        depends_on = provider.declares.depends_on
+        if "view_zenith" not in depends_on:
+            emissivity = provider.emissivity(wavenumber_cm1, _MU_OUT)
+            np.testing.assert_array_equal(emissivity, np.broadcast_to(emissivity[:1], emissivity.shape))
+        if "relative_azimuth" not in depends_on:
+            one = provider.brdf(wavenumber_cm1, _MU_OUT, _MU_IN, _AZIMUTH)
+            other = provider.brdf(wavenumber_cm1, _MU_OUT, _MU_IN, np.zeros(_AZIMUTH.size))
+            np.testing.assert_array_equal(one, other)
+
+    def test_result_does_not_depend_on_batching(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
+        """Each direction alone gives what it gives among others."""
+        emissivity = provider.emissivity(wavenumber_cm1, _MU_OUT)
+        brdf = provider.brdf(wavenumber_cm1, _MU_OUT, _MU_IN, _AZIMUTH)
+        for i in range(_MU_OUT.size):
+            one = slice(i, i + 1)
+            np.testing.assert_allclose(
+                provider.emissivity(wavenumber_cm1, _MU_OUT[one])[0], emissivity[i], rtol=1e-10, atol=1e-15
+            )
+            alone = provider.brdf(wavenumber_cm1, _MU_OUT[one], _MU_IN[one], _AZIMUTH[one])
+            np.testing.assert_allclose(alone[0], brdf[i], rtol=1e-10, atol=1e-15)

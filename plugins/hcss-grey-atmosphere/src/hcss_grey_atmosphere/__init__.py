@@ -1,0 +1,1 @@
+"""A grey, well-mixed gas as transmittance provider for hcss_twin."""

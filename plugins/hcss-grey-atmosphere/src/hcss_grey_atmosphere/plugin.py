@@ -1,0 +1,17 @@
+"""What the package brings. Imported at every start: nothing heavy here."""
+
+from hcss_twin.registry import ProviderSpec, hookimpl
+
+
+@hookimpl
+def hcss_register_transmittance_providers() -> list[ProviderSpec]:
+    """Register the provider `grey`."""
+    return [
+        ProviderSpec(
+            name="grey",
+            target="hcss_grey_atmosphere.provider:GreyAtmosphere",
+            parameters="hcss_grey_atmosphere.parameters:GreyParameters",
+            api_version=0,
+            summary="grey, well-mixed gas: T = exp(-optical depth x air mass)",
+        )
+    ]

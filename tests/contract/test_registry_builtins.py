@@ -1,0 +1,109 @@
+"""Every built-in provider is held to the kit that plugin authors use, made through the registry."""
+
+import numpy as np
+import pytest
+
+from hcss_twin.atmosphere.profile import load_profile
+from hcss_twin.catalog import Catalog
+from hcss_twin.providers import Motion
+from hcss_twin.registry import Kind, Registry
+from hcss_twin.registry.guard import guard
+from hcss_twin.testing import (
+    CloudGeneratorContract,
+    OpticsContract,
+    RadianceModelContract,
+    SeaModelContract,
+    TransmittanceContract,
+    assert_registered,
+    sample_atmosphere_inputs,
+    sample_cloud_inputs,
+    sample_microphysics,
+    sample_sea_inputs,
+)
+
+HELD_TO_THE_KIT = {
+    "clouds": {"fractal", "imagery"},
+    "sea": {"cox-munk"},
+    "optics": {"mie"},
+    "atmosphere": {"table"},
+    "radiance": {"as-printed"},
+}
+
+
+def create(kind, name, inputs, **parameters):
+    """A built-in provider behind its guard, as the engine uses it."""
+    registry = Registry.discover()
+    entry = registry.resolve(kind, f"hcss-twin/{name}")
+    provider = registry.create(entry, inputs, registry.parameters_model(entry)(**parameters))
+    return guard(entry, provider, inputs)
+
+
+def test_no_builtin_escapes_the_kit():
+    builtin = [entry for entry in Registry.discover().entries() if entry.distribution == "hcss-twin"]
+    found = {str(kind): {entry.name for entry in builtin if entry.kind is kind} for kind in Kind}
+    assert found == HELD_TO_THE_KIT
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [(kind, name) for kind, names in HELD_TO_THE_KIT.items() for name in sorted(names)]
+)
+def test_builtin_is_soundly_registered(kind, name):
+    assert_registered(kind, name, "hcss-twin")
+
+
+class TestFractal(CloudGeneratorContract):
+    coverage_tolerance = 1e-3  # exact in each frame, to a pixel
+
+    def make_provider(self, inputs):
+        return create("clouds", "fractal", inputs, gamma=2.0, H=0.6, L=[2.0, 3.0], k=[0, 5])
+
+
+class TestImagery(CloudGeneratorContract):
+    coverage_tolerance = 1e-3
+    seeds = 2  # which it does not use
+
+    @pytest.fixture(autouse=True)
+    def _image(self, tmp_path):
+        self.folder = tmp_path
+        np.save(tmp_path / "image.npy", np.random.default_rng(5).random((128, 160)))
+
+    def make_inputs(self, coverage=0.5, seed=1):
+        slow = Motion(0.5, (0.1, -0.1), 1800.0, 2.0)
+        return sample_cloud_inputs(coverage, seed, catalog=Catalog(base=self.folder), motion=slow)
+
+    def make_provider(self, inputs):
+        return create(
+            "clouds", "imagery", inputs, image="image.npy", method="coverage", reinterpret_pixel_size=True
+        )
+
+
+class TestCoxMunk(SeaModelContract):
+    @pytest.fixture(params=[2.0, 10.0, 20.0], ids="wind {:g} m/s".format)
+    def inputs(self, request):
+        return sample_sea_inputs(wind_speed_m_s=request.param)
+
+    def make_provider(self, inputs):
+        return create("sea", "cox-munk", inputs)
+
+
+class TestMie(OpticsContract):
+    @pytest.fixture(params=["water", "ice"])
+    def cloud(self, request):
+        return sample_microphysics(request.param)
+
+    def make_provider(self, inputs):
+        return create("optics", "mie", inputs)
+
+
+class TestTable(TransmittanceContract):
+    @pytest.fixture
+    def inputs(self):
+        return sample_atmosphere_inputs(load_profile("us-standard-1976", Catalog()))
+
+    def make_provider(self, inputs):
+        return create("atmosphere", "table", inputs)
+
+
+class TestAsPrinted(RadianceModelContract):
+    def make_provider(self, inputs):
+        return create("radiance", "as-printed", inputs)

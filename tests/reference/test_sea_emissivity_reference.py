@@ -1,0 +1,108 @@
+"""The sea against an independent integration, traced rays, and measured optical constants."""
+
+import numpy as np
+import pytest
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.providers import SeaInputs
+from hcss_twin.sea.cox_munk import CoxMunkSea
+from hcss_twin.sea.parameters import CoxMunkParameters
+from hcss_twin.sea.refractive_index import RefractiveIndex
+
+
+def sea(wind: float) -> CoxMunkSea:
+    return CoxMunkSea(SeaInputs(wind, 0.0, 290.0, Catalog()), CoxMunkParameters())
+
+
+def real_fresnel(n: float, k: float, cosine: np.ndarray) -> np.ndarray:
+    """Unpolarised reflectance of an absorbing medium in real arithmetic, in the textbook's a and b form."""
+    sin2 = 1.0 - cosine**2
+    root = np.sqrt((n**2 - k**2 - sin2) ** 2 + 4.0 * n**2 * k**2)
+    a = np.sqrt(0.5 * (root + (n**2 - k**2 - sin2)))
+    b2 = 0.5 * (root - (n**2 - k**2 - sin2))
+    rs = ((cosine - a) ** 2 + b2) / ((cosine + a) ** 2 + b2)
+    ratio = ((a * cosine - sin2) ** 2 + b2 * cosine**2) / ((a * cosine + sin2) ** 2 + b2 * cosine**2)
+    return 0.5 * rs * (1.0 + ratio)
+
+
+def emissivity_by_tilt_and_bearing(n: float, k: float, zenith_deg: float, wind: float) -> float:
+    """Midpoint sums over the facet's tilt and bearing, with hidden facets left out one by one."""
+    total = 0.003 + 0.00512 * wind
+    theta = np.radians(zenith_deg)
+    tan_tilt = (np.arange(1500) + 0.5) / 1500 * 6.0 * np.sqrt(total)
+    tilt = np.arctan(tan_tilt)[:, None]
+    bearing = ((np.arange(720) + 0.5) / 720 * np.pi)[None, :]
+    cos_chi = np.sin(theta) * np.sin(tilt) * np.cos(bearing) + np.cos(theta) * np.cos(tilt)
+    density = tan_tilt[:, None] * np.exp(-(np.tan(tilt) ** 2) / total)
+    share = np.where(cos_chi > 0.0, density * cos_chi / np.cos(tilt), 0.0)
+    reflectance = real_fresnel(n, k, np.maximum(cos_chi, 1e-12))
+    return float(1.0 - (share * reflectance).sum() / share.sum())
+
+
+@pytest.mark.parametrize("wind", [0.0, 5.0, 15.0, 40.0])
+@pytest.mark.parametrize("zenith_deg", [0.0, 45.0, 70.0, 85.0])
+def test_emissivity_agrees_with_a_sum_over_tilt_and_bearing(wind: float, zenith_deg: float) -> None:
+    wavenumber = np.array([1e4 / 11.0])
+    index = RefractiveIndex.from_catalog(Catalog(), "water").at(wavenumber)[0]
+    found = sea(wind).emissivity(wavenumber, np.array([np.cos(np.radians(zenith_deg))])).item()
+    expected = emissivity_by_tilt_and_bearing(index.real, index.imag, zenith_deg, wind)
+    assert found == pytest.approx(expected, abs=2e-6)
+
+
+# n and k as printed by Hale and Querry (1973), Table I; the flat surface's nadir emissivity follows.
+HALE_QUERRY = {3.8: (1.364, 0.0034), 10.0: (1.218, 0.0508), 11.0: (1.153, 0.0968), 12.0: (1.111, 0.199)}
+
+
+@pytest.mark.parametrize("wavelength_um", sorted(HALE_QUERRY))
+def test_nadir_emissivity_follows_from_the_measured_optical_constants(wavelength_um: float) -> None:
+    n, k = HALE_QUERRY[wavelength_um]
+    expected = 4.0 * n / ((n + 1.0) ** 2 + k**2)
+    found = sea(0.0).emissivity(np.array([1e4 / wavelength_um]), np.ones(1)).item()
+    assert found == pytest.approx(expected, abs=2e-5)
+
+
+@pytest.mark.parametrize(("zenith_deg", "wind"), [(0.0, 10.0), (40.0, 5.0), (65.0, 10.0)])
+def test_brdf_agrees_with_rays_traced_on_random_facets(zenith_deg: float, wind: float) -> None:
+    """Reflect many sight lines and compare the energy per bin of direction with the integrated BRDF."""
+    wavenumber = np.array([1e4 / 3.8])
+    index = RefractiveIndex.from_catalog(Catalog(), "water").at(wavenumber)[0]
+    theta, count = np.radians(zenith_deg), 500_000
+    sight = np.array([np.sin(theta), 0.0, np.cos(theta)])
+    slopes = np.random.default_rng(5).normal(0.0, np.sqrt(0.5 * (0.003 + 0.00512 * wind)), (2, count))
+    normal = np.stack([-slopes[0], -slopes[1], np.ones(count)])
+    area = np.sqrt(np.sum(normal**2, axis=0))
+    normal /= area
+    cosine = sight @ normal
+    away = 2.0 * cosine * normal - sight[:, None]
+    # Projected facet area per unit of horizontal area, divided by the projection of the latter.
+    share = np.maximum(cosine, 0.0) * area / np.cos(theta)
+    energy = share * real_fresnel(index.real, index.imag, np.maximum(cosine, 1e-12)) / count
+    azimuth = np.abs(np.arctan2(away[1], away[0]))
+    edges = (np.linspace(0.1, 1.0, 7), np.linspace(0.0, np.pi, 5))
+    traced = np.histogram2d(away[2], azimuth, edges, weights=energy)[0]
+    squared = np.histogram2d(away[2], azimuth, edges, weights=energy**2)[0]
+    rays = np.histogram2d(away[2], azimuth, edges)[0]
+
+    x, w = np.polynomial.legendre.leggauss(32)
+    model = sea(wind)
+    expected = np.empty_like(traced)
+    for i, j in np.ndindex(*expected.shape):
+        half_mu, half_azimuth = 0.5 * np.diff(edges[0])[i], 0.5 * np.diff(edges[1])[j]
+        mu, phi = np.meshgrid(edges[0][i] + half_mu * (x + 1.0), edges[1][j] + half_azimuth * (x + 1.0))
+        brdf = model.brdf(wavenumber, np.full(mu.size, sight[2]), mu.ravel(), phi.ravel()).reshape(mu.shape)
+        # Both signs of the azimuth fall into one bin.
+        expected[i, j] = 2.0 * half_mu * half_azimuth * np.sum(brdf * mu * w[None, :] * w[:, None])
+    filled = rays > 100
+    deviation = (traced[filled] - expected[filled]) / np.sqrt(squared[filled])
+    assert np.count_nonzero(filled) >= 7
+    assert np.abs(deviation).max() < 4.0
+    assert traced.sum() == pytest.approx(expected.sum(), rel=3e-3)
+
+
+def test_wind_lowers_emissivity_at_moderate_views_and_raises_it_toward_the_horizon() -> None:
+    """As in the model of Masuda et al. (1988), where the curves for different winds cross near 70 degrees."""
+    wavenumber, mu = np.array([1e4 / 11.0]), np.cos(np.radians([40.0, 60.0, 80.0]))
+    calm, windy = (sea(wind).emissivity(wavenumber, mu)[:, 0] for wind in (0.0, 15.0))
+    assert windy[0] < calm[0]
+    assert windy[1] < calm[1]
+    assert windy[2] > calm[2]

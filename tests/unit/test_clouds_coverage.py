@@ -1,0 +1,107 @@
+"""Laws of the exact coverage (eq 5) and of the thickness map (eq 7)."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from scipy import stats
+
+from hcss_twin.clouds.coverage import cloud_fraction_value, cloudy_pixels
+from hcss_twin.clouds.thickness import map_thickness
+
+COVERAGES = st.one_of(st.sampled_from([0.0, 1.0, 0.5, 1e-9, 1.0 - 1e-9]), st.floats(0.0, 1.0))
+SHAPES = hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12)
+# Few distinct values make many ties.
+FIELDS = SHAPES.flatmap(
+    lambda shape: st.one_of(
+        hnp.arrays(np.float64, shape, elements=st.floats(-9, 9)),
+        hnp.arrays(np.float64, shape, elements=st.sampled_from([-1.0, 0.0, 6.0])),
+    )
+)
+
+
+@settings(deadline=None, max_examples=300)
+@given(field=FIELDS, coverage=COVERAGES)
+def test_coverage_is_exact_to_the_pixel_and_takes_the_greatest_values(field, coverage):
+    mask = cloudy_pixels(field, coverage)
+    assert mask.shape == field.shape
+    assert mask.sum() == round(coverage * field.size)
+    if mask.any() and not mask.all():
+        assert field[mask].min() >= field[~mask].max()
+
+
+@settings(deadline=None)
+@given(field=FIELDS, coverage=COVERAGES)
+def test_the_mask_is_that_of_a_stable_descending_sort(field, coverage):
+    # Stable: ties go to the smaller flat index.
+    order = np.argsort(-field.ravel(), kind="stable")[: round(coverage * field.size)]
+    expected = np.zeros(field.size, dtype=bool)
+    expected[order] = True
+    np.testing.assert_array_equal(cloudy_pixels(field, coverage).ravel(), expected)
+
+
+def test_values_where_p_saturates_are_still_told_apart():
+    field = np.array([[9.0, 12.0, 10.0, 11.0]])
+    assert np.all(cloud_fraction_value(field) == 1.0)
+    assert cloudy_pixels(field, 0.5).tolist() == [[False, True, False, True]]
+
+
+@pytest.mark.parametrize(("coverage", "nearest"), [(-0.01, "0.0"), (1.01, "1.0"), (float("nan"), "")])
+def test_a_coverage_outside_its_range_is_refused_with_the_closest_choice(coverage, nearest):
+    with pytest.raises(ValueError, match=f"coverage.*allowed 0 to 1; closest is {nearest}"):
+        cloudy_pixels(np.zeros((2, 2)), coverage)
+
+
+def test_p_is_the_normal_distribution_function():
+    v = np.linspace(-8, 8, 161)
+    np.testing.assert_allclose(cloud_fraction_value(v), stats.norm.cdf(v), atol=2e-16)
+
+
+@settings(deadline=None)
+@given(
+    field=FIELDS,
+    coverage=COVERAGES,
+    limits=st.tuples(st.floats(0.0, 2e4), st.floats(1e-3, 2e4)).map(sorted),
+)
+def test_cloudy_pixels_are_positive_and_within_the_limits_and_clear_ones_zero(field, coverage, limits):
+    low, high = limits
+    mask = cloudy_pixels(field, coverage)
+    thickness = map_thickness(cloud_fraction_value(field[mask]), mask, low, high)
+    assert thickness.dtype == np.float32
+    np.testing.assert_array_equal(thickness > 0.0, mask)
+    cloudy = thickness[mask].astype(np.float64)
+    if mask.any():
+        assert cloudy.max() <= high
+        if high - low > 1e-6 * high:
+            assert cloudy.min() >= low
+
+
+def test_thickness_is_linear_in_p_and_spans_its_range():
+    p = np.array([0.5, 0.625, 0.75, 1.0])
+    mask = np.array([[True, False, True], [True, False, True]])
+    expected = np.array([[100.0, 0.0, 200.0], [300.0, 0.0, 500.0]])
+    np.testing.assert_allclose(map_thickness(p, mask, 100.0, 500.0), expected, rtol=1e-7)
+
+
+def test_one_cloudy_pixel_has_the_greatest_thickness():
+    mask = np.array([[False, True]])
+    assert map_thickness(np.array([0.9]), mask, 10.0, 300.0).tolist() == [[0.0, 300.0]]
+
+
+def test_a_frame_without_clouds_is_all_zero():
+    assert not map_thickness(np.empty(0), np.zeros((3, 2), dtype=bool), 1.0, 2.0).any()
+
+
+def test_rounding_to_single_precision_stays_inside_limits_that_are_no_single_precision_numbers():
+    p, mask = np.linspace(0.0, 1.0, 11), np.ones((1, 11), dtype=bool)
+    for low, high in ((0.1, 1000.1), (33.3, 0.7e4), (0.3, 0.3)):
+        thickness = map_thickness(p, mask, low, high).astype(np.float64)
+        assert thickness.max() <= high
+        assert low == high or thickness.min() >= low
+
+
+@pytest.mark.parametrize("limits", [(-1.0, 5.0), (6.0, 5.0), (0.0, 0.0), (0.0, np.inf), (np.nan, 1.0)])
+def test_limits_out_of_order_are_refused(limits):
+    with pytest.raises(ValueError, match="thickness"):
+        map_thickness(np.ones(1), np.ones((1, 1), dtype=bool), *limits)

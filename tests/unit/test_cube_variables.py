@@ -1,0 +1,67 @@
+"""The table of variables, what a scenario may ask for, and the generated reference."""
+
+from pathlib import Path
+
+import pytest
+
+from hcss_twin.cube.coordinates import COORDINATES
+from hcss_twin.cube.document import main, markdown
+from hcss_twin.cube.variables import VARIABLES, expand, term_variable
+
+TERMS = {"sea_emission": "Emission of the sea.", "sun_glint": "Glint."}
+
+
+def names(requested):
+    return [spec.name for spec in expand(requested, TERMS)]
+
+
+def test_names_are_unique_over_variables_and_coordinates():
+    every = [spec.name for spec in (*VARIABLES, *COORDINATES)]
+    assert len(every) == len(set(every))
+
+
+def test_all_is_the_table_then_the_terms():
+    assert names(["all"]) == [spec.name for spec in VARIABLES] + [
+        "radiance_sea_emission",
+        "radiance_sun_glint",
+    ]
+
+
+def test_groups_and_names_combine_in_the_order_of_the_table_without_repetition():
+    assert names(["terms", "radiance", "terms"]) == [
+        "radiance",
+        "radiance_sea_emission",
+        "radiance_sun_glint",
+    ]
+    assert names(["truth"]) == [spec.name for spec in VARIABLES if spec.kind == "truth"]
+    assert names(["radiance_sun_glint", "cloud_mask"]) == ["cloud_mask", "radiance_sun_glint"]
+
+
+def test_an_unknown_name_is_refused_with_the_closest_one():
+    with pytest.raises(ValueError, match=r"'radiance_sun_glitn'.*allowed: .*closest is 'radiance_sun_glint'"):
+        names(["radiance_sun_glitn"])
+
+
+def test_asking_for_nothing_is_refused():
+    with pytest.raises(ValueError, match="no output variable"):
+        names([])
+    with pytest.raises(ValueError, match="no output variable"):
+        expand(["terms"], {})
+
+
+@pytest.mark.parametrize("name", ["", "Sun", "sun glint", "1st", "glint\n"])
+def test_a_term_that_is_no_plain_name_is_refused(name):
+    with pytest.raises(ValueError, match="radiance term"):
+        term_variable(name, "text")
+
+
+def test_the_reference_names_every_variable_and_coordinate():
+    text = markdown()
+    for spec in (*VARIABLES, *COORDINATES):
+        assert f"| `{spec.name}` | {', '.join(spec.dims) or 'scalar'} | {spec.dtype} |" in text
+
+
+def test_the_reference_in_docs_is_current(tmp_path):
+    docs = Path(__file__).parents[2] / "docs" / "cube.md"
+    main([str(tmp_path / "cube.md")])
+    assert docs.read_text(encoding="utf-8") == (tmp_path / "cube.md").read_text(encoding="utf-8")
