@@ -30,7 +30,11 @@ def cli() -> None:
 
 def _scenario_options(command: Any) -> Any:
     command = click.option(
-        "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Replace one key, for example view.zenith=40."
+        "--set",
+        "assignments",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help="Replace one key, for example view.zenith=40.",
     )(command)
     return click.argument("scenario")(command)
 
@@ -102,10 +106,16 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 
 @cli.command()
 @click.argument("cube", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder; default: beside CUBE.")
+@click.option(
+    "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder; default: beside CUBE."
+)
 @click.option("--kelvin", is_flag=True, help="Show brightness temperature instead of radiance.")
-@click.option("--frames", default=8, show_default=True, type=click.IntRange(1, 64), help="Frames per contact sheet.")
-@click.option("--animation/--no-animation", default=True, show_default=True, help="Also write a GIF per band.")
+@click.option(
+    "--frames", default=8, show_default=True, type=click.IntRange(1, 64), help="Frames per contact sheet."
+)
+@click.option(
+    "--animation/--no-animation", default=True, show_default=True, help="Also write a GIF per band."
+)
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def preview(
     cube: Path, output: Path | None, kelvin: bool, frames: int, animation: bool, as_json: bool
@@ -137,7 +147,12 @@ def plugins(as_json: bool) -> None:
             for entry in registry.entries()
         ]
         broken = [
-            {"entry_point": b.entry_point, "distribution": b.distribution, "version": b.version, "error": b.error}
+            {
+                "entry_point": b.entry_point,
+                "distribution": b.distribution,
+                "version": b.version,
+                "error": b.error,
+            }
             for b in registry.broken
         ]
         click.echo(json.dumps({"providers": entries, "broken": broken}))

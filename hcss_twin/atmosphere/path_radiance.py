@@ -53,7 +53,11 @@ def path_radiance(
 
 
 def _from_layers(
-    provider: TransmittanceProvider, profile: Profile, wavenumber_cm1: Array, target_m: float, zenith_deg: float
+    provider: TransmittanceProvider,
+    profile: Profile,
+    wavenumber_cm1: Array,
+    target_m: float,
+    zenith_deg: float,
 ) -> Array:
     levels = np.concatenate(([target_m], profile.altitude_m[profile.altitude_m > target_m]))
     paths = [to_space(float(level), zenith_deg) for level in levels[:-1]]

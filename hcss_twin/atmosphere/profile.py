@@ -53,7 +53,9 @@ class Profile:
         altitude = np.asarray(altitude_m, dtype=np.float64)
         low, high = self.altitude_m[0], self.altitude_m[-1]
         if np.any(altitude < low) or np.any(altitude > high):
-            raise ValueError(f"altitude {altitude.min():g}..{altitude.max():g} m: allowed {low:g}..{high:g} m")
+            raise ValueError(
+                f"altitude {altitude.min():g}..{altitude.max():g} m: allowed {low:g}..{high:g} m"
+            )
         result: Array = np.interp(altitude, self.altitude_m, self.temperature_K)
         return result
 
@@ -85,9 +87,9 @@ class Profile:
             slant = slant_length_m(lower, upper, leg.zenith_deg)
             share = np.zeros_like(total)
             full = self.pressure_Pa[:-1] - self.pressure_Pa[1:]
-            share[crossed] = (
-                self.pressure_at(lower[crossed]) - self.pressure_at(upper[crossed])
-            ) / full[crossed]
+            share[crossed] = (self.pressure_at(lower[crossed]) - self.pressure_at(upper[crossed])) / full[
+                crossed
+            ]
             total[crossed] += share[crossed] * slant[crossed] / thickness[crossed]
         return total
 
@@ -171,4 +173,3 @@ def load_profile(name: str, catalog: Catalog) -> Profile:
     if any(np.any(ratio < 0) or np.any(ratio > 1) for ratio in gases.values()):
         raise CatalogError(f"{path.name}: mixing ratios must lie in 0..1")
     return Profile(name, altitude, pressure, temperature, gases)
-

@@ -108,7 +108,9 @@ class TableTransmittance:
         targets = np.array([self._target(paths[row]) for row in rows])
         unique, which = np.unique(targets, return_inverse=True)
         nodes = np.log([self._profile.mean_airmass(target, self._zenith) for target in unique])[which]
-        airmass = np.log([self._airmass(paths[row], target) for row, target in zip(rows, targets, strict=True)])
+        airmass = np.log(
+            [self._airmass(paths[row], target) for row, target in zip(rows, targets, strict=True)]
+        )
         height = -np.log(self._profile.pressure_at(targets))
         four = np.arange(WINDOW)
         at_height = window_start(self._ln_pressure, height)[:, None] + four
@@ -126,7 +128,9 @@ class TableTransmittance:
         if any(leg.lower_m != target or leg.upper_m != SPACE for leg in path.legs):
             raise ProviderError("atmosphere table: every leg must reach from the same target to space")
         if target > self._top_target_m:
-            raise ProviderError(f"atmosphere table: target at {target:g} m; allowed 0 to {self._top_target_m:g} m")
+            raise ProviderError(
+                f"atmosphere table: target at {target:g} m; allowed 0 to {self._top_target_m:g} m"
+            )
         return target
 
     def _airmass(self, path: Path, target: float) -> float:

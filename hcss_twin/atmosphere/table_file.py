@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 FORMAT = "hcss-atmosphere-table"
 FORMAT_VERSION = 1
 DIMENSIONS = ("target_altitude_m", "zenith_deg", "wavenumber_cm1")
+LEVELS = ("level_altitude_m", "level_pressure_Pa", "level_temperature_K")
 
 
 @dataclass(frozen=True)
@@ -63,9 +64,11 @@ def read_atmosphere_table(path: Path) -> AtmosphereTable:
     with dataset:
         found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
         if found != (FORMAT, FORMAT_VERSION):
-            raise CatalogError(f"{path}: format {found[0]!r} version {found[1]}; allowed: {FORMAT!r} version 1")
-        names = (*DIMENSIONS, "transmittance", "path_radiance")
-        names += ("level_altitude_m", "level_pressure_Pa", "level_temperature_K")
+            raise CatalogError(
+                f"{path}: format {found[0]!r} version {found[1]}; allowed: {FORMAT!r} version 1"
+            )
+        names = (*DIMENSIONS, "transmittance", "path_radiance", *LEVELS)
+
         missing = [name for name in names if name not in dataset.variables]
         if missing:
             raise CatalogError(f"{path}: variables missing: {', '.join(missing)}")

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.optics.refractive_index import RefractiveIndex
 from hcss_twin.optics.size_distribution import projected_area_m1, quadrature
 from hcss_twin.optics.spheres import mie_efficiencies
 from hcss_twin.providers import Microphysics
+from hcss_twin.refractive_index import RefractiveIndex
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def bulk_properties(
     too, so ice is integrated as eq 9 is.
     """
     wavelength = np.asarray(wavelength_um, dtype=np.float64)
-    refractive = index(wavelength)
+    refractive = index.at(1e4 / wavelength)
     factor = np.select([refractive.imag < limit for limit, _ in RESONANCES], [many for _, many in RESONANCES])
     sums = np.empty((3, wavelength.size))
     for many in np.unique(factor):

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.optics.bulk import bulk_properties
 from hcss_twin.optics.parameters import MieParameters
-from hcss_twin.optics.refractive_index import RefractiveIndex, load_refractive_index
 from hcss_twin.optics.size_distribution import check
 from hcss_twin.optics.spectral_panels import PanelTable, panel_edges
 from hcss_twin.providers import Declares, Microphysics, OpticsInputs, SingleScattering
+from hcss_twin.refractive_index import RefractiveIndex, load_refractive_index
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class MieOptics:
             self._tables[cloud] = self._table(cloud)
         index = self._index(cloud.phase)
         wavelength = 1e4 / wavenumber
-        index(wavelength)  # refuses wavelengths a user's table does not cover
+        index.at(1e4 / wavelength)  # refuses wavelengths a user's table does not cover
         log_extinction, log_absorption, asymmetry = self._tables[cloud](np.log(wavelength))
         extinction = np.exp(log_extinction)
         albedo = 1.0 - np.exp(log_absorption) / extinction

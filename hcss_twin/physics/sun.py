@@ -16,7 +16,9 @@ DELTA_T_S = 0.0
 """TT - UT1. The paper's tables use 0; the true 69 s of 2019 move the sun by less than 0.001 deg."""
 
 
-def sun_position(times: list[datetime], latitude_deg: float, longitude_deg: float) -> tuple[Array, Array, Array]:
+def sun_position(
+    times: list[datetime], latitude_deg: float, longitude_deg: float
+) -> tuple[Array, Array, Array]:
     """Apparent zenith, azimuth and distance of the sun as seen from sea level.
 
     Parameters

@@ -63,7 +63,9 @@ class AsPrinted:
         zenith = self._inputs.view.zenith_deg
         surface = to_space(0.0, zenith)
         transmittance = self._inputs.transmittance.transmittance(wavenumber_cm1, [surface])[0]
-        air = path_radiance(self._inputs.transmittance, self._inputs.profile, wavenumber_cm1, [0.0], zenith)[0]
+        air = path_radiance(self._inputs.transmittance, self._inputs.profile, wavenumber_cm1, [0.0], zenith)[
+            0
+        ]
         return {
             "cloud_emission": zero,
             "cloud_reflected_sun": zero,
@@ -119,7 +121,8 @@ class AsPrinted:
     def _sea_emission(self, wavenumber_cm1: Array) -> Array:
         """Eq 17: emissivity times Planck radiance at the sea surface, (V,)."""
         emissivity = self._inputs.sea.emissivity(wavenumber_cm1, np.array([self._mu]))[0]
-        return emissivity * planck(wavenumber_cm1, self._inputs.sea_temperature_K)
+        result: Array = emissivity * planck(wavenumber_cm1, self._inputs.sea_temperature_K)
+        return result
 
     def _glint(self, wavenumber_cm1: Array, sun: Sun | None) -> Array:
         """Eq 18 at the sensor, (V,): the sun crosses the air to the sea and again to the sensor."""
@@ -135,23 +138,28 @@ class AsPrinted:
         if not self._parameters.literal_eq18:
             path = path + to_space(0.0, sun.zenith_deg)
         transmittance = self._inputs.transmittance.transmittance(wavenumber_cm1, [path])[0]
-        result: Array = self._parameters.glint_scale * transmittance * mu0 * self._irradiance(wavenumber_cm1, sun) * brdf
+        result: Array = (
+            self._parameters.glint_scale * transmittance * mu0 * self._irradiance(wavenumber_cm1, sun) * brdf
+        )
         return result
 
     def _cloud_reflection(
         self, wavenumber_cm1: Array, tops_m: Array, albedo: Array, asymmetry: Array, sun: Sun | None
     ) -> Array:
         """Eqs 12-14 and 16 at the sensor, (tops, V)."""
-        if sun is None or not sun.is_up:
+        if sun is None or not sun.is_up or self._parameters.cloud_sun_scale == 0.0:
             return np.zeros((tops_m.size, wavenumber_cm1.size))
         view = self._inputs.view
         mu0 = math.cos(math.radians(sun.zenith_deg))
         azimuth = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
         turn = scattering_cosine_literal if self._parameters.literal_eq14 else scattering_cosine
         brdf = cloud_brdf(albedo, asymmetry, turn(self._mu, mu0, azimuth), self._mu, mu0)
-        paths = [to_space(float(top), sun.zenith_deg) + to_space(float(top), view.zenith_deg) for top in tops_m]
+        paths = [
+            to_space(float(top), sun.zenith_deg) + to_space(float(top), view.zenith_deg) for top in tops_m
+        ]
         transmittance = self._inputs.transmittance.transmittance(wavenumber_cm1, paths)
-        result: Array = transmittance * (mu0 * self._irradiance(wavenumber_cm1, sun) * brdf)
+        received = self._parameters.cloud_sun_scale * mu0 * self._irradiance(wavenumber_cm1, sun)
+        result: Array = transmittance * (received * brdf)
         return result
 
     def _irradiance(self, wavenumber_cm1: Array, sun: Sun) -> Array:
@@ -180,6 +188,9 @@ def _notes(parameters: AsPrintedParameters) -> tuple[str, ...]:
     notes = ["as-printed radiance: single scattering, no slant factor in the cloud, no reflected sky"]
     if parameters.glint_scale != 1.0:
         notes.append(f"sun glint scaled by {parameters.glint_scale:g}, which is a fit and not physics")
+    if parameters.cloud_sun_scale != 1.0:
+        scale = parameters.cloud_sun_scale
+        notes.append(f"sunlight reflected by cloud scaled by {scale:g}, which is a fit and not physics")
     literal = [name for name, on in parameters if name.startswith("literal_") and on]
     if literal:
         notes.append(f"literal forms that the paper's own tables exclude: {', '.join(literal)}")

@@ -45,10 +45,16 @@ class Registry:
     @classmethod
     def discover(cls) -> Registry:
         """Return a registry of the defaults and of every installed entry point of group ``hcss_twin``."""
-        registry = cls()
-        registry.add(defaults, Origin("defaults", OWN_DISTRIBUTION, __version__))
+        registry = cls.defaults_only()
         for origin, found in installed():
             registry.add_lazily(origin, _loader(found))
+        return registry
+
+    @classmethod
+    def defaults_only(cls) -> Registry:
+        """Return a registry of the defaults alone."""
+        registry = cls()
+        registry.add(defaults, Origin("defaults", OWN_DISTRIBUTION, __version__))
         return registry
 
     def add(self, plugin: object, origin: Origin) -> None:

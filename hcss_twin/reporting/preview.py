@@ -72,7 +72,11 @@ def draw_preview(
 
 
 def _variable(dataset: xr.Dataset, kelvin: bool) -> str:
-    wanted = ["brightness_temperature"] if kelvin else ["radiance", "brightness_temperature", "cloud_thickness", "cloud_mask"]
+    wanted = (
+        ["brightness_temperature"]
+        if kelvin
+        else ["radiance", "brightness_temperature", "cloud_thickness", "cloud_mask"]
+    )
     for name in wanted:
         if name in dataset:
             return name
@@ -112,7 +116,13 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     for axis, position in zip(axes, range(chosen.size), strict=False):
         frame = shown.isel(time=position)
         image = axis.imshow(
-            frame.to_numpy(), origin="lower", extent=extent, vmin=low, vmax=high, cmap="gray", interpolation="nearest"
+            frame.to_numpy(),
+            origin="lower",
+            extent=extent,
+            vmin=low,
+            vmax=high,
+            cmap="gray",
+            interpolation="nearest",
         )
         seconds = (frame["time"].to_numpy() - start) / np.timedelta64(1, "ns") * 1e-9
         axis.set_title(f"t = {seconds:g} s", fontsize=9)

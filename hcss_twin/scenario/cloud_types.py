@@ -22,7 +22,9 @@ class TypeLayer(Section):
     phase: Literal["water", "ice"] = Field(description="Phase of the particles.")
     base: Length = Field(ge=0, le=20_000, description="Altitude of the cloud base, m.")
     top: Length = Field(gt=0, le=20_000, description="Altitude of the highest cloud top, m.")
-    anchor: Literal["base", "top"] = Field("base", description="Side of a thin cloud that stays at its altitude.")
+    anchor: Literal["base", "top"] = Field(
+        "base", description="Side of a thin cloud that stays at its altitude."
+    )
     thickness_min: Length = Field(gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m.")
 
 
@@ -49,7 +51,9 @@ class TypeMicrophysics(Section):
     def _ascending(self) -> TypeMicrophysics:
         low, high = self.radius_range_um
         if not 0 < low < high:
-            raise PydanticCustomError("radius_range_um", f"[{low:g}, {high:g}]: allowed 0 < shortest < longest")
+            raise PydanticCustomError(
+                "radius_range_um", f"[{low:g}, {high:g}]: allowed 0 < shortest < longest"
+            )
         return self
 
 

@@ -19,6 +19,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from hcss_twin.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.units import Angle, Duration, Fraction, Length, Speed, Temperature
 
 
@@ -26,6 +27,20 @@ class Section(BaseModel):
     """Base of all sections: immutable, unknown keys refused, NaN and infinity refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def selected(section: Section, key: str) -> str:
+    """Name by which a section selects its provider.
+
+    A provider the user did not name is ours, whatever else is installed under the same name.
+    """
+    name: str = getattr(section, key)
+    return name if key in section.model_fields_set else own(name)
+
+
+def own(name: str) -> str:
+    """Qualified name of a default provider."""
+    return f"{OWN_DISTRIBUTION}/{name}"
 
 
 class Place(Section):
@@ -40,7 +55,10 @@ class View(Section):
 
     zenith: Angle = Field(0.0, ge=0, le=85, description="Zenith angle at the surface point, degrees.")
     azimuth: Angle = Field(
-        0.0, ge=0, lt=360, description="Bearing from the surface point toward the sensor, degrees clockwise from north."
+        0.0,
+        ge=0,
+        lt=360,
+        description="Bearing from the surface point toward the sensor, degrees clockwise from north.",
     )
 
 
@@ -66,7 +84,10 @@ class Motion(Section):
     """What moves and changes between frames."""
 
     platform_speed: Speed = Field(
-        0.0, ge=-1e5, le=1e5, description="Ground speed of the image footprint toward +x (east), m/s; 0 stares."
+        0.0,
+        ge=-1e5,
+        le=1e5,
+        description="Ground speed of the image footprint toward +x (east), m/s; 0 stares.",
     )
     wind_speed: Speed = Field(10.0, ge=0, le=150, description="Wind that carries the clouds, m/s.")
     wind_from: Angle = Field(
@@ -92,7 +113,8 @@ class ResponseBand(Section):
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
     response: str = Field(
-        min_length=1, description="CSV file with columns wavelength_um and response (0 to 1), relative to the scenario."
+        min_length=1,
+        description="CSV file with columns wavelength_um and response (0 to 1), relative to the scenario.",
     )
 
 
@@ -102,9 +124,11 @@ Limits = tuple[float, float]
 def _band(value: object) -> object:
     if isinstance(value, list | tuple):
         if len(value) != 2 or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
-            raise PydanticCustomError("band", f"{list(value)} is not a band; allowed: [shortest_um, longest_um]")
+            raise PydanticCustomError(
+                "band", f"{list(value)} is not a band; allowed: [shortest_um, longest_um]"
+            )
         low, high = float(value[0]), float(value[1])
-        if not 0.1 <= min(low, high) or not max(low, high) <= 1000:
+        if not min(low, high) >= 0.1 or not max(low, high) <= 1000:
             raise PydanticCustomError("band", f"[{low:g}, {high:g}] um: allowed 0.1 to 1000 um")
         if low == high:
             raise PydanticCustomError("band", f"[{low:g}, {high:g}] um has no width")
@@ -137,7 +161,9 @@ class Layer(Section):
     type: str = Field("stratus", description="Cloud type: a catalog name or a TOML file of the same form.")
     coverage: Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels in every frame.")
     generator: str = Field("fractal", description="Cloud generator (see `hcss plugins`).")
-    base: Length | None = Field(None, ge=0, le=20_000, description="Altitude of the cloud base, m; default: the type's.")
+    base: Length | None = Field(
+        None, ge=0, le=20_000, description="Altitude of the cloud base, m; default: the type's."
+    )
     top: Length | None = Field(
         None, gt=0, le=20_000, description="Altitude of the highest cloud top, m; default: the type's."
     )
@@ -156,7 +182,9 @@ class Layer(Section):
 class Clouds(Section):
     """Cloud layers; keys of a single layer may stand in `[clouds]` itself."""
 
-    layers: tuple[Layer, ...] = Field((), max_length=1, description="`[[clouds.layers]]`: one layer in this version.")
+    layers: tuple[Layer, ...] = Field(
+        (), max_length=1, description="`[[clouds.layers]]`: one layer in this version."
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -215,7 +243,9 @@ class Output(Section):
         min_length=1,
         description='Output variables, or the groups "terms", "truth" and "all".',
     )
-    compression: int = Field(0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest.")
+    compression: int = Field(
+        0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest."
+    )
 
 
 class ScenarioModel(Section):
@@ -226,7 +256,9 @@ class ScenarioModel(Section):
     accuracy: float = Field(
         1e-3, ge=1e-6, le=0.1, description="Relative error of band radiance allowed to the engine's tables."
     )
-    time: AwareDatetime = Field(description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00.")
+    time: AwareDatetime = Field(
+        description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00."
+    )
     place: Place = Field(description="Where.")
     view: View = Field(default_factory=lambda: View.model_validate({}), description="Viewing direction.")
     image: Image = Field(default_factory=lambda: Image.model_validate({}), description="Image shape.")
@@ -238,11 +270,17 @@ class ScenarioModel(Section):
         max_length=100,
         description="Bands: catalog names, [shortest_um, longest_um], or {name, response}.",
     )
-    atmosphere: Atmosphere = Field(default_factory=lambda: Atmosphere.model_validate({}), description="Atmosphere.")
-    clouds: Clouds = Field(default_factory=lambda: Clouds.model_validate({}), description="Clouds; none by default.")
+    atmosphere: Atmosphere = Field(
+        default_factory=lambda: Atmosphere.model_validate({}), description="Atmosphere."
+    )
+    clouds: Clouds = Field(
+        default_factory=lambda: Clouds.model_validate({}), description="Clouds; none by default."
+    )
     sea: Sea = Field(default_factory=lambda: Sea.model_validate({}), description="Sea.")
     optics: Optics = Field(default_factory=lambda: Optics.model_validate({}), description="Cloud optics.")
-    radiance: Radiance = Field(default_factory=lambda: Radiance.model_validate({}), description="Radiance model.")
+    radiance: Radiance = Field(
+        default_factory=lambda: Radiance.model_validate({}), description="Radiance model."
+    )
     output: Output = Field(default_factory=lambda: Output.model_validate({}), description="Output.")
 
     @field_validator("bands", mode="after")

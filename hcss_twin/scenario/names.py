@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -14,7 +15,7 @@ from hcss_twin.errors import CatalogError, HcssError, Problem, choose_from
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.bands import named_bands
-from hcss_twin.scenario.models import ScenarioModel, single_layer
+from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, Sea, Section, own, single_layer
 from hcss_twin.scenario.problems import problems_from
 
 
@@ -22,10 +23,8 @@ def normalise(raw: Mapping[str, Any]) -> dict[str, Any]:
     """Copy a raw scenario with the single-layer shorthand of ``[clouds]`` spelled out."""
     data = copy.deepcopy(dict(raw))
     if "clouds" in data:
-        try:
+        with contextlib.suppress(PydanticCustomError):  # left as it is: validation reports it
             data["clouds"] = single_layer(data["clouds"])
-        except PydanticCustomError:
-            pass  # left as it is: validation reports it
     return data
 
 
@@ -53,7 +52,7 @@ def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog)
 def _provider_problems(
     path: str, section: Mapping[str, Any], key: str, kind: Kind, registry: Registry
 ) -> Iterator[Problem]:
-    name = section.get(key, _default(kind))
+    name = section.get(key, own(_default(key, kind)))
     if not isinstance(name, str):
         return
     parameters = section.get("parameters", {})
@@ -102,15 +101,14 @@ def _missing(field: str, look_up: Any) -> Iterator[Problem]:
         yield Problem(field, str(error))
 
 
-def _default(kind: Kind) -> str:
-    section, key = {
-        Kind.ATMOSPHERE: ("atmosphere", "provider"),
-        Kind.SEA: ("sea", "model"),
-        Kind.OPTICS: ("optics", "provider"),
-        Kind.RADIANCE: ("radiance", "model"),
-    }.get(kind, ("", ""))
-    if not section:
-        return "fractal"
-    model = ScenarioModel.model_fields[section].annotation
-    default: str = model.model_fields[key].default  # type: ignore[union-attr]
+def _default(key: str, kind: Kind) -> str:
+    """Name of the provider a section gets where it names none."""
+    models: dict[Kind, type[Section]] = {
+        Kind.ATMOSPHERE: Atmosphere,
+        Kind.SEA: Sea,
+        Kind.OPTICS: Optics,
+        Kind.RADIANCE: Radiance,
+        Kind.CLOUDS: Layer,
+    }
+    default: str = models[kind].model_fields[key].default
     return default

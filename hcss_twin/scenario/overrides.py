@@ -28,7 +28,9 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         return key, value.strip()
 
 
-def apply_overrides(raw: Mapping[str, Any], overrides: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+def apply_overrides(
+    raw: Mapping[str, Any], overrides: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[Problem]]:
     """Return a copy of ``raw`` with dotted keys replaced, and the keys that could not be placed.
 
     ``clouds.KEY`` reaches into the single cloud layer; a number selects a list element
@@ -63,8 +65,5 @@ def _place(target: Any, parts: list[str], value: Any) -> bool:
         if following is None:
             target[index] = value
             return True
-        if isinstance(target, dict):
-            target = target.setdefault(index, {})
-        else:
-            target = target[index]
+        target = target.setdefault(index, {}) if isinstance(target, dict) else target[index]
     return False

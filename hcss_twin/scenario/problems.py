@@ -56,7 +56,9 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: tuple[int 
     if kind == "timezone_aware":
         return f"{value} has no zone; allowed: date and time with zone; closest is {value}+00:00"
     if kind == "literal_error":
-        choices = str(detail.get("ctx", {}).get("expected", "")).replace("'", "").replace(" or ", ", ").split(", ")
+        choices = (
+            str(detail.get("ctx", {}).get("expected", "")).replace("'", "").replace(" or ", ", ").split(", ")
+        )
         return f"'{value}' is not a choice; {choose_from(str(value), choices)}"
     if kind in ("too_long", "too_short", "string_too_short", "string_too_long"):
         return f"{detail['msg'][0].lower()}{detail['msg'][1:]}"

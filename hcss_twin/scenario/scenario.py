@@ -64,7 +64,9 @@ class Scenario(ScenarioModel):
         return cls.from_dict(raw, overrides, base=path.parent, origin=str(source))
 
     @classmethod
-    def from_toml(cls, text: str, overrides: Mapping[str, Any] | None = None, base: Path | None = None) -> Self:
+    def from_toml(
+        cls, text: str, overrides: Mapping[str, Any] | None = None, base: Path | None = None
+    ) -> Self:
         """Validate a scenario given as TOML text; raises :class:`ScenarioError`."""
         return cls.from_dict(_parse_toml(text, "scenario"), overrides, base=base)
 
@@ -115,7 +117,8 @@ def _locate(source: str | Path) -> Path:
     try:
         return catalog.find(str(source), "scenarios", ".toml")
     except CatalogError as error:
-        message = f"no such file, and no shipped scenario of that name; {choose_from(str(source), catalog.names('scenarios', '.toml'))}"
+        choices = choose_from(str(source), catalog.names("scenarios", ".toml"))
+        message = f"no such file, and no shipped scenario of that name; {choices}"
         raise ScenarioError([Problem("file", message)], str(source)) from error
 
 
@@ -124,5 +127,3 @@ def _parse_toml(text: str, origin: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError([Problem("file", f"not valid TOML: {error}")], origin) from error
-
-

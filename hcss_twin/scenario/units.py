@@ -47,7 +47,9 @@ def parse_quantity(value: object, dimension: str) -> object:
             return float(number)
         guess = closest(unit, names)
         hint = f"; closest is '{guess}'" if guess else ""
-        raise PydanticCustomError("wrong_unit", f"'{value}': '{unit}' is not a unit of {dimension}; {allowed}{hint}")
+        raise PydanticCustomError(
+            "wrong_unit", f"'{value}': '{unit}' is not a unit of {dimension}; {allowed}{hint}"
+        )
     factor, offset = units[unit]
     return factor * float(number) + offset
 

@@ -37,6 +37,7 @@ from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.cloud_types import resolve_layer
+from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 
 
@@ -62,8 +63,13 @@ class Assembly:
     @property
     def declarations(self) -> tuple[Declares, ...]:
         """What each provider declares."""
-        providers = (*self.generators, self.transmittance, self.sea, self.optics, self.model)
-        return tuple(provider.declares for provider in providers)
+        clouds = (*(generator.declares for generator in self.generators), self.optics.declares)
+        return (
+            *(clouds if self.generators else ()),
+            self.transmittance.declares,
+            self.sea.declares,
+            self.model.declares,
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -96,7 +102,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     with _blamed_on("atmosphere.provider"):
         transmittance = builder.build(
             Kind.ATMOSPHERE,
-            scenario.atmosphere.provider,
+            selected(scenario.atmosphere, "provider"),
             AtmosphereInputs(profile, catalog),
             scenario.atmosphere.parameters,
         )
@@ -108,16 +114,20 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     with _blamed_on("sea.model"):
         sea = builder.build(
             Kind.SEA,
-            scenario.sea.model,
+            selected(scenario.sea, "model"),
             SeaInputs(scenario.sea.wind_speed, scenario.sea.wind_from, temperature, catalog),
             scenario.sea.parameters,
         )
     _require_bands_inside(bands, sea.declares, "sea")
     with _blamed_on("optics.provider"):
         optics = builder.build(
-            Kind.OPTICS, scenario.optics.provider, OpticsInputs(catalog), scenario.optics.parameters
+            Kind.OPTICS,
+            selected(scenario.optics, "provider"),
+            OpticsInputs(catalog),
+            scenario.optics.parameters,
         )
-    _require_bands_inside(bands, optics.declares, "optics")
+    if scenario.clouds.layers:
+        _require_bands_inside(bands, optics.declares, "optics")
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
     layers, generators = [], []
@@ -127,7 +137,9 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
             resolved = resolve_layer(section, catalog, field)
         inputs = CloudInputs(resolved.layer, grid, motion, scenario.seed, catalog, resolved.type_parameters)
         with _blamed_on(f"{field}.generator"):
-            generators.append(builder.build(Kind.CLOUDS, section.generator, inputs, section.parameters))
+            generators.append(
+                builder.build(Kind.CLOUDS, selected(section, "generator"), inputs, section.parameters)
+            )
         layers.append(resolved.layer)
     view = View(scenario.view.zenith, scenario.view.azimuth)
     radiance_inputs = RadianceInputs(
@@ -142,7 +154,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     )
     with _blamed_on("radiance.model"):
         model = builder.build(
-            Kind.RADIANCE, scenario.radiance.model, radiance_inputs, scenario.radiance.parameters
+            Kind.RADIANCE, selected(scenario.radiance, "model"), radiance_inputs, scenario.radiance.parameters
         )
     return Assembly(
         entries=builder.entries,

@@ -23,7 +23,9 @@ class BrightnessTemperature:
 
     def __init__(self, grid: SpectralGrid) -> None:
         self._inverse_temperature = np.linspace(1 / COLDEST_K, 1 / HOTTEST_K, NODES)
-        radiance = planck(grid.wavenumber_cm1[None, :], 1 / self._inverse_temperature[:, None]) @ grid.weights_cm1.T
+        radiance = (
+            planck(grid.wavenumber_cm1[None, :], 1 / self._inverse_temperature[:, None]) @ grid.weights_cm1.T
+        )
         self._ln_radiance = np.log(np.maximum(radiance, np.finfo(float).tiny)).T
 
     def __call__(self, radiance: NDArray[np.float32]) -> NDArray[np.float32]:

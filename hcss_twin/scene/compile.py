@@ -91,7 +91,9 @@ class _Columns:
         self._plan = plan
         self._grid = plan.spectral_grid
         self._terms = [
-            spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables if spec.name.startswith(TERM_PREFIX)
+            spec.name.removeprefix(TERM_PREFIX)
+            for spec in plan.variables
+            if spec.name.startswith(TERM_PREFIX)
         ]
 
     def clear(self, sun: Sun | None) -> dict[str, Array]:

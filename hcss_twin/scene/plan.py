@@ -135,7 +135,8 @@ class Plan:
             "x": self.grid.columns,
         }
         return sum(
-            math.prod(sizes[dim] for dim in spec.dims) * np.dtype(spec.dtype).itemsize for spec in self.variables
+            math.prod(sizes[dim] for dim in spec.dims) * np.dtype(spec.dtype).itemsize
+            for spec in self.variables
         )
 
     def as_dict(self) -> Mapping[str, Any]:
@@ -145,7 +146,8 @@ class Plan:
             "rows": self.grid.rows,
             "columns": self.grid.columns,
             "bands": [
-                {"name": band.name, "lower_um": band.lower_um, "upper_um": band.upper_um} for band in self.bands
+                {"name": band.name, "lower_um": band.lower_um, "upper_um": band.upper_um}
+                for band in self.bands
             ],
             "providers": {
                 kind: {"name": entry.name, "distribution": entry.distribution, "version": entry.version}
@@ -178,13 +180,15 @@ def make_plan(scenario: Scenario) -> Plan:
     assembly = assemble(scenario, catalog)
     variables = _variables(scenario, assembly)
     frames = scenario.frames
-    times = (frames.first + np.arange(frames.count)) * frames.interval
+    times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
     filled = (
         [
             FilledIn(
-                "sea.temperature", f"{assembly.sea_temperature_K:g} K", f"surface of profile '{assembly.profile.name}'"
+                "sea.temperature",
+                f"{assembly.sea_temperature_K:g} K",
+                f"surface of profile '{assembly.profile.name}'",
             )
         ]
         if scenario.sea.temperature is None
@@ -240,5 +244,3 @@ def _skipped(assembly: Assembly, variables: tuple[VariableSpec, ...], sun_zenith
         Skipped("waves as shapes", "pixels average over waves; the sea is homogeneous at this scale", 0.0)
     )
     return skipped
-
-

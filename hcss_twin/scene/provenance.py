@@ -9,7 +9,7 @@ from importlib import metadata
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables import RadianceTables
 
-LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "miepython", "pvlib", "pydantic", "pluggy")
+LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
 
 
 def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | float | int]:

@@ -56,7 +56,9 @@ def run(plan: Plan, output: str | Path, progress: Progress[Any] | None = None) -
     frames: Iterable[Any] = stream(plan, tables)
     if progress is not None:
         frames = progress(frames, plan.frame_times_s.size)
-    with CubeWriter(output, _header(plan, tables), compression=plan.scenario.output.compression or None) as writer:
+    with CubeWriter(
+        output, _header(plan, tables), compression=plan.scenario.output.compression or None
+    ) as writer:
         for index, frame in enumerate(frames):
             writer.write_frame(index, frame)
     return Path(output)

@@ -56,7 +56,9 @@ class ThicknessAxis:
         return result
 
 
-def place_axis(columns: Columns, total: str, layer: CloudLayer, level_m: Array, tolerance: float) -> ThicknessAxis:
+def place_axis(
+    columns: Columns, total: str, layer: CloudLayer, level_m: Array, tolerance: float
+) -> ThicknessAxis:
     """Place nodes so that the total keeps the tolerance, measured between the nodes.
 
     Parameters
@@ -75,14 +77,18 @@ def place_axis(columns: Columns, total: str, layer: CloudLayer, level_m: Array, 
     """
     segments, dense, worst = [], [], 0.0
     for low, high in pairwise(_breakpoints(layer, level_m)):
-        nodes, values, error = _segment(lambda z: columns(z)[total], low, high, (1 - LINEAR_SHARE) * tolerance)
+        nodes, values, error = _segment(
+            lambda z: columns(z)[total], low, high, (1 - LINEAR_SHARE) * tolerance
+        )
         segments.append(nodes)
         dense.append(_dense(nodes, values, LINEAR_SHARE * tolerance))
         worst = max(worst, error)
     return ThicknessAxis(tuple(segments), np.unique(np.concatenate(dense)), worst)
 
 
-def _segment(evaluate: Callable[[Array], Array], low: float, high: float, tolerance: float) -> tuple[Array, Array, float]:
+def _segment(
+    evaluate: Callable[[Array], Array], low: float, high: float, tolerance: float
+) -> tuple[Array, Array, float]:
     """Halve all intervals of one segment until the spline predicts every new column."""
     nodes = np.geomspace(low, high, FIRST_NODES)
     nodes[0], nodes[-1] = low, high

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import Array, Declares, SeaInputs
+from hcss_twin.refractive_index import load_refractive_index
 from hcss_twin.sea.parameters import CoxMunkParameters
 from hcss_twin.sea.pierson_moskowitz import significant_wave_height_m
-from hcss_twin.sea.refractive_index import RefractiveIndex
 from hcss_twin.sea.slopes import MEASURED_WIND_M_S, mean_square_slope, slope_density
 from hcss_twin.sea.visible_facets import facet_weights, incidence_nodes
 
@@ -40,7 +40,7 @@ class CoxMunkSea:
     def __init__(self, inputs: SeaInputs, parameters: CoxMunkParameters) -> None:
         self._mean_square_slope = mean_square_slope(inputs.wind_speed_m_s)
         self._wind_speed_m_s = inputs.wind_speed_m_s
-        self._index = RefractiveIndex.from_catalog(inputs.catalog, parameters.water_index)
+        self._index = load_refractive_index(inputs.catalog, parameters.water_index)
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth"}),
             valid={"wavenumber_cm1": self._index.valid_cm1},

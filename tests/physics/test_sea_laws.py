@@ -6,9 +6,9 @@ import pytest
 from hcss_twin.catalog import Catalog
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import SeaInputs
+from hcss_twin.refractive_index import load_refractive_index
 from hcss_twin.sea.cox_munk import CoxMunkSea, mirror_facet
 from hcss_twin.sea.parameters import CoxMunkParameters
-from hcss_twin.sea.refractive_index import RefractiveIndex
 from hcss_twin.sea.visible_facets import facet_weights, incidence_nodes
 
 # 14, 11, 8.5, 4, 3.1 and 2.75 um
@@ -48,7 +48,7 @@ def test_emissivity_lies_between_zero_and_one_for_every_view(wind: float) -> Non
 
 
 def test_a_nearly_flat_sea_emits_one_minus_fresnel() -> None:
-    index = RefractiveIndex.from_catalog(Catalog(), "water").at(WAVENUMBER)
+    index = load_refractive_index(Catalog(), "water").at(WAVENUMBER)
     mu = np.array([0.2, 0.5, 0.8, 1.0])
     reflectance = unpolarised_reflectance(index, incidence_nodes(32)[:, None])
     found = 1.0 - facet_weights(mu, 1e-10) @ reflectance
@@ -59,7 +59,7 @@ def test_emissivity_rises_steadily_to_its_nadir_value() -> None:
     mu = np.cos(np.radians(np.arange(89.0, -1.0, -1.0)))
     for wind in (0.0, 5.0):
         assert np.all(np.diff(sea(wind).emissivity(WAVENUMBER, mu), axis=0) > -1e-5)
-    index = RefractiveIndex.from_catalog(Catalog(), "water").at(WAVENUMBER)
+    index = load_refractive_index(Catalog(), "water").at(WAVENUMBER)
     smooth = 1.0 - unpolarised_reflectance(index, 1.0)
     # At nadir reflectance is flat in the angle up to fourth order, so even wind hardly matters.
     np.testing.assert_allclose(sea(5.0).emissivity(WAVENUMBER, np.ones(1))[0], smooth, atol=1e-4)

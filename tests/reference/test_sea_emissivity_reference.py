@@ -5,9 +5,9 @@ import pytest
 
 from hcss_twin.catalog import Catalog
 from hcss_twin.providers import SeaInputs
+from hcss_twin.refractive_index import load_refractive_index
 from hcss_twin.sea.cox_munk import CoxMunkSea
 from hcss_twin.sea.parameters import CoxMunkParameters
-from hcss_twin.sea.refractive_index import RefractiveIndex
 
 
 def sea(wind: float) -> CoxMunkSea:
@@ -43,7 +43,7 @@ def emissivity_by_tilt_and_bearing(n: float, k: float, zenith_deg: float, wind: 
 @pytest.mark.parametrize("zenith_deg", [0.0, 45.0, 70.0, 85.0])
 def test_emissivity_agrees_with_a_sum_over_tilt_and_bearing(wind: float, zenith_deg: float) -> None:
     wavenumber = np.array([1e4 / 11.0])
-    index = RefractiveIndex.from_catalog(Catalog(), "water").at(wavenumber)[0]
+    index = load_refractive_index(Catalog(), "water").at(wavenumber)[0]
     found = sea(wind).emissivity(wavenumber, np.array([np.cos(np.radians(zenith_deg))])).item()
     expected = emissivity_by_tilt_and_bearing(index.real, index.imag, zenith_deg, wind)
     assert found == pytest.approx(expected, abs=2e-6)
@@ -65,7 +65,7 @@ def test_nadir_emissivity_follows_from_the_measured_optical_constants(wavelength
 def test_brdf_agrees_with_rays_traced_on_random_facets(zenith_deg: float, wind: float) -> None:
     """Reflect many sight lines and compare the energy per bin of direction with the integrated BRDF."""
     wavenumber = np.array([1e4 / 3.8])
-    index = RefractiveIndex.from_catalog(Catalog(), "water").at(wavenumber)[0]
+    index = load_refractive_index(Catalog(), "water").at(wavenumber)[0]
     theta, count = np.radians(zenith_deg), 500_000
     sight = np.array([np.sin(theta), 0.0, np.cos(theta)])
     slopes = np.random.default_rng(5).normal(0.0, np.sqrt(0.5 * (0.003 + 0.00512 * wind)), (2, count))

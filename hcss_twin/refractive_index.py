@@ -1,4 +1,4 @@
-"""Complex refractive index from a table of wavelengths."""
+"""Complex refractive index of water and ice from a catalog table."""
 
 from __future__ import annotations
 
@@ -32,27 +32,31 @@ class RefractiveIndex:
     n: Array
     k: Array
 
-    def __call__(self, wavelength_um: Array) -> NDArray[np.complex128]:
-        """Return n + ik at ``wavelength_um`` (V,).
+    @property
+    def valid_cm1(self) -> tuple[float, float]:
+        """Lowest and highest wavenumber of the table."""
+        return float(1e4 / self.wavelength_um[-1]), float(1e4 / self.wavelength_um[0])
+
+    def at(self, wavenumber_cm1: Array) -> NDArray[np.complex128]:
+        """Return n + ik (V,) at ``wavenumber_cm1`` (V,).
 
         Raises
         ------
         ValueError
-            If a wavelength lies outside the table.
+            If a wavenumber lies outside the table.
         """
-        wavelength = np.asarray(wavelength_um, dtype=np.float64)
-        low, high = float(self.wavelength_um[0]), float(self.wavelength_um[-1])
-        outside = ~((wavelength >= low) & (wavelength <= high))
-        if np.any(outside):
-            wrong = float(wavelength[outside][0])
-            near = low if wrong < low else high
+        wavenumber = np.asarray(wavenumber_cm1, dtype=np.float64)
+        low, high = self.valid_cm1
+        if not np.all((wavenumber >= low) & (wavenumber <= high)):
             raise ValueError(
-                f"wavelength {wrong:g} um: the refractive index '{self.name}' covers {low:g} to {high:g} um; "
-                f"closest is {near:g} um"
+                f"wavenumber_cm1 between {np.min(wavenumber):g} and {np.max(wavenumber):g}: the refractive "
+                f"index '{self.name}' covers {low:g} to {high:g} cm-1 "
+                f"({self.wavelength_um[0]:g} to {self.wavelength_um[-1]:g} um)"
             )
-        position, nodes = np.log(wavelength), np.log(self.wavelength_um)
+        position, nodes = np.log(1e4 / wavenumber), np.log(self.wavelength_um)
         real = np.interp(position, nodes, self.n)
-        return real + 1j * np.exp(np.interp(position, nodes, np.log(self.k)))
+        imaginary = np.exp(np.interp(position, nodes, np.log(self.k)))
+        return np.asarray(real + 1j * imaginary, dtype=np.complex128)
 
 
 def load_refractive_index(catalog: Catalog, name: str) -> RefractiveIndex:
@@ -67,7 +71,7 @@ def load_refractive_index(catalog: Catalog, name: str) -> RefractiveIndex:
     columns = catalog.columns(path)
     missing = [column for column in ("wavelength_um", "n", "k") if column not in columns]
     if missing:
-        raise CatalogError(f"{path}: lacks the columns {', '.join(missing)}; it has {', '.join(columns)}")
+        raise CatalogError(f"{path}: column {', '.join(missing)} missing; it has {', '.join(columns)}")
     table = RefractiveIndex(name, columns["wavelength_um"], columns["n"], columns["k"])
     if table.wavelength_um.size < 2 or not np.all(np.diff(table.wavelength_um) > 0.0):
         raise CatalogError(f"{path}: wavelength_um must increase over at least two rows")
