@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, choose_from
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.scenario.models import ResponseBand, band_name
+
+Array = NDArray[np.float64]
 
 
 def named_bands(catalog: Catalog) -> Mapping[str, Mapping[str, Any]]:
@@ -28,7 +31,8 @@ def spectral_band(band: str | tuple[float, float] | ResponseBand, catalog: Catal
         If a name is unknown or a response file is malformed.
     """
     if isinstance(band, ResponseBand):
-        return _measured(band, catalog)
+        wavelength, response = read_response(band.response, catalog)
+        return SpectralBand(band.name, wavelength, response)
     if isinstance(band, str):
         known = named_bands(catalog)
         if band not in known:
@@ -39,8 +43,19 @@ def spectral_band(band: str | tuple[float, float] | ResponseBand, catalog: Catal
     return SpectralBand(band_name(band), np.array(limits, dtype=np.float64), np.ones(2))
 
 
-def _measured(band: ResponseBand, catalog: Catalog) -> SpectralBand:
-    path = catalog.file(band.response)
+def read_response(file: str, catalog: Catalog) -> tuple[Array, Array]:
+    """Read a measured spectral response.
+
+    Returns
+    -------
+    wavelength_um, response : ndarray (N,)
+
+    Raises
+    ------
+    CatalogError
+        If the file is missing or malformed.
+    """
+    path = catalog.file(file)
     columns = catalog.columns(path)
     for required in ("wavelength_um", "response"):
         if required not in columns:
@@ -50,4 +65,4 @@ def _measured(band: ResponseBand, catalog: Catalog) -> SpectralBand:
         raise CatalogError(f"{path}: wavelength_um must be positive and ascend over at least two rows")
     if np.any(response < 0) or np.any(response > 1) or not np.any(response > 0):
         raise CatalogError(f"{path}: response must lie in 0..1 and be positive somewhere")
-    return SpectralBand(band.name, wavelength, response)
+    return wavelength, response

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.catalog import Catalog
@@ -13,7 +13,7 @@ from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudLayer, Microphysics
 from hcss_twin.scenario.models import Layer, Section
 from hcss_twin.scenario.problems import problems_from
-from hcss_twin.scenario.units import Length
+from hcss_twin.scenario.units import Length, Number, Whole
 
 
 class TypeLayer(Section):
@@ -27,34 +27,64 @@ class TypeLayer(Section):
     )
     thickness_min: Length = Field(gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m.")
 
+    @model_validator(mode="after")
+    def _room(self) -> TypeLayer:
+        depth = self.top - self.base
+        if depth <= 0:
+            raise PydanticCustomError(
+                "top", f"top {self.top:g} m is not above the base; allowed: above {self.base:g}"
+            )
+        if self.thickness_min > depth:
+            raise PydanticCustomError(
+                "thickness_min",
+                f"thickness_min {self.thickness_min:g} m exceeds top - base; allowed: up to {depth:g}; "
+                f"closest valid choice is {depth:g}",
+            )
+        return self
+
+
+_Cells = Annotated[Number, Field(gt=0)]
+_Octave = Annotated[Whole, Field(ge=0, le=16)]
+
 
 class TypeFractal(Section):
     """``[fractal]``: parameters of eqs 2-4 of the HCSS paper."""
 
-    gamma: float = Field(ge=1.01, le=8, description="Gap parameter.")
-    H: float = Field(gt=0, lt=1, description="Hurst parameter.")
-    L: tuple[float, float] = Field(description="Cells per 16 km along x and y.")
-    k: tuple[int, int] = Field(description="First and last octave.")
+    gamma: Number = Field(ge=1.01, le=8, description="Gap parameter.")
+    H: Number = Field(gt=0, lt=1, description="Hurst parameter.")
+    L: tuple[_Cells, _Cells] = Field(description="Cells per 16 km along x and y.")
+    k: tuple[_Octave, _Octave] = Field(description="First and last octave.")
+
+    @field_validator("k")
+    @classmethod
+    def _ascending(cls, value: tuple[int, int]) -> tuple[int, int]:
+        first, last = value
+        if first > last:
+            raise PydanticCustomError(
+                "k", f"[{first}, {last}] descends; allowed: first <= last; closest is [{last}, {first}]"
+            )
+        return value
 
 
 class TypeMicrophysics(Section):
     """``[microphysics]``: modified gamma distribution n(r) = a r^alpha exp(-b r^nu), r in um."""
 
-    alpha: float = Field(ge=0, le=20, description="Exponent of the radius.")
-    b: float = Field(gt=0, description="Scale, um^-nu.")
-    nu: float = Field(gt=0, le=10, description="Exponent in the exponential.")
-    number_density: float = Field(gt=0, le=1e12, description="Particles per m3.")
-    radius_range_um: tuple[float, float] = Field(description="Limits of integration, um.")
+    alpha: Number = Field(ge=0, le=20, description="Exponent of the radius.")
+    b: Number = Field(gt=0, description="Scale, um^-nu.")
+    nu: Number = Field(gt=0, le=10, description="Exponent in the exponential.")
+    number_density: Number = Field(gt=0, le=1e12, description="Particles per m3.")
+    radius_range_um: tuple[Number, Number] = Field(description="Limits of integration, um.")
     source: str = Field(description="Where the numbers come from.")
 
-    @model_validator(mode="after")
-    def _ascending(self) -> TypeMicrophysics:
-        low, high = self.radius_range_um
+    @field_validator("radius_range_um")
+    @classmethod
+    def _ascending(cls, value: tuple[float, float]) -> tuple[float, float]:
+        low, high = value
         if not 0 < low < high:
             raise PydanticCustomError(
-                "radius_range_um", f"[{low:g}, {high:g}]: allowed 0 < shortest < longest"
+                "radius_range_um", f"[{low:g}, {high:g}] is no range; allowed: 0 < smallest < largest"
             )
-        return self
+        return value
 
 
 class CloudType(Section):
@@ -76,46 +106,86 @@ class ResolvedLayer:
     type_parameters: dict[str, Any]
 
 
+@dataclass(frozen=True)
+class Geometry:
+    """Where a layer is, m."""
+
+    base: float
+    top: float
+    thickness_min: float
+
+
+def load_cloud_type(name: str, catalog: Catalog) -> CloudType:
+    """Read a cloud type by catalog name or from a user's TOML file.
+
+    Raises
+    ------
+    CatalogError
+        If there is none, or it is not TOML.
+    ScenarioError
+        If a key of the file is wrong; its ``origin`` is the file.
+    """
+    path = catalog.find(name, "cloud_types", ".toml")
+    raw = catalog.toml(path)
+    try:
+        return CloudType.model_validate(raw)
+    except ValidationError as error:
+        raise ScenarioError(problems_from(error, CloudType, raw=raw), str(path)) from error
+
+
+def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometry:
+    """Merge a layer's altitudes with those of its type.
+
+    Raises
+    ------
+    ScenarioError
+        If they leave no room for cloud; names the key the user gave.
+    """
+    usual = cloud_type.layer
+    base = usual.base if section.base is None else section.base
+    top = usual.top if section.top is None else section.top
+    depth = top - base
+    if depth <= 0:
+        of_type = f", that of type '{section.type}'"
+        if section.top is None:
+            key, message = "base", f"{base:g} m is not below the top; allowed: below {top:g}{of_type}"
+        else:
+            whose = of_type if section.base is None else ""
+            key, message = "top", f"{top:g} m is not above the base; allowed: above {base:g}{whose}"
+        raise ScenarioError([Problem(f"{field}.{key}", message)])
+    # A layer made shallower than its type's thinnest cloud is as thin as it can be.
+    thinnest = min(usual.thickness_min, depth) if section.thickness_min is None else section.thickness_min
+    if thinnest > depth:
+        message = (
+            f"{thinnest:g} m exceeds top - base; allowed: up to {depth:g}; closest valid choice is {depth:g}"
+        )
+        raise ScenarioError([Problem(f"{field}.thickness_min", message)])
+    return Geometry(base, top, thinnest)
+
+
 def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer:
     """Merge a scenario's layer with its cloud type.
 
     Raises
     ------
+    CatalogError
+        If there is no such type.
     ScenarioError
         If the type's file is malformed or the merged geometry is impossible.
     """
-    path = catalog.find(section.type, "cloud_types", ".toml")
-    try:
-        cloud_type = CloudType.model_validate(catalog.toml(path))
-    except ValidationError as error:
-        raise ScenarioError(problems_from(error, CloudType), str(path)) from error
-    geometry = cloud_type.layer
-    base = geometry.base if section.base is None else section.base
-    top = geometry.top if section.top is None else section.top
-    depth = top - base
-    if depth <= 0:
-        raise ScenarioError([Problem(f"{field}.top", f"{top:g} m is not above the base at {base:g} m")])
-    thinnest = min(geometry.thickness_min, depth) if section.thickness_min is None else section.thickness_min
-    if thinnest > depth:
-        raise ScenarioError(
-            [
-                Problem(
-                    f"{field}.thickness_min",
-                    f"{thinnest:g} m exceeds top - base; allowed: up to {depth:g}; closest valid choice is {depth:g}",
-                )
-            ]
-        )
+    cloud_type = load_cloud_type(section.type, catalog)
+    geometry = layer_geometry(section, cloud_type, field)
     particles = cloud_type.microphysics
     layer = CloudLayer(
         name=section.type,
-        base_m=base,
-        top_m=top,
-        anchor=section.anchor or geometry.anchor,
-        thickness_min_m=thinnest,
+        base_m=geometry.base,
+        top_m=geometry.top,
+        anchor=section.anchor or cloud_type.layer.anchor,
+        thickness_min_m=geometry.thickness_min,
         coverage=section.coverage,
         temperature_K=section.temperature,
         microphysics=Microphysics(
-            phase=geometry.phase,
+            phase=cloud_type.layer.phase,
             alpha=particles.alpha,
             b=particles.b,
             nu=particles.nu,

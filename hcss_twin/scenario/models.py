@@ -5,22 +5,35 @@ The JSON schema, the reference page and the error messages are made from these m
 
 from __future__ import annotations
 
-from pathlib import PurePath
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    AwareDatetime,
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
+    Tag,
     field_validator,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
+from hcss_twin.errors import closest
 from hcss_twin.registry.registry import OWN_DISTRIBUTION
-from hcss_twin.scenario.units import Angle, Duration, Fraction, Length, Speed, Temperature
+from hcss_twin.scenario.instant import Instant
+from hcss_twin.scenario.units import (
+    Angle,
+    Duration,
+    Fraction,
+    Length,
+    Number,
+    Speed,
+    Temperature,
+    Whole,
+    parse_quantity,
+)
+from hcss_twin.scenario.wording import shown
 
 
 class Section(BaseModel):
@@ -65,19 +78,40 @@ class View(Section):
 class Image(Section):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
-    rows: int = Field(800, ge=1, le=16384, description="Number of rows (y).")
-    columns: int = Field(800, ge=1, le=16384, description="Number of columns (x).")
+    rows: Whole = Field(800, ge=1, le=16384, description="Number of rows (y).")
+    columns: Whole = Field(800, ge=1, le=16384, description="Number of columns (x).")
     pixel_size: Length = Field(20.0, gt=0, le=100_000, description="Side of the square ground pixel, m.")
 
 
 class Frames(Section):
     """The time series."""
 
-    count: int = Field(8, ge=1, le=1_000_000, description="Number of frames.")
+    count: Whole = Field(8, ge=1, le=1_000_000, description="Number of frames.")
     interval: Duration = Field(1.0, gt=0, le=1e6, description="Time between frames, s.")
-    first: int = Field(
+    first: Whole = Field(
         0, ge=0, le=10_000_000, description="Index of the first frame; frame n is at start + n x interval."
     )
+
+
+def _evolution_time(value: object) -> object:
+    if value == "frozen":
+        return value
+    allowed = 'allowed: 0.001 to 1e12 s, or "frozen"'
+    if isinstance(value, str) and closest(value, ("frozen",)):
+        raise PydanticCustomError(
+            "evolution_time", f"{shown(value)} is not a duration; {allowed}; closest is 'frozen'"
+        )
+    number = parse_quantity(value, "duration")
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        raise PydanticCustomError("evolution_time", f"{shown(value)} is not a duration; {allowed}")
+    if not 1e-3 <= number <= 1e12:
+        hint = "; closest valid choice is 0.001" if number < 1 else "; closest valid choice is 'frozen'"
+        hint = "" if number != number else hint  # NaN is close to nothing
+        raise PydanticCustomError("evolution_time", f"{shown(value)} is out of range; {allowed}{hint}")
+    return float(number)
+
+
+EvolutionTime = Annotated[Duration | Literal["frozen"], BeforeValidator(_evolution_time)]
 
 
 class Motion(Section):
@@ -93,19 +127,11 @@ class Motion(Section):
     wind_from: Angle = Field(
         270.0, ge=0, lt=360, description="Bearing the cloud wind comes from, degrees clockwise from north."
     )
-    evolution_time: Duration | Literal["frozen"] = Field(
+    evolution_time: EvolutionTime = Field(
         1800.0,
-        description='Time in which the largest cloud structures change, s; "frozen" keeps every shape.',
+        description="Time in which the largest cloud structures change, s, 0.001 to 1e12; "
+        '"frozen" keeps every shape.',
     )
-
-    @field_validator("evolution_time")
-    @classmethod
-    def _positive(cls, value: float | str) -> float | str:
-        if isinstance(value, float | int) and not 1e-3 <= value <= 1e12:
-            raise PydanticCustomError(
-                "evolution_time", f'{value:g} s is out of range; allowed: 0.001 to 1e12, or "frozen"'
-            )
-        return value
 
 
 class ResponseBand(Section):
@@ -122,29 +148,50 @@ Limits = tuple[float, float]
 
 
 def _band(value: object) -> object:
-    if isinstance(value, list | tuple):
-        if len(value) != 2 or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
-            raise PydanticCustomError(
-                "band", f"{list(value)} is not a band; allowed: [shortest_um, longest_um]"
-            )
-        low, high = float(value[0]), float(value[1])
-        if not min(low, high) >= 0.1 or not max(low, high) <= 1000:
-            raise PydanticCustomError("band", f"[{low:g}, {high:g}] um: allowed 0.1 to 1000 um")
-        if low == high:
-            raise PydanticCustomError("band", f"[{low:g}, {high:g}] um has no width")
-        if low > high:
-            raise PydanticCustomError(
-                "band", f"[{low:g}, {high:g}] um is upside down; closest valid choice is [{high:g}, {low:g}]"
-            )
-        return (low, high)
     if isinstance(value, str | dict | ResponseBand):
         return value
+    if isinstance(value, list | tuple):
+        return _limits(value)
     raise PydanticCustomError(
-        "band", f"{value!r} is not a band; allowed: a name, [shortest_um, longest_um], or {{name, response}}"
+        "band",
+        f"{shown(value)} is not a band; allowed: a name, [shortest_um, longest_um], or {{name, response}}",
     )
 
 
-Band = Annotated[str | Limits | ResponseBand, BeforeValidator(_band)]
+def _limits(value: list[Any] | tuple[Any, ...]) -> Limits:
+    allowed = "allowed: [shortest_um, longest_um], two numbers from 0.1 to 1000"
+    if len(value) != 2 or not all(map(_is_number, value)):
+        raise PydanticCustomError("band", f"{shown(list(value))} is not a band; {allowed}")
+    if not all(0.1 <= limit <= 1000 for limit in value):  # also refuses NaN
+        raise PydanticCustomError("band", f"{shown(list(value))} um is out of range; {allowed}")
+    low, high = float(value[0]), float(value[1])
+    if low == high:
+        raise PydanticCustomError("band", f"{shown(list(value))} um has no width; {allowed}, ascending")
+    if low > high:
+        raise PydanticCustomError(
+            "band", f"[{low:g}, {high:g}] um is upside down; closest valid choice is [{high:g}, {low:g}]"
+        )
+    return (low, high)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _form_of_band(value: object) -> str:
+    if isinstance(value, str):
+        return "a name"
+    return "limits" if isinstance(value, tuple) else "a response"
+
+
+# Told apart by their form, so that an error speaks of the form that was typed only.
+Band = Annotated[
+    Annotated[str, Tag("a name")]
+    | Annotated[Limits, Tag("limits")]
+    | Annotated[ResponseBand, Tag("a response")],
+    Discriminator(_form_of_band),
+    BeforeValidator(_band),
+]
 
 
 class Atmosphere(Section):
@@ -192,19 +239,43 @@ class Clouds(Section):
         return single_layer(data)
 
 
+def has_single_layer(data: Any) -> bool:
+    """Whether the keys of a single layer stand in a raw ``[clouds]`` itself."""
+    return isinstance(data, dict) and any(key != "layers" for key in data)
+
+
 def single_layer(data: Any) -> Any:
-    """Move the keys of a single layer from ``[clouds]`` into ``layers``."""
+    """Move the keys of a single layer from ``[clouds]`` into ``layers``.
+
+    Raises
+    ------
+    PydanticCustomError
+        If ``data`` is no table, or the keys stand beside ``layers``.
+    """
+    if isinstance(data, Clouds):
+        return data
+    keys = tuple(Layer.model_fields)
     if not isinstance(data, dict):
+        hint = f"; closest valid choice is {{type = {shown(data)}}}" if isinstance(data, str) else ""
+        raise PydanticCustomError(
+            "clouds",
+            f"{shown(data)} is not a table; allowed: a table with the keys {', '.join(keys)}{hint}",
+        )
+    if not has_single_layer(data):
         return data
     short = {key: value for key, value in data.items() if key != "layers"}
-    if not short:
-        return data
-    layers = data.get("layers", [{}])
-    if not isinstance(layers, list | tuple) or len(layers) != 1 or not isinstance(layers[0], dict):
+    if "layers" in data:
         raise PydanticCustomError(
-            "layers", "keys of a single layer stand beside [[clouds.layers]]; allowed: one or the other"
+            "layers",
+            f"{', '.join(map(shown, short))} beside [[clouds.layers]]; allowed: the keys of the layer in [clouds] or "
+            "in [[clouds.layers]], not in both",
         )
-    return {"layers": [{**layers[0], **short}]}
+    for key in short:
+        if isinstance(key, str) and key not in keys and closest(key, (*keys, "layers")) == "layers":
+            raise PydanticCustomError(
+                "layers", f"unknown key {shown(key)}; closest is 'layers', as in [[clouds.layers]]"
+            )
+    return {"layers": [short]}
 
 
 class Sea(Section):
@@ -243,7 +314,7 @@ class Output(Section):
         min_length=1,
         description='Output variables, or the groups "terms", "truth" and "all".',
     )
-    compression: int = Field(
+    compression: Whole = Field(
         0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest."
     )
 
@@ -252,14 +323,16 @@ class ScenarioModel(Section):
     """A whole scenario file."""
 
     title: str = Field("", max_length=200, description="Title of the cube.")
-    seed: int = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
-    accuracy: float = Field(
+    seed: Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
+    accuracy: Number = Field(
         1e-3, ge=1e-6, le=0.1, description="Relative error of band radiance allowed to the engine's tables."
     )
-    time: AwareDatetime = Field(
+    time: Instant = Field(
         description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00."
     )
-    place: Place = Field(description="Where.")
+    place: Place = Field(
+        description="Where the first image centre lies, for example {latitude = 35.0, longitude = 150.0}."
+    )
     view: View = Field(default_factory=lambda: View.model_validate({}), description="Viewing direction.")
     image: Image = Field(default_factory=lambda: Image.model_validate({}), description="Image shape.")
     frames: Frames = Field(default_factory=lambda: Frames.model_validate({}), description="Time series.")
@@ -283,20 +356,33 @@ class ScenarioModel(Section):
     )
     output: Output = Field(default_factory=lambda: Output.model_validate({}), description="Output.")
 
+    @field_validator("bands", mode="before")
+    @classmethod
+    def _several(cls, bands: object) -> object:
+        if isinstance(bands, list | tuple) and len(bands) == 2 and all(map(_is_number, bands)):
+            raise PydanticCustomError(
+                "bands",
+                f"{shown(list(bands))} is a single band, not a list of bands; "
+                f"closest valid choice is [{shown(list(bands))}]",
+            )
+        return bands
+
     @field_validator("bands", mode="after")
     @classmethod
     def _distinct(cls, bands: tuple[Any, ...]) -> tuple[Any, ...]:
         names = [band_name(band) for band in bands]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
-            raise PydanticCustomError("bands", f"given twice: {', '.join(twice)}; each band may stand once")
+            listed = ", ".join(map(shown, twice))
+            raise PydanticCustomError("bands", f"{listed} given twice; allowed: each band once")
         return bands
 
 
 def band_name(band: str | Limits | ResponseBand) -> str:
     """Name under which a band stands in the cube."""
     if isinstance(band, str):
-        return PurePath(band).stem if "/" in band else band
+        return band
     if isinstance(band, tuple):
-        return f"{band[0]:g}-{band[1]:g}um"
+        # Twelve digits keep narrow bands apart and do not show rounding.
+        return f"{band[0]:.12g}-{band[1]:.12g}um"
     return band.name

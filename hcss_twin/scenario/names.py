@@ -3,29 +3,52 @@
 from __future__ import annotations
 
 import contextlib
-import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
+from hcss_twin.atmosphere.profile import load_profile
 from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError, HcssError, Problem, choose_from
+from hcss_twin.errors import CatalogError, HcssError, Problem, ScenarioError, choose_from
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import Registry
-from hcss_twin.scenario.bands import named_bands
+from hcss_twin.scenario.bands import named_bands, read_response
+from hcss_twin.scenario.cloud_types import layer_geometry, load_cloud_type
 from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, Sea, Section, own, single_layer
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.wording import shown
+
+DEEPEST = 32
+"""Levels of tables and lists; far more than any scenario has, far less than Python can walk."""
 
 
 def normalise(raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Copy a raw scenario with the single-layer shorthand of ``[clouds]`` spelled out."""
-    data = copy.deepcopy(dict(raw))
+    """Copy a raw scenario with the single-layer shorthand of ``[clouds]`` spelled out.
+
+    Raises
+    ------
+    ScenarioError
+        If tables or lists are nested more than 32 deep.
+    """
+    data: dict[str, Any] = _copy(raw, DEEPEST)
     if "clouds" in data:
         with contextlib.suppress(PydanticCustomError):  # left as it is: validation reports it
             data["clouds"] = single_layer(data["clouds"])
     return data
+
+
+def _copy(value: Any, levels: int) -> Any:
+    """Copy tables and lists; what they hold is immutable or refused by validation."""
+    if not isinstance(value, Mapping | list | tuple):
+        return value
+    if levels == 0:
+        raise ScenarioError([Problem("scenario", f"nested too deeply; allowed: {DEEPEST} levels")])
+    if isinstance(value, Mapping):
+        return {key: _copy(each, levels - 1) for key, each in value.items()}
+    return [_copy(each, levels - 1) for each in value]
 
 
 def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog) -> Iterator[Problem]:
@@ -71,34 +94,54 @@ def _provider_problems(
     try:
         model.model_validate(dict(parameters))
     except ValidationError as error:
-        yield from problems_from(error, model, prefix=f"{path}.parameters")
+        yield from problems_from(error, model, prefix=f"{path}.parameters", raw=parameters)
 
 
 def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) -> Iterator[Problem]:
     bands = data.get("bands", [])
     known = named_bands(catalog)
-    for index, band in enumerate(bands if isinstance(bands, list | tuple) else []):
+    for index, band in enumerate(bands if isinstance(bands, list) else []):
         if isinstance(band, str) and band not in known:
-            yield Problem(f"bands[{index}]", f"no band named '{band}'; {choose_from(band, known)}")
+            yield Problem(f"bands[{index}]", f"no band named {shown(band)}; {choose_from(band, known)}")
         elif isinstance(band, Mapping) and isinstance(band.get("response"), str):
-            yield from _missing(f"bands[{index}].response", lambda name=band["response"]: catalog.file(name))
+            file = band["response"]
+            yield from _file_problems(f"bands[{index}].response", partial(read_response, file, catalog))
     for index, layer in enumerate(layers if isinstance(layers, list) else []):
-        name = layer.get("type", "stratus") if isinstance(layer, Mapping) else None
-        if isinstance(name, str):
-            yield from _missing(
-                f"clouds.layers[{index}].type", lambda name=name: catalog.find(name, "cloud_types", ".toml")
-            )
+        if isinstance(layer, Mapping):
+            yield from _layer_problems(f"clouds.layers[{index}]", layer, catalog)
     atmosphere = data.get("atmosphere", {})
-    profile = atmosphere.get("profile", "us-standard-1976") if isinstance(atmosphere, Mapping) else None
-    if isinstance(profile, str):
-        yield from _missing("atmosphere.profile", lambda: catalog.find(profile, "atmospheres", ".csv"))
+    if isinstance(atmosphere, Mapping):
+        profile = atmosphere.get("profile", Atmosphere.model_fields["profile"].default)
+        if isinstance(profile, str):
+            yield from _file_problems("atmosphere.profile", partial(load_profile, profile, catalog))
 
 
-def _missing(field: str, look_up: Any) -> Iterator[Problem]:
+def _layer_problems(field: str, layer: Mapping[str, Any], catalog: Catalog) -> Iterator[Problem]:
+    name = layer.get("type", Layer.model_fields["type"].default)
+    if not isinstance(name, str):
+        return
+    problems = list(_file_problems(f"{field}.type", partial(load_cloud_type, name, catalog)))
+    yield from problems
+    if problems:
+        return
+    geometry = {key: layer[key] for key in ("type", "base", "top", "thickness_min") if key in layer}
     try:
-        look_up()
+        layer_geometry(Layer.model_validate(geometry), load_cloud_type(name, catalog), field)
+    except ScenarioError as error:
+        yield from error.problems
+    except ValidationError:
+        return  # reported with the other keys
+
+
+def _file_problems(field: str, read: Callable[[], object]) -> Iterator[Problem]:
+    try:
+        read()
+    except ScenarioError as error:
+        yield from (Problem(field, f"{error.origin}: {problem}") for problem in error.problems)
     except CatalogError as error:
         yield Problem(field, str(error))
+    except (OSError, RuntimeError, ValueError) as error:  # names no file can have, files nobody may read
+        yield Problem(field, f"cannot be read: {getattr(error, 'strerror', error)}")
 
 
 def _default(key: str, kind: Kind) -> str:

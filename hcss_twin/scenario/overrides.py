@@ -7,7 +7,11 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import BaseModel
+
 from hcss_twin.errors import Problem
+from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.wording import shown
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
@@ -23,9 +27,10 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     if not equals or not key:
         raise ValueError(f"'{text}': allowed: key=value, for example view.zenith=40")
     try:
-        return key, tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
+        parsed = tomllib.loads(f"value = {value}")
+    except (ValueError, RecursionError):
         return key, value.strip()
+    return key, parsed["value"] if len(parsed) == 1 else value.strip()
 
 
 def apply_overrides(
@@ -34,36 +39,81 @@ def apply_overrides(
     """Return a copy of ``raw`` with dotted keys replaced, and the keys that could not be placed.
 
     ``clouds.KEY`` reaches into the single cloud layer; a number selects a list element
-    (``bands.0``).
+    (``bands.0``), of the default list where the scenario gives none.
     """
     data = copy.deepcopy(dict(raw))
     problems: list[Problem] = []
     for key, value in overrides.items():
-        parts = key.split(".")
+        parts = key.split(".") if isinstance(key, str) else []
+        if not all(parts) or not parts:
+            example = "allowed: keys joined by dots, for example view.zenith"
+            problems.append(Problem(shown(key), f"is not a key; {example}"))
+            continue
         if parts[0] == "clouds" and len(parts) > 1 and parts[1] != "layers":
-            layers = data.setdefault("clouds", {}).setdefault("layers", [{}])
-            if not isinstance(layers, list) or len(layers) != 1:
-                problems.append(Problem(key, "needs exactly one cloud layer; name it as clouds.layers.0.KEY"))
+            why = _open_single_layer(data)
+            if why:
+                problems.append(Problem(key, why))
                 continue
             parts[1:1] = ["layers", "0"]
-        if not _place(data, parts, value):
-            problems.append(Problem(key, "leads into something that is not a table"))
+        why = _place(data, parts, copy.deepcopy(value))
+        if why:
+            problems.append(Problem(key, why))
     return data, problems
 
 
-def _place(target: Any, parts: list[str], value: Any) -> bool:
-    """Walk ``parts`` through tables and lists and set the last; say whether that was possible."""
-    for part, following in zip(parts, [*parts[1:], None], strict=True):
+def _open_single_layer(data: dict[str, Any]) -> str | None:
+    """Make sure that there is one cloud layer; say why that cannot be."""
+    clouds = data.setdefault("clouds", {})
+    if not isinstance(clouds, dict):
+        return f"clouds is {shown(clouds)}, not a table"
+    layers = clouds.setdefault("layers", [])
+    if isinstance(layers, list) and not layers:
+        layers.append({})
+    if not isinstance(layers, list) or len(layers) != 1:
+        return "needs exactly one cloud layer; name it as clouds.layers.0.KEY"
+    return None
+
+
+def _place(data: dict[str, Any], parts: list[str], value: Any) -> str | None:
+    """Walk ``parts`` through tables and lists and set the last; say why that cannot be."""
+    target: Any = data
+    for position, part in enumerate(parts):
+        path = ".".join(parts[:position])
+        index: Any = part
         if isinstance(target, list):
-            if not part.isdigit() or int(part) >= len(target):
-                return False
-            index: Any = int(part)
-        elif isinstance(target, dict):
-            index = part
-        else:
-            return False
-        if following is None:
+            index = _index(part, len(target))
+            if index is None:
+                last = len(target) - 1
+                allowed = "none, the list is empty" if last < 0 else f"0 to {last}"
+                return f"{path} has no element {part}; allowed: {allowed}"
+        elif not isinstance(target, dict):
+            return f"{path} is {shown(target)}, not a table"
+        if position == len(parts) - 1:
             target[index] = value
-            return True
-        target = target.setdefault(index, {}) if isinstance(target, dict) else target[index]
-    return False
+        elif isinstance(target, dict) and index not in target:
+            following = parts[position + 1]
+            target[index] = _default_list(parts[: position + 1]) if _is_index(following) else {}
+        target = target[index]
+    return None
+
+
+def _index(part: str, size: int) -> int | None:
+    return int(part) if _is_index(part) and int(part) < size else None
+
+
+def _is_index(part: str) -> bool:
+    return part.isascii() and part.isdecimal() and len(part) < 10
+
+
+def _default_list(path: list[str]) -> Any:
+    """Default of a list the scenario leaves out; an empty table where there is none."""
+    model: type[BaseModel] = ScenarioModel
+    for part in path:
+        field = model.model_fields.get(part)
+        if field is None:
+            return {}
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            model = field.annotation
+        elif isinstance(field.default, tuple):
+            return list(field.default)
+    return {}

@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from hcss_twin.errors import Problem, choose_from
+from hcss_twin.errors import Problem, choose_from, closest
+from hcss_twin.scenario.units import in_plain_units
+from hcss_twin.scenario.wording import count, listed, shown
+
+Location = tuple[int | str, ...]
+
+_BOUNDS = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
+_RANGE_KINDS = {
+    "greater_than_equal": "ge",
+    "greater_than": "gt",
+    "less_than_equal": "le",
+    "less_than": "lt",
+}
 
 
-def problems_from(error: ValidationError, model: type[BaseModel], prefix: str = "") -> list[Problem]:
+def problems_from(
+    error: ValidationError, model: type[BaseModel], prefix: str = "", raw: Any = None
+) -> list[Problem]:
     """Translate every error of one pydantic validation.
 
     Parameters
@@ -23,11 +37,25 @@ def problems_from(error: ValidationError, model: type[BaseModel], prefix: str = 
         The model that was validated; used to look up ranges and known keys.
     prefix : str
         Path put before every field, for example ``clouds.layers[0].parameters``.
+    raw : mapping, optional
+        What was validated, to quote values as they were typed (``'130%'`` instead of 1.3).
     """
-    return [_problem(detail, model, prefix) for detail in _first_per_location(error.errors())]
+    # A union reports every branch it tried; the first says what is wrong.
+    found: dict[Location, ErrorDetails] = {}
+    for detail in error.errors(include_url=False):
+        found.setdefault(_keys(detail, model), detail)
+    problems = []
+    for location, detail in found.items():
+        if detail["type"] == "too_short" and _has_errors_inside(location, found):
+            continue  # pydantic counts the entries that are left
+        if detail["type"] == "invalid_key":
+            location = tuple(map(str, detail["loc"]))
+        name = dotted((prefix, *location) if prefix else location) or "scenario"
+        problems.append(Problem(name, _sentence(detail, model, location, raw)))
+    return problems
 
 
-def dotted(location: tuple[int | str, ...]) -> str:
+def dotted(location: Location) -> str:
     """Write a location as a key path: ``("bands", 0)`` as ``bands[0]``."""
     text = ""
     for part in location:
@@ -38,98 +66,196 @@ def dotted(location: tuple[int | str, ...]) -> str:
     return text
 
 
-def _problem(detail: ErrorDetails, model: type[BaseModel], prefix: str) -> Problem:
-    location = _known_location(detail["loc"], model)
-    name = dotted((prefix, *location) if prefix else location) or "scenario"
-    return Problem(name, _sentence(detail, model, location))
+def _has_errors_inside(location: Location, found: Mapping[Location, object]) -> bool:
+    return any(other[: len(location)] == location != other for other in found)
 
 
-def _sentence(detail: ErrorDetails, model: type[BaseModel], location: tuple[int | str, ...]) -> str:
+def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, raw: Any) -> str:
     kind, value = detail["type"], detail.get("input")
     if kind == "extra_forbidden":
-        owner = _model_at(model, location[:-1])
-        return f"unknown key; {choose_from(str(location[-1]), owner.model_fields if owner else ())}"
+        return _unknown_key(model, location)
     if kind == "missing":
         return f"is missing; {_description(model, location)}"
-    if kind in ("greater_than_equal", "greater_than", "less_than_equal", "less_than", "finite_number"):
-        return f"{value} is out of range; {_range(model, location, value)}"
-    if kind == "timezone_aware":
-        return f"{value} has no zone; allowed: date and time with zone; closest is {value}+00:00"
+    if kind == "invalid_key":
+        return "is not a key; keys are text"
+    if kind in _RANGE_KINDS:
+        typed, number = _typed(value, location, raw)
+        return f"{typed} is out of range; {_range(model, location, number, detail)}"
+    if kind == "finite_number":
+        return "; ".join(filter(None, (f"{shown(value)} is not a finite number", _range(model, location))))
     if kind == "literal_error":
-        choices = (
-            str(detail.get("ctx", {}).get("expected", "")).replace("'", "").replace(" or ", ", ").split(", ")
-        )
-        return f"'{value}' is not a choice; {choose_from(str(value), choices)}"
+        expected = str(detail.get("ctx", {}).get("expected", "")).replace("'", "")
+        choices = expected.replace(" or ", ", ").split(", ")
+        return f"{shown(value)} is not a choice; {choose_from(str(value), choices)}"
     if kind in ("too_long", "too_short", "string_too_short", "string_too_long"):
-        return f"{detail['msg'][0].lower()}{detail['msg'][1:]}"
+        return _wrong_length(detail)
     if kind in ("model_type", "dict_type"):
         owner = _model_at(model, location)
         keys = f" with the keys {', '.join(owner.model_fields)}" if owner else ""
-        return f"{value!r} is not a table; allowed: a table{keys}"
-    if kind.endswith(("_type", "_parsing")) or kind == "int_from_float":
-        wanted = {
-            "float": "a number",
-            "int": "a whole number",
-            "string": "text",
-            "bool": "true or false",
-            "tuple": "a list",
-            "datetime": "a date and time with zone, for example 2024-04-20T12:30:00+10:00",
-        }.get(kind.split("_")[0], kind.split("_")[0])
-        return f"{value!r} is not {wanted}; {_range(model, location, value)}".rstrip("; ")
-    return detail["msg"]
+        return f"{shown(value)} is not a table; allowed: a table{keys}"
+    if kind == "tuple_type":
+        guess = listed(value)
+        hint = f"; closest valid choice is {guess}" if guess else ""
+        return f"{shown(value)} is not a list; allowed: a list; {_description(model, location).rstrip('.')}{hint}"
+    if kind.endswith(("_type", "_parsing", "_parsing_size")) or kind == "int_from_float":
+        return _wrong_type(kind, value, model, location)
+    return detail["msg"].removeprefix("Value error, ")
 
 
-def _range(model: type[BaseModel], location: tuple[int | str, ...], value: object) -> str:
-    """Allowed range of a number and the valid value closest to ``value``."""
-    low, high, text = None, None, []
-    for constraint in _constraints(model, location):
-        for attribute, sign in (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<")):
-            bound = getattr(constraint, attribute, None)
-            if isinstance(bound, int | float):
-                text.append(f"{sign} {bound:g}" if isinstance(bound, float) else f"{sign} {bound}")
-                if attribute == "ge":
-                    low = bound
-                elif attribute == "le":
-                    high = bound
-    if not text:
-        return ""
-    sentence = f"allowed: {' and '.join(text)}"
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        if low is not None and value < low:
-            sentence += f"; closest valid choice is {low}"
-        elif high is not None and value > high:
-            sentence += f"; closest valid choice is {high}"
+def _unknown_key(model: type[BaseModel], location: Location) -> str:
+    owner, key = _model_at(model, location[:-1]), str(location[-1])
+    keys = list(owner.model_fields) if owner else []
+    sentence = f"unknown key; {choose_from(key, keys)}"
+    if closest(key, keys) is None:
+        # The right key in the wrong section.
+        homes = (f"{name}.{key}" for name in model.model_fields if key in _keys_of(_model_at(model, (name,))))
+        home = next(homes, None)
+        sentence += f"; closest is '{home}'" if home else ""
     return sentence
 
 
-def _constraints(model: type[BaseModel], location: tuple[int | str, ...]) -> Iterator[object]:
+def _keys_of(model: type[BaseModel] | None) -> Mapping[str, object]:
+    return model.model_fields if model else {}
+
+
+def _wrong_type(kind: str, value: object, model: type[BaseModel], location: Location) -> str:
+    wanted = {
+        "float": "a number",
+        "int": "a whole number",
+        "string": "text",
+        "bool": "true or false",
+    }.get(kind.split("_")[0], kind.split("_")[0])
+    allowed = _range(model, location)
+    if isinstance(value, int) and not isinstance(value, bool) and kind.startswith("float"):
+        wanted = "in the range of numbers"
+    return f"{shown(value)} is not {wanted}" + (f"; {allowed}" if allowed else "")
+
+
+def _wrong_length(detail: ErrorDetails) -> str:
+    context, value = detail.get("ctx", {}), detail.get("input")
+    noun = ("character", "characters") if detail["type"].startswith("string") else ("entry", "entries")
+    size = len(value) if isinstance(value, str | list | tuple) else int(context.get("actual_length") or 0)
+    given = count(size, *noun) if size else "is empty"
+    if "max_length" in context:
+        return f"{given}; allowed: at most {context['max_length']}"
+    return f"{given}; allowed: at least {count(context.get('min_length', 1), *noun)}"
+
+
+def _typed(value: object, location: Location, raw: Any) -> tuple[str, object]:
+    """Quote a value as it was typed; return also the number it stands for."""
+    for part in location:
+        try:
+            raw = raw[part]
+        except (KeyError, IndexError, TypeError):
+            raw = value
+            break
+    text = next((each for each in (raw, value) if isinstance(each, str)), None)
+    if text is None:
+        return shown(value), value
+    number = in_plain_units(text) if isinstance(value, str) else value
+    plain = f" = {number:g}" if isinstance(number, float) and text.strip() != f"{number:g}" else ""
+    return f"{shown(text)}{plain}", number
+
+
+def _range(
+    model: type[BaseModel], location: Location, value: object = None, detail: ErrorDetails | None = None
+) -> str:
+    """Allowed range of a number and the valid value closest to ``value``."""
+    bounds = _bounds(model, location)
+    if not bounds and detail is not None:
+        kept = {key: bound for key, bound in detail.get("ctx", {}).items() if isinstance(bound, int | float)}
+        bounds = {key: kept[key] for key, _ in _BOUNDS if key in kept}
+    if not bounds:
+        return ""
+    parts = [f"{sign} {_bound(bounds[key])}" for key, sign in _BOUNDS if key in bounds]
+    sentence = f"allowed: {' and '.join(parts)}"
+    guess = _nearest(bounds, value, detail, _is_whole(model, location))
+    return f"{sentence}; closest valid choice is {guess}" if guess else sentence
+
+
+def _nearest(
+    bounds: Mapping[str, float], value: object, detail: ErrorDetails | None, whole: bool
+) -> str | None:
+    broken = _RANGE_KINDS.get(detail["type"]) if detail else None
+    if broken is None or broken not in bounds:
+        return None
+    bound = bounds[broken]
+    if bounds.get("ge") == 0 and bounds.get("lt") == 360 and isinstance(value, int | float):
+        return f"{value % 360:g}, the same direction"
+    if broken in ("ge", "le"):
+        return _bound(bound)
+    if whole:
+        return str(bound + 1 if broken == "gt" else bound - 1)
+    return f"just {'above' if broken == 'gt' else 'below'} {_bound(bound)}"
+
+
+def _is_whole(model: type[BaseModel], location: Location) -> bool:
     owner = _model_at(model, location[:-1])
-    name = location[-1] if location else None
-    if owner is None or name not in owner.model_fields:
-        return
-    yield from owner.model_fields[str(name)].metadata
+    return (
+        owner is not None
+        and location[-1] in owner.model_fields
+        and (owner.model_fields[str(location[-1])].annotation is int)
+    )
 
 
-def _description(model: type[BaseModel], location: tuple[int | str, ...]) -> str:
+def _bound(value: float) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _bounds(model: type[BaseModel], location: Location) -> dict[str, float]:
+    """Limits of the number at a location, from its field or, inside a list, from its element's type."""
+    *path, last = location or ("",)
+    place = 0
+    while isinstance(last, int) and path:
+        place, last = last, path.pop()
+    owner = _model_at(model, tuple(path))
+    if owner is None or last not in owner.model_fields:
+        return {}
+    field = owner.model_fields[str(last)]
+    inside = isinstance(location[-1], int)
+    metadata = list(_element_metadata(field.annotation, place)) if inside else field.metadata
+    bounds: dict[str, float] = {}
+    for constraint in metadata:
+        for key, _ in _BOUNDS:
+            bound = getattr(constraint, key, None)
+            if isinstance(bound, int | float):
+                bounds[key] = bound
+    return bounds
+
+
+def _element_metadata(annotation: Any, place: int) -> Iterator[object]:
+    """Constraints of one element of a tuple type, or of the tuple inside an optional type."""
+    arguments = typing.get_args(annotation)
+    if typing.get_origin(annotation) is not tuple:
+        for argument in arguments:
+            yield from _element_metadata(argument, place)
+    elif arguments:
+        element = arguments[min(place, len(arguments) - 1)]
+        element = arguments[0] if element is Ellipsis else element
+        for constraint in getattr(element, "__metadata__", ()):
+            yield from getattr(constraint, "metadata", (constraint,))
+
+
+def _description(model: type[BaseModel], location: Location) -> str:
     owner = _model_at(model, location[:-1])
     if owner is None or not location or location[-1] not in owner.model_fields:
         return "required"
     return owner.model_fields[str(location[-1])].description or "required"
 
 
-def _known_location(location: tuple[int | str, ...], model: type[BaseModel]) -> tuple[int | str, ...]:
-    """Drop the tags that unions add to a location (they name a type, not a key)."""
-    kept: list[int | str] = []
+def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
+    """Location without the tags that unions add to it (they name a type, not a key)."""
+    location, kept = detail["loc"], list[int | str]()
     for index, part in enumerate(location):
         owner = _model_at(model, tuple(kept))
+        is_last = index == len(location) - 1
         is_key = owner is not None and part in owner.model_fields
-        # The last part of an unknown key is no field, yet must be kept.
-        if isinstance(part, int) or is_key or (index == len(location) - 1 and owner is not None):
+        if isinstance(part, int) or is_key or (is_last and detail["type"] == "extra_forbidden"):
             kept.append(part)
     return tuple(kept)
 
 
-def _model_at(model: type[BaseModel], location: tuple[int | str, ...]) -> type[BaseModel] | None:
+def _model_at(model: type[BaseModel], location: Location) -> type[BaseModel] | None:
     """Model found by walking the keys of a location; list indices stay inside their element's model."""
     current = model
     for part in location:
@@ -149,16 +275,3 @@ def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
         yield annotation
     for argument in typing.get_args(annotation):
         yield from _models_in(argument)
-
-
-def _first_per_location(details: list[ErrorDetails]) -> list[ErrorDetails]:
-    """Keep one error per value: a union reports every branch it tried, tagged with the branch's type."""
-    kept: dict[tuple[int | str, ...], ErrorDetails] = {}
-    for detail in details:
-        location = tuple(part for part in detail["loc"] if not _is_union_tag(part))
-        kept.setdefault(location, detail)
-    return list(kept.values())
-
-
-def _is_union_tag(part: int | str) -> bool:
-    return isinstance(part, str) and (part[:1].isupper() or "[" in part or part in ("float", "str", "int"))

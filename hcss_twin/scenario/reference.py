@@ -62,13 +62,23 @@ def markdown() -> str:
 
 
 def _allow_quantity(name: str, entry: dict[str, Any]) -> None:
-    if entry.get("type") != "number" or name == "accuracy":
+    if name == "accuracy":
         return
-    number = {key: entry.pop(key) for key in list(entry) if key in _NUMBER_KEYS}
-    entry["anyOf"] = [number, {"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*\S*\s*$"}]
+    if entry.get("type") == "number":
+        entry["anyOf"] = [{key: entry.pop(key) for key in list(entry) if key in _NUMBER_KEYS}]
+    choices = entry.get("anyOf", [])
+    numbers = [choice for choice in choices if choice.get("type") == "number"]
+    for number in numbers:
+        # Pydantic leaves the limits of optional numbers under its own names.
+        for key, keyword in _KEYWORDS.items():
+            if key in number:
+                number[keyword] = number.pop(key)
+    if numbers:
+        choices.append({"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*\S*\s*$"})
 
 
-_NUMBER_KEYS = ("type", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum")
+_KEYWORDS = {"ge": "minimum", "le": "maximum", "gt": "exclusiveMinimum", "lt": "exclusiveMaximum"}
+_NUMBER_KEYS = ("type", *_KEYWORDS.values())
 
 
 def _page() -> Iterator[str]:

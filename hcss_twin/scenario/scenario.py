@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,10 +13,11 @@ from pydantic import PrivateAttr, ValidationError
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, Problem, ScenarioError, choose_from
 from hcss_twin.registry.registry import Registry
-from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.models import ScenarioModel, has_single_layer
 from hcss_twin.scenario.names import name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.wording import shown
 
 
 class Scenario(ScenarioModel):
@@ -27,11 +28,24 @@ class Scenario(ScenarioModel):
     """
 
     _base: Path = PrivateAttr(default_factory=Path.cwd)
+    _short: bool = PrivateAttr(default=False)
+
+    def __eq__(self, other: object) -> bool:
+        """Compare values and base; whether the cloud layer was written in short form does not matter."""
+        if not isinstance(other, Scenario):
+            return NotImplemented
+        return self.base == other.base and self.model_dump() == other.model_dump()
+
+    __hash__ = None  # type: ignore[assignment]
 
     @property
     def base(self) -> Path:
         """Folder against which relative paths are resolved."""
         return self._base
+
+    def field_as_typed(self, field: str) -> str:
+        """Write the path of a field as the user did: ``clouds.KEY`` where a single layer is in short form."""
+        return _short_fields(self._short, {})(field)
 
     @classmethod
     def load(cls, source: str | Path, overrides: Mapping[str, Any] | None = None) -> Self:
@@ -49,19 +63,15 @@ class Scenario(ScenarioModel):
         ScenarioError
             With every problem found.
         """
-        path = _locate(source)
+        path, origin = _locate(source), str(source)
         try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise ScenarioError([Problem("file", f"{path} cannot be read: {error}")], str(source)) from error
-        if path.suffix == ".json":
-            try:
-                raw = json.loads(text)
-            except json.JSONDecodeError as error:
-                raise ScenarioError([Problem("file", f"not valid JSON: {error}")], str(source)) from error
-        else:
-            raw = _parse_toml(text, str(source))
-        return cls.from_dict(raw, overrides, base=path.parent, origin=str(source))
+            text = path.read_text(encoding="utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise _bad_file(f"{path} is not a text file in UTF-8: {error}", origin) from error
+        except OSError as error:
+            raise _bad_file(f"{path} cannot be read: {error}", origin) from error
+        parse = _parse_json if path.suffix.lower() == ".json" else _parse_toml
+        return cls.from_dict(parse(text, origin), overrides, base=path.parent, origin=origin)
 
     @classmethod
     def from_toml(
@@ -81,20 +91,23 @@ class Scenario(ScenarioModel):
         """Validate a scenario given as nested mappings; raises :class:`ScenarioError`."""
         base = (base or Path.cwd()).resolve()
         if not isinstance(raw, Mapping):
-            raise ScenarioError([Problem("scenario", "is not a table of keys")], origin)
+            raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
         data, problems = apply_overrides(normalise(raw), overrides or {})
+        short = has_single_layer(raw.get("clouds"))
         scenario: Self | None = None
         try:
             scenario = cls.model_validate(data)
         except ValidationError as error:
-            problems += problems_from(error, ScenarioModel)
+            problems += problems_from(error, ScenarioModel, raw=data)
         reported = {problem.field for problem in problems}
         # Names are checked even where other keys are wrong, so that the user sees all at once.
         names = name_problems(data, Registry.discover(), Catalog(base=base))
         problems += [problem for problem in names if problem.field not in reported]
         if problems or scenario is None:
-            raise ScenarioError(problems, origin)
+            typed = _short_fields(short, overrides or {})
+            raise ScenarioError([Problem(typed(each.field), each.message) for each in problems], origin)
         scenario._base = base
+        scenario._short = short
         return scenario
 
     @classmethod
@@ -109,21 +122,65 @@ class Scenario(ScenarioModel):
         return self.model_dump_json(indent=1)
 
 
+def _short_fields(short: bool, overrides: Mapping[str, Any]) -> Callable[[str], str]:
+    """Return a translation of ``clouds.layers[0].KEY`` to ``clouds.KEY`` where that is what was typed."""
+    long = "clouds.layers[0]"
+
+    def typed(field: str) -> str:
+        if not field.startswith(f"{long}."):
+            return field
+        brief = f"clouds{field.removeprefix(long)}"
+        overridden = any(brief == key or brief.startswith((f"{key}.", f"{key}[")) for key in overrides)
+        return brief if short or overridden else field
+
+    return typed
+
+
 def _locate(source: str | Path) -> Path:
-    path = Path(source).expanduser()
-    if path.is_file():
-        return path
+    try:
+        path = Path(source).expanduser()
+        if path.is_file():
+            return path
+        is_folder = path.is_dir() and str(source) != ""
+    except (OSError, RuntimeError) as error:  # names no file can have
+        raise _bad_file(f"cannot be read: {getattr(error, 'strerror', error)}", str(source)) from error
     catalog = Catalog()
     try:
         return catalog.find(str(source), "scenarios", ".toml")
     except CatalogError as error:
+        what = "a folder" if is_folder else "no such file"
         choices = choose_from(str(source), catalog.names("scenarios", ".toml"))
-        message = f"no such file, and no shipped scenario of that name; {choices}"
-        raise ScenarioError([Problem("file", message)], str(source)) from error
+        raise _bad_file(f"{what}, and no shipped scenario of that name; {choices}", str(source)) from error
 
 
 def _parse_toml(text: str, origin: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError([Problem("file", f"not valid TOML: {error}")], origin) from error
+    except ValueError as error:  # also numbers of thousands of digits
+        raise _bad_file(f"not valid TOML: {error}", origin) from error
+    except RecursionError as error:
+        raise _bad_file("not valid TOML: nested too deeply", origin) from error
+
+
+def _parse_json(text: str, origin: str) -> Any:
+    try:
+        raw = json.loads(text, object_pairs_hook=_distinct_keys)
+        json.dumps(raw, ensure_ascii=False).encode()  # refuses halves of surrogate pairs
+        return raw
+    except ValueError as error:
+        raise _bad_file(f"not valid JSON: {error}", origin) from error
+    except RecursionError as error:
+        raise _bad_file("not valid JSON: nested too deeply", origin) from error
+
+
+def _distinct_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in table:
+            raise ValueError(f"key '{key}' is given twice")
+        table[key] = value
+    return table
+
+
+def _bad_file(message: str, origin: str) -> ScenarioError:
+    return ScenarioError([Problem("file", message)], origin)

@@ -11,6 +11,7 @@ from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.errors import closest
+from hcss_twin.scenario.wording import shown
 
 # unit -> (factor, offset): SI value = factor * value + offset. The first unit is the plain number's.
 UNITS: dict[str, dict[str, tuple[float, float]]] = {
@@ -22,7 +23,7 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "fraction": {"": (1.0, 0.0), "%": (0.01, 0.0)},
 }
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
+_QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*")
 
 
 def parse_quantity(value: object, dimension: str) -> object:
@@ -36,32 +37,76 @@ def parse_quantity(value: object, dimension: str) -> object:
     if not isinstance(value, str):
         return value
     units = UNITS[dimension]
-    names = [name for name in units if name]
     match = _QUANTITY.fullmatch(value)
-    allowed = f"allowed: a number in {names[0]}, or text with one of the units {', '.join(names)}"
     if match is None:
-        raise PydanticCustomError("not_a_quantity", f"'{value}' is not a number with a unit; {allowed}")
+        raise PydanticCustomError(
+            "not_a_quantity", f"{shown(value)} is not a number with a unit; {_allowed(dimension)}"
+        )
     number, unit = match.groups()
     if unit not in units:
         if not unit:
             return float(number)
-        guess = closest(unit, names)
+        guess = _closest_unit(unit, dimension)
         hint = f"; closest is '{guess}'" if guess else ""
         raise PydanticCustomError(
-            "wrong_unit", f"'{value}': '{unit}' is not a unit of {dimension}; {allowed}{hint}"
+            "wrong_unit",
+            f"{shown(value)}: {shown(unit)} is not a unit of {dimension}; {_allowed(dimension)}{hint}",
         )
     factor, offset = units[unit]
     return factor * float(number) + offset
 
 
+def in_plain_units(text: str) -> float | None:
+    """Plain number that text with any known unit stands for; None where it stands for none."""
+    for dimension, units in UNITS.items():
+        match = _QUANTITY.fullmatch(text)
+        if match and match.group(2) in units:
+            return float(str(parse_quantity(text, dimension)))
+    return None
+
+
+def _allowed(dimension: str) -> str:
+    names = [name for name in UNITS[dimension] if name]
+    plain = "a plain number" if "" in UNITS[dimension] else f"a number in {names[0]}"
+    units = f"one of the units {', '.join(names)}" if len(names) > 1 else f"the unit {names[0]}"
+    return f"allowed: {plain}, or text with {units}"
+
+
+def _closest_unit(unit: str, dimension: str) -> str | None:
+    names = [name for name in UNITS[dimension] if name]
+    bare = unit.casefold().lstrip("°")
+    # "C" and "°C" mean degC, though few of their letters agree.
+    return closest(unit, names) or next((name for name in names if name.casefold().endswith(bare)), None)
+
+
+def _refuse_bool(value: object, kind: str) -> None:
+    if isinstance(value, bool):  # Python would take it for 0 or 1
+        raise PydanticCustomError(kind, "not a number")
+
+
 def _parser(dimension: str) -> Callable[[object], object]:
     def parse(value: object) -> object:
-        if isinstance(value, bool):
-            raise PydanticCustomError("not_a_number", f"{value} is not a number")
+        _refuse_bool(value, "float_type")
         return parse_quantity(value, dimension)
 
     return parse
 
+
+def _plain(kind: str) -> Callable[[object], object]:
+    def parse(value: object) -> object:
+        _refuse_bool(value, kind)
+        if isinstance(value, str):
+            raise PydanticCustomError(kind, "text, not a number")
+        return value
+
+    return parse
+
+
+Number = Annotated[float, BeforeValidator(_plain("float_type"))]
+"""A number without unit: no text, no true or false."""
+
+Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
+"""A whole number: no text, no true or false."""
 
 Length = Annotated[float, BeforeValidator(_parser("length"))]
 Angle = Annotated[float, BeforeValidator(_parser("angle"))]

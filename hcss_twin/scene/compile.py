@@ -41,7 +41,6 @@ def compile_tables(plan: Plan) -> RadianceTables:
     if plan.layer is not None:
         axis = place_axis(
             lambda thickness: columns.cloudy(thickness, sun),
-            TOTAL,
             plan.layer,
             plan.profile.altitude_m,
             0.5 * tolerance,
@@ -90,39 +89,42 @@ class _Columns:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._grid = plan.spectral_grid
-        self._terms = [
-            spec.name.removeprefix(TERM_PREFIX)
-            for spec in plan.variables
-            if spec.name.startswith(TERM_PREFIX)
-        ]
+        self._terms = tuple(plan.model.terms)
+        wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
+        self._requested = [name for name in self._terms if name in wanted]
 
-    def clear(self, sun: Sun | None) -> dict[str, Array]:
-        """Total and requested terms of the clear column, (B,)."""
+    def clear(self, sun: Sun | None) -> Array:
+        """Terms of the clear column, (K, B)."""
         return self._to_bands(self._plan.model.clear(self._grid.wavenumber_cm1, sun))
 
-    def cloudy(self, thickness_m: Array, sun: Sun | None) -> dict[str, Array]:
-        """Total and requested terms of cloudy columns, (N, B)."""
+    def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
+        """Terms of cloudy columns, (N, K, B)."""
         return self._to_bands(self._plan.model.cloudy(self._grid.wavenumber_cm1, thickness_m, sun))
 
     def probe(self, sun: Sun | None) -> Array:
         """Total of a few columns that bound the scene, (N, B)."""
-        clear = self.clear(sun)[TOTAL][None, :]
+        clear = np.sum(self.clear(sun), axis=0)[None, :]
         layer = self._plan.layer
         if layer is None:
             return clear
         extremes = np.array([layer.thickness_min_m, layer.thickness_max_m])
-        return np.concatenate((clear, self.cloudy(extremes, sun)[TOTAL]))
+        return np.concatenate((clear, np.sum(self.cloudy(extremes, sun), axis=1)))
 
     def table(self, axis: ThicknessAxis | None, sun: Sun | None) -> ThicknessTable:
         """Table of one instant."""
-        clear = self.clear(sun)
+        clear = self._named(self.clear(sun))
         if axis is None:
             return ThicknessTable(np.empty(0), clear, {})
-        return ThicknessTable(axis.dense_m, clear, axis.sample(lambda thickness: self.cloudy(thickness, sun)))
+        cloudy = axis.sample(lambda thickness: self.cloudy(thickness, sun))
+        return ThicknessTable(axis.dense_m, clear, self._named(cloudy))
 
-    def _to_bands(self, terms: Mapping[str, Array]) -> dict[str, Array]:
+    def _named(self, terms: Array) -> dict[str, Array]:
+        """Total and requested terms by name, from (..., K, B) to (..., B)."""
+        named = {TOTAL: np.sum(terms, axis=-2)}
+        named.update({name: terms[..., self._terms.index(name), :] for name in self._requested})
+        return named
+
+    def _to_bands(self, terms: Mapping[str, Array]) -> Array:
+        """Integrate spectra (..., V) over the bands and stack the terms: (..., K, B)."""
         weights = self._grid.weights_cm1.T
-        bands = {name: np.asarray(spectrum) @ weights for name, spectrum in terms.items()}
-        result = {TOTAL: np.sum(np.stack(list(bands.values())), axis=0)}
-        result.update({name: bands[name] for name in self._terms})
-        return result
+        return np.stack([np.asarray(terms[name]) @ weights for name in self._terms], axis=-2)

@@ -3,11 +3,13 @@
 Radiance against thickness is smooth except where the cloud top crosses a level of the profile. Between
 two such breakpoints a cubic spline in ln(thickness) through few exact columns meets the tolerance; it is
 then sampled densely, so that the look-up of each pixel is linear.
+
+Each term of the radiance is interpolated; the total is their sum.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,12 +21,13 @@ from hcss_twin.errors import ProviderError
 from hcss_twin.providers import CloudLayer
 
 Array = NDArray[np.float64]
-Columns = Callable[[Array], Mapping[str, Array]]
+Columns = Callable[[Array], Array]
+"""Maps thicknesses (N,) to terms (N, K, B)."""
 
 FIRST_NODES = 5
 MOST_NODES = 4097
 LINEAR_SHARE = 0.25
-"""Share of the tolerance left to the linear look-up; the spline's midpoint errors get the rest."""
+"""Share of the tolerance left to the linear look-up; the cubic's midpoint errors get the rest."""
 
 
 @dataclass(frozen=True)
@@ -45,26 +48,24 @@ class ThicknessAxis:
     dense_m: Array
     estimated_error: float
 
-    def sample(self, columns: Columns) -> dict[str, Array]:
-        """Compute exact columns and spline every quantity onto the dense nodes, (N, B) each."""
-        result: dict[str, Array] = {}
+    def sample(self, columns: Columns) -> Array:
+        """Compute exact columns and interpolate every term onto the dense nodes, (N, K, B)."""
+        dense: list[Array] = []
         for segment in self.segments:
-            inside = (self.dense_m >= segment[0]) & (self.dense_m <= segment[-1])
-            for name, values in columns(segment).items():
-                dense = result.setdefault(name, np.empty((self.dense_m.size, values.shape[1])))
-                dense[inside] = _spline(segment, values)(np.log(self.dense_m[inside]))
-        return result
+            # Neighbouring segments share an end; the lower one has it.
+            first = self.dense_m > segment[0] if dense else self.dense_m >= segment[0]
+            inside = first & (self.dense_m <= segment[-1])
+            dense.append(_cubic(segment, columns(segment))(np.log(self.dense_m[inside])))
+        return np.concatenate(dense)
 
 
-def place_axis(
-    columns: Columns, total: str, layer: CloudLayer, level_m: Array, tolerance: float
-) -> ThicknessAxis:
+def place_axis(columns: Columns, layer: CloudLayer, level_m: Array, tolerance: float) -> ThicknessAxis:
     """Place nodes so that the total keeps the tolerance, measured between the nodes.
 
     Parameters
     ----------
     columns : callable
-        Maps thicknesses (N,) to quantities (N, B); that named ``total`` decides.
+        Maps thicknesses (N,) to terms (N, K, B).
     level_m : ndarray
         Altitudes at which the profile has kinks.
     tolerance : float
@@ -77,26 +78,22 @@ def place_axis(
     """
     segments, dense, worst = [], [], 0.0
     for low, high in pairwise(_breakpoints(layer, level_m)):
-        nodes, values, error = _segment(
-            lambda z: columns(z)[total], low, high, (1 - LINEAR_SHARE) * tolerance
-        )
+        nodes, values, error = _segment(columns, low, high, (1 - LINEAR_SHARE) * tolerance)
         segments.append(nodes)
         dense.append(_dense(nodes, values, LINEAR_SHARE * tolerance))
         worst = max(worst, error)
     return ThicknessAxis(tuple(segments), np.unique(np.concatenate(dense)), worst)
 
 
-def _segment(
-    evaluate: Callable[[Array], Array], low: float, high: float, tolerance: float
-) -> tuple[Array, Array, float]:
-    """Halve all intervals of one segment until the spline predicts every new column."""
+def _segment(columns: Columns, low: float, high: float, tolerance: float) -> tuple[Array, Array, float]:
+    """Halve all intervals of one segment until the cubic predicts every new column."""
     nodes = np.geomspace(low, high, FIRST_NODES)
     nodes[0], nodes[-1] = low, high
-    values = evaluate(nodes)
+    values = columns(nodes)
     while True:
         middle = np.sqrt(nodes[:-1] * nodes[1:])
-        exact = evaluate(middle)
-        error = _relative(_spline(nodes, values)(np.log(middle)), exact)
+        exact = columns(middle)
+        error = _relative(_total(_cubic(nodes, values)(np.log(middle))), _total(exact))
         order = np.argsort(np.concatenate((nodes, middle)))
         nodes = np.concatenate((nodes, middle))[order]
         values = np.concatenate((values, exact))[order]
@@ -104,23 +101,22 @@ def _segment(
             return nodes, values, error
         if nodes.size >= MOST_NODES:
             raise ProviderError(
-                f"radiance against cloud thickness between {low:g} and {high:g} m does not converge to {tolerance:g} "
-                f"with {nodes.size} columns (error {error:.2g}); a provider returns values that jump"
+                f"radiance against cloud thickness between {low:g} and {high:g} m does not converge to "
+                f"{tolerance:g} with {nodes.size} columns (error {error:.2g}); a provider returns values that jump"
             )
 
 
 def _dense(nodes: Array, values: Array, tolerance: float) -> Array:
-    """Halve intervals of the linear look-up where it departs from the spline."""
-    spline = _spline(nodes, values)
+    """Halve intervals of the linear look-up where it departs from the cubic."""
+    cubic = _cubic(nodes, values)
     dense = nodes
     suspect = np.ones(dense.size - 1, dtype=bool)
     while np.any(suspect):
         left = np.flatnonzero(suspect)
         middle = 0.5 * (dense[left] + dense[left + 1])
-        ends = spline(np.log(np.stack((dense[left], dense[left + 1]))))
-        exact = spline(np.log(middle))
-        error = np.max(np.abs(0.5 * (ends[0] + ends[1]) / exact - 1.0), axis=1)
-        coarse = error > tolerance
+        ends = _total(cubic(np.log(dense[left]))), _total(cubic(np.log(dense[left + 1])))
+        exact = _total(cubic(np.log(middle)))
+        coarse = np.max(np.abs(0.5 * (ends[0] + ends[1]) / exact - 1.0), axis=1) > tolerance
         position = left[coarse] + 1
         dense = np.insert(dense, position, middle[coarse])
         suspect = np.zeros(dense.size - 1, dtype=bool)
@@ -142,8 +138,25 @@ def _breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
     return [low, *inner, high]
 
 
-def _spline(nodes: Array, values: Array) -> CubicSpline:
-    return CubicSpline(np.log(nodes), values, axis=0)
+def _cubic(nodes: Array, values: Array) -> Callable[[Array], Array]:
+    """Cubic spline through the nodes that does not undershoot zero.
+
+    A term that fades to nothing (the sea under a thick cloud) would swing below zero by less than the
+    tolerance; its exact columns say that it does not.
+    """
+    spline = CubicSpline(np.log(nodes), values, axis=0)
+    floor = np.minimum(np.min(values, axis=0), 0.0)
+
+    def evaluate(ln_thickness: Array) -> Array:
+        return np.maximum(spline(ln_thickness), floor)
+
+    return evaluate
+
+
+def _total(terms: Array) -> Array:
+    """Sum over terms: (N, K, B) to (N, B)."""
+    result: Array = np.sum(terms, axis=1)
+    return result
 
 
 def _relative(guess: Array, exact: Array) -> float:

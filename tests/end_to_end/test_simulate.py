@@ -1,0 +1,179 @@
+"""The main job: laws of whole cubes."""
+
+import json
+
+import numpy as np
+import pytest
+
+from hcss_twin import Scenario, make_plan, open_cube, simulate
+from hcss_twin.radiance.reference import reference_radiance
+from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.stream import stream
+
+THREE_LINES = """
+time = 2024-04-20T12:30:00+10:00
+place = {latitude = 35.0, longitude = 150.0}
+clouds.type = "stratus"
+"""
+
+SMALL = {"image.rows": 48, "image.columns": 64, "frames.count": 4}
+SHIPPED = ["baseline", "cirrus", "cumulus", "simulated", "stratus"]
+
+
+def test_three_lines_run():
+    cube = simulate(Scenario.from_toml(THREE_LINES, SMALL))
+    assert dict(cube.sizes)["time"] == 4
+    assert cube.radiance.dims == ("time", "band", "y", "x")
+    assert np.all(np.isfinite(cube.radiance)) and np.all(cube.radiance > 0)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_scenarios_run(name):
+    cube = simulate(Scenario.load(name, {**SMALL, "frames.count": 2, "output.variables": ["all"]}))
+    assert set(cube.band.values) == {"swir-2.7-3.0", "mwir", "lwir"}
+    cloudy = cube.cloud_mask.values == 1
+    assert np.all(np.isfinite(cube.cloud_top_temperature.values[cloudy]))
+    assert np.all(np.isnan(cube.cloud_top_temperature.values[~cloudy]))
+    assert np.all(cube.cloud_thickness.values[cloudy] > 0)
+
+
+def test_terms_sum_to_the_total():
+    cube = simulate(Scenario.load("stratus", {**SMALL, "output.variables": ["radiance", "terms"]}))
+    total = sum(cube[name].astype(np.float64) for name in cube if name.startswith("radiance_"))
+    np.testing.assert_allclose(total, cube.radiance, rtol=3e-7)
+
+
+def test_same_seed_same_cube_and_another_seed_another():
+    one, two = (simulate(Scenario.load("cumulus", {**SMALL, "seed": 5})) for _ in range(2))
+    other = simulate(Scenario.load("cumulus", {**SMALL, "seed": 6}))
+    np.testing.assert_array_equal(one.radiance, two.radiance)
+    assert np.any(one.cloud_mask.values != other.cloud_mask.values)
+
+
+def test_other_frame_ranges_hold_the_same_pixels():
+    whole = simulate(Scenario.load("stratus", {**SMALL, "output.variables": ["cloud_thickness", "radiance"]}))
+    late = simulate(
+        Scenario.load(
+            "stratus",
+            {
+                **SMALL,
+                "frames.first": 2,
+                "frames.count": 2,
+                "output.variables": ["cloud_thickness", "radiance"],
+            },
+        )
+    )
+    np.testing.assert_array_equal(whole.cloud_thickness[2:], late.cloud_thickness)
+    # Tables are placed for the frames asked for: equal within the tables' tolerance.
+    np.testing.assert_allclose(whole.radiance[2:], late.radiance, rtol=1e-4)
+
+
+@pytest.mark.parametrize("coverage", [0.0, 0.001, 0.37, 0.5, 1.0])
+def test_coverage_is_exact_to_one_pixel(coverage):
+    cube = simulate(
+        Scenario.load("simulated", {**SMALL, "clouds.coverage": coverage, "output.variables": ["cloud_mask"]})
+    )
+    pixels = cube.sizes["y"] * cube.sizes["x"]
+    assert np.all(np.abs(cube.cloud_mask.sum(("y", "x")) - coverage * pixels) <= 1)
+
+
+def test_coverage_0_is_no_cloud():
+    none = simulate(Scenario.load("stratus", {**SMALL, "clouds.coverage": 0.0}))
+    scenario = json.loads(Scenario.load("stratus", SMALL).to_json())
+    scenario["clouds"] = {"layers": []}
+    clear = simulate(Scenario.from_dict(scenario))
+    np.testing.assert_array_equal(none.radiance, clear.radiance)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4, pytest.param(1e-5, marks=pytest.mark.long)])
+def test_tables_agree_with_the_reference_path(name, accuracy):
+    plan = make_plan(Scenario.load(name, {**SMALL, "accuracy": accuracy, "frames.interval": 60.0}))
+    tables = compile_tables(plan)
+    generator = np.random.default_rng(0)
+    for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
+        thickness = plan.generator.thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel()
+        chosen = generator.integers(0, thickness.size, 12)
+        exact = reference_radiance(
+            plan.model, plan.spectral_grid, thickness[chosen], plan.sun_track.at(float(time_s))
+        )
+        found = frame["radiance"].reshape(3, -1)[:, chosen].T
+        # float32 rounding of the result and of the thickness adds a little.
+        np.testing.assert_allclose(found, exact, rtol=0.1 * accuracy + 3e-7)
+
+
+def test_night_has_no_sunlight_and_the_plan_says_so():
+    scenario = Scenario.load(
+        "stratus", {**SMALL, "time": "2024-04-20T00:30:00+10:00", "output.variables": ["radiance", "terms"]}
+    )
+    cube = simulate(scenario)
+    assert np.all(cube.radiance_sea_reflected_sun == 0)
+    assert np.all(cube.radiance_cloud_reflected_sun == 0)
+    assert any(item.what == "sunlight" and item.bound == 0 for item in make_plan(scenario).skipped)
+
+
+def test_a_mask_needs_no_radiance():
+    scenario = Scenario.load("stratus", {**SMALL, "output.variables": ["cloud_mask"]})
+    plan = make_plan(scenario)
+    assert not plan.needs_radiance
+    cube = simulate(scenario)
+    assert "radiance" not in cube
+    # No optical constants were read, so none are in the provenance.
+    assert not any("optical_constants/ice" in name for name in json.loads(cube.attrs["hcss_files_sha256"]))
+
+
+def test_sun_moving_over_hours_is_followed():
+    overrides = {
+        **SMALL,
+        "frames.count": 5,
+        "frames.interval": 1800.0,
+        "bands": ["mwir"],
+        "clouds.coverage": 0.0,
+    }
+    plan = make_plan(Scenario.load("baseline", overrides))
+    tables = compile_tables(plan)
+    assert len(tables.time_s) > 2
+    for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
+        exact = reference_radiance(plan.model, plan.spectral_grid, [0.0], plan.sun_track.at(float(time_s)))
+        assert frame["radiance"][0, 0, 0] == pytest.approx(exact[0, 0], rel=1e-4)
+
+
+def test_a_cube_can_be_run_again_from_its_own_scenario(tmp_path):
+    first = simulate(Scenario.load("cirrus", SMALL), tmp_path / "one.nc")
+    again = simulate(Scenario.from_cube(tmp_path / "one.nc"), tmp_path / "two.nc")
+    with first, again:
+        np.testing.assert_array_equal(first.radiance, again.radiance)
+        assert first.attrs["hcss_scenario"] == again.attrs["hcss_scenario"]
+
+
+def test_same_scenario_gives_the_same_bytes(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    for name in ("one.nc", "two.nc"):
+        simulate(Scenario.load("cirrus", SMALL), tmp_path / name).close()
+    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "two.nc").read_bytes()
+
+
+def test_provenance_names_what_the_cube_was_made_from(tmp_path):
+    with simulate(Scenario.load("stratus", SMALL), tmp_path / "cube.nc") as cube:
+        files = json.loads(cube.attrs["hcss_files_sha256"])
+        assert {"optical_constants/water.csv", "solar/astm-e490.csv", "cloud_types/stratus.toml"} <= set(
+            files
+        )
+        assert all(len(digest) == 64 for digest in files.values())
+        assert json.loads(cube.attrs["hcss_providers"])["clouds"]["distribution"] == "hcss-twin"
+        assert cube.attrs["hcss_seed"] == "1"
+        assert cube.attrs["hcss_significant_wave_height_m"] == pytest.approx(2.13, abs=0.01)
+
+
+def test_large_scenes_are_read_lazily(monkeypatch):
+    monkeypatch.setattr("hcss_twin.scene.simulate.IN_MEMORY_BYTES", 1000)
+    cube = simulate(Scenario.load("stratus", SMALL))
+    assert not cube.radiance.variable._in_memory
+    assert float(cube.radiance.mean()) > 0
+    cube.close()
+
+
+def test_open_cube_reads_what_was_written(tmp_path):
+    simulate(Scenario.load("stratus", SMALL), tmp_path / "cube.nc").close()
+    with open_cube(tmp_path / "cube.nc") as cube:
+        assert cube.radiance.sel(band="mwir").shape == (4, 48, 64)

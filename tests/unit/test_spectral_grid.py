@@ -1,0 +1,103 @@
+import numpy as np
+import pytest
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.errors import CatalogError
+from hcss_twin.physics.planck import planck
+from hcss_twin.radiance.solar_spectrum import SolarSpectrum
+from hcss_twin.radiance.spectral_band import SpectralBand
+from hcss_twin.radiance.spectral_grid import dense_grid
+from hcss_twin.scenario.bands import spectral_band
+from hcss_twin.scenario.models import ResponseBand
+from hcss_twin.scene.brightness import BrightnessTemperature
+
+NATIVE = np.arange(500.0, 10_001.0, 5.0)
+
+
+def flat(low, high):
+    return SpectralBand("flat", np.array([low, high]), np.ones(2))
+
+
+@pytest.mark.parametrize("limits", [(2.7, 3.0), (3.0, 5.0), (8.0, 14.0), (10.0, 10.001), (4.0, 5.0)])
+@pytest.mark.parametrize("native", [NATIVE, None])
+def test_weights_of_a_flat_band_sum_to_its_width(limits, native):
+    grid = dense_grid([flat(*limits)], native)
+    assert grid.weights_cm1.sum() == pytest.approx(1e4 / limits[0] - 1e4 / limits[1], rel=1e-12)
+    assert np.all(np.diff(grid.wavenumber_cm1) > 0)
+
+
+def test_bands_that_overlap_share_wavenumbers_and_not_weights():
+    together = dense_grid([flat(8.0, 12.0), flat(10.0, 14.0)], NATIVE)
+    for row, alone in enumerate((flat(8.0, 12.0), flat(10.0, 14.0))):
+        single = dense_grid([alone], NATIVE)
+        spectrum = planck(together.wavenumber_cm1, 290.0) @ together.weights_cm1[row]
+        assert spectrum == pytest.approx(
+            planck(single.wavenumber_cm1, 290.0) @ single.weights_cm1[0], rel=1e-13
+        )
+
+
+def test_planck_integral_agrees_with_adaptive_quadrature():
+    from scipy.integrate import quad
+
+    grid = dense_grid([flat(3.0, 5.0)], NATIVE)
+    exact, _ = quad(lambda v: planck(np.array([v]), 290.0)[0], 2000, 1e4 / 3, epsrel=1e-12)
+    assert planck(grid.wavenumber_cm1, 290.0) @ grid.weights_cm1[0] == pytest.approx(exact, rel=1e-4)
+
+
+def test_measured_response_weights_the_band(tmp_path):
+    (tmp_path / "triangle.csv").write_text("wavelength_um,response\n10,0\n11,1\n12,0\n")
+    band = spectral_band(ResponseBand(name="t", response="triangle.csv"), Catalog(base=tmp_path))
+    grid = dense_grid([band], NATIVE)
+    assert band.central_um == pytest.approx(11.0)
+    # Integral of the triangle over wavenumber, with a Planck function that hardly varies: compare with quadrature.
+    from scipy.integrate import quad
+
+    exact, _ = quad(
+        lambda v: planck(np.array([v]), 290.0)[0] * max(0.0, 1 - abs(1e4 / v - 11)),
+        1e4 / 12, 1e4 / 10, points=[1e4 / 11], epsrel=1e-10,
+    )  # fmt: skip
+    assert planck(grid.wavenumber_cm1, 290.0) @ grid.weights_cm1[0] == pytest.approx(exact, rel=2e-4)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "wavelength_um\n1\n2\n",
+        "wavelength_um,response\n2,1\n1,1\n",
+        "wavelength_um,response\n1,0\n2,0\n",
+        "wavelength_um,response\n1,1\n2,1.5\n",
+        "wavelength_um,response\n1,1\n2,nan\n",
+    ],
+)
+def test_malformed_responses_are_refused(tmp_path, text):
+    (tmp_path / "bad.csv").write_text(text)
+    with pytest.raises(CatalogError):
+        spectral_band(ResponseBand(name="b", response="bad.csv"), Catalog(base=tmp_path))
+
+
+@pytest.mark.parametrize("limits", [(2.7, 3.0), (3.0, 5.0), (8.0, 14.0)])
+def test_brightness_temperature_inverts_planck(limits):
+    grid = dense_grid([flat(*limits)], NATIVE)
+    temperature = np.array([[150.0, 199.0, 220.3, 250.7], [273.15, 291.4, 320.0, 349.9]])
+    radiance = planck(grid.wavenumber_cm1, temperature[..., None]) @ grid.weights_cm1[0]
+    found = BrightnessTemperature(grid)(radiance[None].astype(np.float32))
+    np.testing.assert_allclose(found[0], temperature, atol=2e-4)
+
+
+def test_radiance_of_no_temperature_is_refused():
+    grid = dense_grid([flat(8.0, 14.0)], NATIVE)
+    with pytest.raises(ValueError, match="brightness"):
+        BrightnessTemperature(grid)(np.zeros((1, 1, 1), dtype=np.float32))
+
+
+def test_solar_spectrum_integrates_to_the_catalogued_band_values():
+    sun = SolarSpectrum(Catalog())
+    # Trapezoidal integrals of the ASTM E490 table over wavelength, W m-2.
+    for limits, expected in {(2.7, 3.0): 9.566, (3.0, 5.0): 21.08}.items():
+        grid = dense_grid([flat(*limits)], None)
+        assert sun(grid.wavenumber_cm1) @ grid.weights_cm1[0] == pytest.approx(expected, rel=3e-3)
+
+
+def test_solar_spectrum_refuses_wavelengths_it_does_not_hold():
+    with pytest.raises(ValueError, match="allowed"):
+        SolarSpectrum(Catalog())(np.array([100.0]))
