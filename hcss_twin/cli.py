@@ -17,6 +17,7 @@ from hcss_twin.errors import HcssError, ScenarioError
 EXIT_FAILED = 1
 EXIT_BAD_SCENARIO = 2
 EXIT_INTERRUPTED = 130
+EXIT_TERMINATED = 143
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -202,28 +203,28 @@ def _progress(frames: Iterable[Any], count: int) -> Iterator[Any]:
         yield from bar
 
 
-def _terminate(number: int, _frame: object) -> None:
-    # An exception unwinds the writer, which removes its partial file.
-    raise SystemExit(128 + number)
+class _Terminated(KeyboardInterrupt):
+    """A request to end, treated like Ctrl-C so that the writer removes its partial file."""
+
+
+def _terminate(_number: int, _frame: object) -> None:
+    raise _Terminated
 
 
 def main() -> None:
     """Run the command line; every error on purpose becomes one message and an exit code.
 
-    Exit codes: 0 done; 1 failed; 2 the scenario or the command line is wrong; 130 interrupted.
+    Exit codes: 0 done; 1 failed; 2 the scenario or the command line is wrong; 130 interrupted; 143 terminated.
     """
     signal.signal(signal.SIGTERM, _terminate)
     try:
         cli.main(prog_name="hcss", standalone_mode=False)
-    except click.exceptions.Abort:
+    except click.exceptions.Abort as error:
         click.echo("interrupted", err=True)
-        sys.exit(EXIT_INTERRUPTED)
+        sys.exit(EXIT_TERMINATED if isinstance(error.__cause__, _Terminated) else EXIT_INTERRUPTED)
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        click.echo("interrupted", err=True)
-        sys.exit(EXIT_INTERRUPTED)
     except ScenarioError as error:
         click.echo(str(error), err=True)
         sys.exit(EXIT_BAD_SCENARIO)

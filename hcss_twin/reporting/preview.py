@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -105,7 +106,10 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     shown = _thin(data.isel(time=chosen)).load()
     columns = min(4, chosen.size)
     rows = -(-chosen.size // columns)
-    figure = Figure(figsize=(3.0 * columns + 1.4, 3.15 * rows + 0.7), layout="constrained")
+    # One frame gets a large panel; many share the width of a page.
+    panel = 5.5 if chosen.size == 1 else 3.0
+    height = panel * min(max(data.sizes["y"] / data.sizes["x"], 0.3), 3.0)
+    figure = Figure(figsize=(panel * columns + 1.6, (height + 0.3) * rows + 0.9), layout="constrained")
     FigureCanvasAgg(figure)
     axes = np.atleast_1d(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)).ravel()
     low, high = _limits(shown.to_numpy())
@@ -127,13 +131,15 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
         seconds = (frame["time"].to_numpy() - start) / np.timedelta64(1, "ns") * 1e-9
         axis.set_title(f"t = {seconds:g} s", fontsize=9)
         axis.tick_params(labelsize=7)
+        axis.locator_params(nbins=5)
     for axis in axes[chosen.size :]:
         axis.set_visible(False)
     figure.supxlabel("x (km, east)", fontsize=9)
     figure.supylabel("y (km, north)", fontsize=9)
     bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend="both")
     bar.set_label(_label(shown))
-    figure.suptitle(f"{dataset.attrs.get('title', '')} — {band}", fontsize=10)
+    title = textwrap.fill(f"{dataset.attrs.get('title', '')} — {band}", int(13 * figure.get_figwidth()))
+    figure.suptitle(title, fontsize=10)
     figure.savefig(path, dpi=110)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, choose_from
 from hcss_twin.radiance.spectral_band import SpectralBand
-from hcss_twin.scenario.models import ResponseBand, band_name
+from hcss_twin.scenario.band_entries import ResponseBand, band_name
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,9 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudLayer, Microphysics
-from hcss_twin.scenario.models import Layer, Section
+from hcss_twin.scenario.models import Layer
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.section import Section
 from hcss_twin.scenario.units import Length, Number, Whole
 
 

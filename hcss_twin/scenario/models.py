@@ -8,20 +8,17 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
-    Discriminator,
     Field,
-    Tag,
-    field_validator,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.errors import closest
 from hcss_twin.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.scenario.band_entries import Bands
 from hcss_twin.scenario.instant import Instant
+from hcss_twin.scenario.section import Section
 from hcss_twin.scenario.units import (
     Angle,
     Duration,
@@ -34,12 +31,6 @@ from hcss_twin.scenario.units import (
     parse_quantity,
 )
 from hcss_twin.scenario.wording import shown
-
-
-class Section(BaseModel):
-    """Base of all sections: immutable, unknown keys refused, NaN and infinity refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def selected(section: Section, key: str) -> str:
@@ -132,66 +123,6 @@ class Motion(Section):
         description="Time in which the largest cloud structures change, s, 0.001 to 1e12; "
         '"frozen" keeps every shape.',
     )
-
-
-class ResponseBand(Section):
-    """A band given by a measured spectral response."""
-
-    name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
-    response: str = Field(
-        min_length=1,
-        description="CSV file with columns wavelength_um and response (0 to 1), relative to the scenario.",
-    )
-
-
-Limits = tuple[float, float]
-
-
-def _band(value: object) -> object:
-    if isinstance(value, str | dict | ResponseBand):
-        return value
-    if isinstance(value, list | tuple):
-        return _limits(value)
-    raise PydanticCustomError(
-        "band",
-        f"{shown(value)} is not a band; allowed: a name, [shortest_um, longest_um], or {{name, response}}",
-    )
-
-
-def _limits(value: list[Any] | tuple[Any, ...]) -> Limits:
-    allowed = "allowed: [shortest_um, longest_um], two numbers from 0.1 to 1000"
-    if len(value) != 2 or not all(map(_is_number, value)):
-        raise PydanticCustomError("band", f"{shown(list(value))} is not a band; {allowed}")
-    if not all(0.1 <= limit <= 1000 for limit in value):  # also refuses NaN
-        raise PydanticCustomError("band", f"{shown(list(value))} um is out of range; {allowed}")
-    low, high = float(value[0]), float(value[1])
-    if low == high:
-        raise PydanticCustomError("band", f"{shown(list(value))} um has no width; {allowed}, ascending")
-    if low > high:
-        raise PydanticCustomError(
-            "band", f"[{low:g}, {high:g}] um is upside down; closest valid choice is [{high:g}, {low:g}]"
-        )
-    return (low, high)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _form_of_band(value: object) -> str:
-    if isinstance(value, str):
-        return "a name"
-    return "limits" if isinstance(value, tuple) else "a response"
-
-
-# Told apart by their form, so that an error speaks of the form that was typed only.
-Band = Annotated[
-    Annotated[str, Tag("a name")]
-    | Annotated[Limits, Tag("limits")]
-    | Annotated[ResponseBand, Tag("a response")],
-    Discriminator(_form_of_band),
-    BeforeValidator(_band),
-]
 
 
 class Atmosphere(Section):
@@ -337,7 +268,7 @@ class ScenarioModel(Section):
     image: Image = Field(default_factory=lambda: Image.model_validate({}), description="Image shape.")
     frames: Frames = Field(default_factory=lambda: Frames.model_validate({}), description="Time series.")
     motion: Motion = Field(default_factory=lambda: Motion.model_validate({}), description="Motion.")
-    bands: tuple[Band, ...] = Field(
+    bands: Bands = Field(
         ("swir-2.7-3.0", "mwir", "lwir"),
         min_length=1,
         max_length=100,
@@ -355,34 +286,3 @@ class ScenarioModel(Section):
         default_factory=lambda: Radiance.model_validate({}), description="Radiance model."
     )
     output: Output = Field(default_factory=lambda: Output.model_validate({}), description="Output.")
-
-    @field_validator("bands", mode="before")
-    @classmethod
-    def _several(cls, bands: object) -> object:
-        if isinstance(bands, list | tuple) and len(bands) == 2 and all(map(_is_number, bands)):
-            raise PydanticCustomError(
-                "bands",
-                f"{shown(list(bands))} is a single band, not a list of bands; "
-                f"closest valid choice is [{shown(list(bands))}]",
-            )
-        return bands
-
-    @field_validator("bands", mode="after")
-    @classmethod
-    def _distinct(cls, bands: tuple[Any, ...]) -> tuple[Any, ...]:
-        names = [band_name(band) for band in bands]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            listed = ", ".join(map(shown, twice))
-            raise PydanticCustomError("bands", f"{listed} given twice; allowed: each band once")
-        return bands
-
-
-def band_name(band: str | Limits | ResponseBand) -> str:
-    """Name under which a band stands in the cube."""
-    if isinstance(band, str):
-        return band
-    if isinstance(band, tuple):
-        # Twelve digits keep narrow bands apart and do not show rounding.
-        return f"{band[0]:.12g}-{band[1]:.12g}um"
-    return band.name

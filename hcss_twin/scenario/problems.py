@@ -94,9 +94,10 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
         keys = f" with the keys {', '.join(owner.model_fields)}" if owner else ""
         return f"{shown(value)} is not a table; allowed: a table{keys}"
     if kind == "tuple_type":
-        guess = listed(value)
+        # A single entry without its brackets.
+        guess = listed(value) if _takes_text(_annotation(model, location)) else None
         hint = f"; closest valid choice is {guess}" if guess else ""
-        return f"{shown(value)} is not a list; allowed: a list; {_description(model, location).rstrip('.')}{hint}"
+        return f"{shown(value)} is not a list; allowed: a list ({_description(model, location).rstrip('.')}){hint}"
     if kind.endswith(("_type", "_parsing", "_parsing_size")) or kind == "int_from_float":
         return _wrong_type(kind, value, model, location)
     return detail["msg"].removeprefix("Value error, ")
@@ -169,7 +170,7 @@ def _range(
         return ""
     parts = [f"{sign} {_bound(bounds[key])}" for key, sign in _BOUNDS if key in bounds]
     sentence = f"allowed: {' and '.join(parts)}"
-    guess = _nearest(bounds, value, detail, _is_whole(model, location))
+    guess = _nearest(bounds, value, detail, _annotation(model, location) is int)
     return f"{sentence}; closest valid choice is {guess}" if guess else sentence
 
 
@@ -187,15 +188,6 @@ def _nearest(
     if whole:
         return str(bound + 1 if broken == "gt" else bound - 1)
     return f"just {'above' if broken == 'gt' else 'below'} {_bound(bound)}"
-
-
-def _is_whole(model: type[BaseModel], location: Location) -> bool:
-    owner = _model_at(model, location[:-1])
-    return (
-        owner is not None
-        and location[-1] in owner.model_fields
-        and (owner.model_fields[str(location[-1])].annotation is int)
-    )
 
 
 def _bound(value: float) -> str:
@@ -241,6 +233,16 @@ def _description(model: type[BaseModel], location: Location) -> str:
     if owner is None or not location or location[-1] not in owner.model_fields:
         return "required"
     return owner.model_fields[str(location[-1])].description or "required"
+
+
+def _annotation(model: type[BaseModel], location: Location) -> Any:
+    owner = _model_at(model, location[:-1])
+    known = owner is not None and location and location[-1] in owner.model_fields
+    return owner.model_fields[str(location[-1])].annotation if owner and known else None
+
+
+def _takes_text(annotation: Any) -> bool:
+    return annotation is str or any(map(_takes_text, typing.get_args(annotation)))
 
 
 def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:

@@ -103,12 +103,13 @@ class _Columns:
 
     def probe(self, sun: Sun | None) -> Array:
         """Total of a few columns that bound the scene, (N, B)."""
-        clear = np.sum(self.clear(sun), axis=0)[None, :]
+        clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
         layer = self._plan.layer
         if layer is None:
             return clear
         extremes = np.array([layer.thickness_min_m, layer.thickness_max_m])
-        return np.concatenate((clear, np.sum(self.cloudy(extremes, sun), axis=1)))
+        cloudy: Array = np.sum(self.cloudy(extremes, sun), axis=1)
+        return np.concatenate((clear, cloudy))
 
     def table(self, axis: ThicknessAxis | None, sun: Sun | None) -> ThicknessTable:
         """Table of one instant."""

@@ -148,7 +148,8 @@ def _cubic(nodes: Array, values: Array) -> Callable[[Array], Array]:
     floor = np.minimum(np.min(values, axis=0), 0.0)
 
     def evaluate(ln_thickness: Array) -> Array:
-        return np.maximum(spline(ln_thickness), floor)
+        result: Array = np.maximum(spline(ln_thickness), floor)
+        return result
 
     return evaluate
 

@@ -24,7 +24,8 @@ def test_three_lines_run():
     cube = simulate(Scenario.from_toml(THREE_LINES, SMALL))
     assert dict(cube.sizes)["time"] == 4
     assert cube.radiance.dims == ("time", "band", "y", "x")
-    assert np.all(np.isfinite(cube.radiance)) and np.all(cube.radiance > 0)
+    assert np.all(np.isfinite(cube.radiance))
+    assert np.all(cube.radiance > 0)
 
 
 @pytest.mark.parametrize("name", SHIPPED)

@@ -62,7 +62,7 @@ def test_mean_airmass_is_secant_while_the_earth_is_flat_and_less_beyond(profile)
     "arguments", [(-1.0, SPACE, 0.0), (5.0, 1.0, 0.0), (0.0, SPACE, 90.0), (0.0, SPACE, -1.0)]
 )
 def test_impossible_legs_are_refused(arguments):
-    with pytest.raises(ValueError, match="allowed|needs"):
+    with pytest.raises(ValueError, match=r"allowed|needs"):
         Leg(*arguments)
 
 

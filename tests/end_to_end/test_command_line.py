@@ -1,0 +1,125 @@
+"""The command line: answers, exit codes, and what is left behind when a run is stopped."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+HCSS = [sys.executable, "-m", "hcss_twin.cli"]
+SMALL = ["--set", "image.rows=24", "--set", "image.columns=24", "--set", "frames.count=2"]
+
+
+def hcss(*arguments, cwd):
+    return subprocess.run([*HCSS, *arguments], cwd=cwd, capture_output=True, text=True, timeout=120)
+
+
+def test_run_and_preview_make_a_cube_and_pictures(tmp_path):
+    done = hcss("run", "stratus", *SMALL, "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""  # quiet in a pipe
+    answer = json.loads(done.stdout)
+    assert answer["cube"] == "stratus.nc"
+    assert answer["bytes"] == (tmp_path / "stratus.nc").stat().st_size
+    pictures = json.loads(hcss("preview", "stratus.nc", "--json", cwd=tmp_path).stdout)
+    assert sum(name.endswith(".png") for name in pictures) == 3
+    assert sum(name.endswith(".gif") for name in pictures) == 3
+    from PIL import Image
+
+    for name in pictures:
+        with Image.open(tmp_path / name) as picture:
+            assert getattr(picture, "n_frames", 1) == (2 if name.endswith(".gif") else 1)
+            low, high = picture.convert("L").getextrema()
+            assert low < high
+
+
+def test_an_existing_cube_is_kept_unless_forced(tmp_path):
+    (tmp_path / "stratus.nc").write_text("precious")
+    refused = hcss("run", "stratus", *SMALL, cwd=tmp_path)
+    assert refused.returncode == 1
+    assert "--force" in refused.stderr
+    assert (tmp_path / "stratus.nc").read_text() == "precious"
+    assert hcss("run", "stratus", *SMALL, "--force", cwd=tmp_path).returncode == 0
+
+
+def test_plan_answers_without_computing(tmp_path):
+    text = hcss("plan", "baseline", cwd=tmp_path)
+    assert text.returncode == 0
+    assert "24.389" in text.stdout
+    assert "198.721" in text.stdout
+    plan = json.loads(hcss("plan", "baseline", "--json", cwd=tmp_path).stdout)
+    assert {"what", "why", "bound"} == set(plan["skipped"][0])
+    assert plan["providers"]["radiance"]["name"] == "as-printed"
+    assert not list(tmp_path.iterdir())
+
+
+def test_wrong_scenario_names_every_problem_and_exits_2(tmp_path):
+    (tmp_path / "wrong.toml").write_text(
+        "time = 2024-04-20T12:30:00\nplace = {latitude = 95, longitude = 0}\nview.zenit = 5\nclouds.coverage = 1.3\n"
+    )
+    for command in ("run", "plan", "validate"):
+        done = hcss(command, "wrong.toml", cwd=tmp_path)
+        assert done.returncode == 2
+        for field in ("time", "place.latitude", "view.zenit", "clouds.coverage"):
+            assert f"{field}:" in done.stderr
+        assert "Traceback" not in done.stderr
+    answer = json.loads(hcss("validate", "wrong.toml", "--json", cwd=tmp_path).stdout)
+    assert answer["valid"] is False
+    assert len(answer["problems"]) == 4
+
+
+def test_validate_accepts_what_is_shipped(tmp_path):
+    for name in json.loads(hcss("scenarios", "--json", cwd=tmp_path).stdout):
+        assert hcss("validate", name, cwd=tmp_path).returncode == 0
+
+
+def test_unknown_scenario_gets_the_closest_name(tmp_path):
+    done = hcss("run", "stratos", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "stratus" in done.stderr
+
+
+def test_preview_of_something_else_is_refused(tmp_path):
+    (tmp_path / "not.nc").write_text("no cube")
+    done = hcss("preview", "not.nc", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_schema_is_json_schema(tmp_path):
+    schema = json.loads(hcss("schema", cwd=tmp_path).stdout)
+    assert schema["properties"]["seed"]["default"] == 0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_stopped_run_leaves_nothing_behind(tmp_path, number, code):
+    process = subprocess.Popen(
+        [*HCSS, "run", "stratus", "--set", "frames.count=2000"],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob(".*.partial")) and time.monotonic() < deadline and process.poll() is None:
+        time.sleep(0.05)
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == code, errors
+    assert "Traceback" not in errors
+    assert not list(tmp_path.iterdir())
+
+
+def test_help_and_plugins_import_no_numpy(tmp_path):
+    for arguments in (["--help"], ["plugins"]):
+        code = (
+            "import sys; sys.argv = ['hcss', *sys.argv[1:]]\n"
+            "from hcss_twin.cli import main\n"
+            "try:\n    main()\nexcept SystemExit:\n    pass\n"
+            "sys.exit('numpy' in sys.modules or 'pydantic' in sys.modules)"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
