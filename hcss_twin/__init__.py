@@ -12,6 +12,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from hcss_twin.version import __version__
+
 if TYPE_CHECKING:
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.errors import CatalogError, CubeError, HcssError, ProviderError, ScenarioError
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.simulate import simulate
-
-__version__ = "0.1.0"
 
 __all__ = [
     "CatalogError",

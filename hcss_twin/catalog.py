@@ -69,10 +69,10 @@ class Catalog:
             If neither exists; the message gives the names there are and the closest one.
         """
         named = self.root / folder / f"{name}{suffix}"
-        if "/" not in name and named.is_file():
+        if "/" not in name and _is_file(named):
             return self._record(named)
-        own = self.base / Path(name).expanduser()
-        if own.suffix and own.is_file():
+        own = self._own(name)
+        if own.suffix and _is_file(own):
             return self._record(own)
         raise CatalogError(
             f"'{name}' is neither in catalogs/{folder} nor a file; {choose_from(name, self.names(folder, suffix))}"
@@ -86,8 +86,8 @@ class Catalog:
         CatalogError
             If there is no such file.
         """
-        own = self.base / Path(path).expanduser()
-        if not own.is_file():
+        own = self._own(path)
+        if not _is_file(own):
             raise CatalogError(f"no file '{path}' (looked at {own})")
         return self._record(own)
 
@@ -113,12 +113,26 @@ class Catalog:
         """
         return read_columns(path)
 
+    def _own(self, path: str | Path) -> Path:
+        """Resolve a user's path against the scenario's folder."""
+        try:
+            return self.base / Path(path).expanduser()
+        except RuntimeError as error:  # ~ of an unknown user
+            raise CatalogError(f"'{path}': {error}") from error
+
     def _record(self, path: Path) -> Path:
         inside = path.is_relative_to(self.root)
         key = path.relative_to(self.root).as_posix() if inside else str(path.resolve())
         if key not in self._used:
             self._used[key] = hashlib.sha256(path.read_bytes()).hexdigest()
         return path
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name the system cannot have, so there is no such file
+        return False
 
 
 def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:

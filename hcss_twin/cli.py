@@ -11,8 +11,8 @@ from typing import Any
 
 import click
 
-from hcss_twin import __version__
 from hcss_twin.errors import HcssError, ScenarioError
+from hcss_twin.version import __version__
 
 EXIT_FAILED = 1
 EXIT_BAD_SCENARIO = 2

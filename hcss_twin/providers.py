@@ -30,9 +30,9 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.atmosphere.paths import Path
-from hcss_twin.atmosphere.profile import Profile
 from hcss_twin.catalog import Catalog
+from hcss_twin.physics.paths import Path
+from hcss_twin.physics.profile import Profile
 
 API_VERSION = 0
 

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 class TableParameters(BaseModel):
     """Parameters of the ``table`` provider."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     file: str = Field(
         "us-standard-1976-lowtran7",

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.atmosphere.paths import Path, to_space
-from hcss_twin.atmosphere.profile import Profile
+from hcss_twin.physics.paths import Path, to_space
 from hcss_twin.physics.planck import planck
+from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import TransmittanceProvider
 
 Array = NDArray[np.float64]

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.parameters import TableParameters
-from hcss_twin.atmosphere.paths import SPACE, Path
 from hcss_twin.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.errors import ProviderError
 from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_start
+from hcss_twin.physics.paths import SPACE, Path
 from hcss_twin.providers import AtmosphereInputs, Declares
 
 Array = NDArray[np.float64]
@@ -170,6 +170,11 @@ class TableTransmittance:
         return result
 
     def _require_same_profile(self, inputs: AtmosphereInputs) -> None:
+        top = float(inputs.profile.altitude_m[-1])
+        if top < 20_000.0:
+            raise ProviderError(
+                f"profile '{inputs.profile.name}' ends at {top:g} m; allowed: 20000 m or higher"
+            )
         levels = self._profile.altitude_m[self._profile.altitude_m <= 20_000.0]
         difference = float(
             np.max(np.abs(inputs.profile.temperature_at(levels) - self._profile.temperature_at(levels)))

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.atmosphere.profile import Profile
 from hcss_twin.errors import CatalogError
 from hcss_twin.physics.monotone_cubic import WINDOW
+from hcss_twin.physics.profile import Profile
 
 Array = NDArray[np.float64]
 

@@ -16,6 +16,7 @@ from hcss_twin.clouds.interpolation import apply, cubic_axis, cubic_weights, nea
 from hcss_twin.clouds.lattice import lattice_normals, unit_offset
 from hcss_twin.clouds.parameters import FractalParameters
 from hcss_twin.clouds.thickness import map_thickness
+from hcss_twin.clouds.windows import window_inside
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
 
@@ -296,8 +297,8 @@ class FractalClouds:
             If the window is not inside the image.
         """
         window = (
-            _inside("rows", rows, self._grid.rows),
-            _inside("columns", columns, self._grid.columns),
+            window_inside("rows", rows, self._grid.rows),
+            window_inside("columns", columns, self._grid.columns),
         )
         field = self.field(time_s, slice(0, self._grid.rows), slice(0, self._grid.columns))
         cloudy = cloudy_pixels(field, self._layer.coverage)
@@ -341,12 +342,3 @@ class FractalClouds:
             return [(int(cell[0]), amplitude)]
         weights = cubic_weights(fraction)[0]
         return [(int(cell[0]) + tap - 1, amplitude * float(weights[tap])) for tap in range(4)]
-
-
-def _inside(name: str, window: slice, size: int) -> slice:
-    """Check that a window lies within an image axis, and fill in open ends."""
-    start = 0 if window.start is None else window.start
-    stop = size if window.stop is None else window.stop
-    if window.step not in (None, 1) or not 0 <= start <= stop <= size:
-        raise ValueError(f"{name}: {window} given, allowed: a window without step inside 0 to {size}")
-    return slice(start, stop)

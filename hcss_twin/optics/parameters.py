@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 class MieParameters(BaseModel):
     """Parameters of :class:`hcss_twin.optics.mie.MieOptics`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     water_index: str = Field(
         default="water",

@@ -50,7 +50,7 @@ def sun_position(
 
     unix = np.array([time.timestamp() for time in times], dtype=np.float64)
     longitude = (longitude_deg + 180.0) % 360.0 - 180.0
-    zenith, _, _, _, azimuth, _ = spa.solar_position(
+    where_and_air = (
         unix,
         latitude_deg,
         longitude,
@@ -60,15 +60,6 @@ def sun_position(
         DELTA_T_S,
         HORIZON_REFRACTION_DEG,
     )
-    distance = spa.solar_position(
-        unix,
-        latitude_deg,
-        longitude,
-        0.0,
-        SEA_LEVEL_PRESSURE_HPA,
-        AIR_TEMPERATURE_C,
-        DELTA_T_S,
-        HORIZON_REFRACTION_DEG,
-        esd=True,
-    )[0]
+    zenith, _, _, _, azimuth, _ = spa.solar_position(*where_and_air)
+    distance = spa.solar_position(*where_and_air, esd=True)[0]
     return np.asarray(zenith), np.asarray(azimuth), np.asarray(distance)

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.path_radiance import path_radiance
-from hcss_twin.atmosphere.paths import to_space
 from hcss_twin.errors import ProviderError
 from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, scattering_cosine_literal
 from hcss_twin.physics.henyey_greenstein import henyey_greenstein
+from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun
 from hcss_twin.radiance.parameters import AsPrintedParameters

@@ -11,7 +11,7 @@ class AsPrintedParameters(BaseModel):
     The four ``literal_...`` switches restore forms of the HCSS paper that its own tables exclude.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     glint_scale: float = Field(
         1.0,

@@ -14,8 +14,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from hcss_twin.atmosphere.paths import Path
 from hcss_twin.errors import HcssError, ProviderError
+from hcss_twin.physics.paths import Path
 from hcss_twin.providers import (
     Array,
     CloudInputs,

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from hcss_twin import __version__
 from hcss_twin.errors import ProviderError, choose_from
 from hcss_twin.registry import creation, defaults
 from hcss_twin.registry.discovery import (
@@ -21,6 +20,7 @@ from hcss_twin.registry.discovery import (
     normalised,
 )
 from hcss_twin.registry.kinds import Kind
+from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

@@ -23,6 +23,9 @@ class ResponseBand(Section):
 
 Limits = tuple[float, float]
 
+NARROWEST = 1e-6
+"""Least width over wavelength; below, rounding shows in the spectral grid."""
+
 
 def _band(value: object) -> object:
     if isinstance(value, str | dict | ResponseBand):
@@ -44,6 +47,9 @@ def _limits(value: list[Any] | tuple[Any, ...]) -> Limits:
     low, high = float(value[0]), float(value[1])
     if low == high:
         raise PydanticCustomError("band", f"{shown(list(value))} um has no width; {allowed}, ascending")
+    if abs(high - low) < NARROWEST * max(low, high):
+        narrowest = f"allowed: at least {NARROWEST:g} of the wavelength"
+        raise PydanticCustomError("band", f"{shown(list(value))} um is too narrow; {narrowest}")
     if low > high:
         raise PydanticCustomError(
             "band", f"[{low:g}, {high:g}] um is upside down; closest valid choice is [{high:g}, {low:g}]"

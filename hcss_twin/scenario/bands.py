@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, choose_from
 from hcss_twin.radiance.spectral_band import SpectralBand
-from hcss_twin.scenario.band_entries import ResponseBand, band_name
+from hcss_twin.scenario.band_entries import NARROWEST, ResponseBand, band_name
 
 Array = NDArray[np.float64]
 
@@ -63,6 +63,8 @@ def read_response(file: str, catalog: Catalog) -> tuple[Array, Array]:
     wavelength, response = columns["wavelength_um"], columns["response"]
     if wavelength.size < 2 or np.any(np.diff(wavelength) <= 0) or wavelength[0] <= 0:
         raise CatalogError(f"{path}: wavelength_um must be positive and ascend over at least two rows")
+    if wavelength[-1] - wavelength[0] < NARROWEST * wavelength[-1]:
+        raise CatalogError(f"{path}: too narrow; allowed: at least {NARROWEST:g} of the wavelength")
     if np.any(response < 0) or np.any(response > 1) or not np.any(response > 0):
         raise CatalogError(f"{path}: response must lie in 0..1 and be positive somewhere")
     return wavelength, response

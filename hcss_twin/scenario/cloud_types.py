@@ -154,11 +154,12 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometr
             whose = of_type if section.base is None else ""
             key, message = "top", f"{top:g} m is not above the base; allowed: above {base:g}{whose}"
         raise ScenarioError([Problem(f"{field}.{key}", message)])
-    # A layer made shallower than its type's thinnest cloud is as thin as it can be.
-    thinnest = min(usual.thickness_min, depth) if section.thickness_min is None else section.thickness_min
+    thinnest = usual.thickness_min if section.thickness_min is None else section.thickness_min
     if thinnest > depth:
+        whose = f" (that of type '{section.type}')" if section.thickness_min is None else ""
         message = (
-            f"{thinnest:g} m exceeds top - base; allowed: up to {depth:g}; closest valid choice is {depth:g}"
+            f"{thinnest:g} m{whose} exceeds top - base; allowed: up to {depth:g}; "
+            f"closest valid choice is {depth:g}"
         )
         raise ScenarioError([Problem(f"{field}.thickness_min", message)])
     return Geometry(base, top, thinnest)

@@ -17,6 +17,7 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.errors import closest
 from hcss_twin.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.band_entries import Bands
+from hcss_twin.scenario.band_entries import ResponseBand as ResponseBand
 from hcss_twin.scenario.instant import Instant
 from hcss_twin.scenario.section import Section
 from hcss_twin.scenario.units import (

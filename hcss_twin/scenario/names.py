@@ -10,15 +10,16 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.atmosphere.profile import load_profile
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, HcssError, Problem, ScenarioError, choose_from
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.bands import named_bands, read_response
 from hcss_twin.scenario.cloud_types import layer_geometry, load_cloud_type
-from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, Sea, Section, own, single_layer
+from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, Sea, own, single_layer
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.section import Section
 from hcss_twin.scenario.wording import shown
 
 DEEPEST = 32

@@ -13,7 +13,7 @@ from pydantic import PrivateAttr, ValidationError
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, Problem, ScenarioError, choose_from
 from hcss_twin.registry.registry import Registry
-from hcss_twin.scenario.models import ScenarioModel, has_single_layer
+from hcss_twin.scenario.models import ScenarioModel, has_single_layer, selected
 from hcss_twin.scenario.names import name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
@@ -34,7 +34,7 @@ class Scenario(ScenarioModel):
         """Compare values and base; whether the cloud layer was written in short form does not matter."""
         if not isinstance(other, Scenario):
             return NotImplemented
-        return self.base == other.base and self.model_dump() == other.model_dump()
+        return self.base == other.base and self.to_json() == other.to_json()
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -118,8 +118,26 @@ class Scenario(ScenarioModel):
         return cls.from_dict(json.loads(scenario_text(path)), overrides, origin=str(path))
 
     def to_json(self) -> str:
-        """Serialise with every default filled in; :meth:`load` reads it from a ``.json`` file."""
-        return self.model_dump_json(indent=1)
+        """Serialise with every default filled in; :meth:`load` reads it from a ``.json`` file.
+
+        Default providers are written with our distribution's name, so that a namesake installed later
+        cannot take their place.
+        """
+        data = self.model_dump(mode="json")
+        for key, section in data.items():
+            for name in _PROVIDER_KEYS.get(key, ()):
+                section[name] = selected(getattr(self, key), name)
+        for layer, model in zip(data["clouds"]["layers"], self.clouds.layers, strict=True):
+            layer["generator"] = selected(model, "generator")
+        return json.dumps(data, indent=1)
+
+
+_PROVIDER_KEYS = {
+    "atmosphere": ("provider",),
+    "sea": ("model",),
+    "optics": ("provider",),
+    "radiance": ("model",),
+}
 
 
 def _short_fields(short: bool, overrides: Mapping[str, Any]) -> Callable[[str], str]:

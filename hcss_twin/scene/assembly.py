@@ -8,9 +8,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from hcss_twin.atmosphere.profile import Profile, load_profile
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, Problem, ProviderError, ScenarioError
+from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import (
     AtmosphereInputs,
     CloudGenerator,
@@ -99,7 +100,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     for index, band in enumerate(scenario.bands):
         with _blamed_on(f"bands[{index}]"):
             bands.append(spectral_band(band, catalog))
-    with _blamed_on("atmosphere.provider"):
+    with _blamed_on("atmosphere.provider", scenario.atmosphere.parameters):
         transmittance = builder.build(
             Kind.ATMOSPHERE,
             selected(scenario.atmosphere, "provider"),
@@ -111,7 +112,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     temperature = scenario.sea.temperature
     if temperature is None:
         temperature = float(profile.temperature_K[0])
-    with _blamed_on("sea.model"):
+    with _blamed_on("sea.model", scenario.sea.parameters):
         sea = builder.build(
             Kind.SEA,
             selected(scenario.sea, "model"),
@@ -119,7 +120,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
             scenario.sea.parameters,
         )
     _require_bands_inside(bands, sea.declares, "sea")
-    with _blamed_on("optics.provider"):
+    with _blamed_on("optics.provider", scenario.optics.parameters):
         optics = builder.build(
             Kind.OPTICS,
             selected(scenario.optics, "provider"),
@@ -132,11 +133,11 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     motion = _motion(scenario)
     layers, generators = [], []
     for index, section in enumerate(scenario.clouds.layers):
-        field = f"clouds.layers[{index}]"
+        field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
         with _blamed_on(f"{field}.type"):
             resolved = resolve_layer(section, catalog, field)
         inputs = CloudInputs(resolved.layer, grid, motion, scenario.seed, catalog, resolved.type_parameters)
-        with _blamed_on(f"{field}.generator"):
+        with _blamed_on(f"{field}.generator", section.parameters):
             generators.append(
                 builder.build(Kind.CLOUDS, selected(section, "generator"), inputs, section.parameters)
             )
@@ -152,7 +153,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         view=view,
         solar_irradiance=SolarSpectrum(catalog),
     )
-    with _blamed_on("radiance.model"):
+    with _blamed_on("radiance.model", scenario.radiance.parameters):
         model = builder.build(
             Kind.RADIANCE, selected(scenario.radiance, "model"), radiance_inputs, scenario.radiance.parameters
         )
@@ -191,12 +192,20 @@ class _Builder:
 
 
 @contextmanager
-def _blamed_on(field: str) -> Iterator[None]:
-    """Name the scenario's field in whatever a catalog or provider complains about."""
+def _blamed_on(field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """Name the scenario's field in whatever a catalog or provider complains about.
+
+    A complaint that quotes the value of one of the provider's parameters is about that parameter.
+    """
     try:
         yield
     except (CatalogError, ProviderError) as error:
-        raise ScenarioError([Problem(field, str(error))]) from error
+        message = str(error)
+        section = field.rpartition(".")[0]
+        for key, value in (parameters or {}).items():
+            if isinstance(value, str) and value and f"'{value}'" in message:
+                field = f"{section}.parameters.{key}"
+        raise ScenarioError([Problem(field, message)]) from error
 
 
 def _motion(scenario: Scenario) -> Motion:

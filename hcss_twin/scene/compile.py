@@ -18,9 +18,6 @@ Array = NDArray[np.float64]
 TABLE_SHARE = 0.1
 """Share of the scenario's accuracy that interpolation between table nodes may use."""
 
-SHORTEST_TIME_STEP_S = 1.0
-"""Time nodes are never closer: in a second the sun moves by 0.004 deg."""
-
 
 def compile_tables(plan: Plan) -> RadianceTables:
     """Compute band radiance against thickness, and against time where the sun moves enough to matter.
@@ -35,8 +32,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
     """
     columns = _Columns(plan)
     tolerance = plan.scenario.accuracy * TABLE_SHARE
-    first, last = float(plan.frame_times_s[0]), float(plan.frame_times_s[-1])
-    sun = _sun(plan, 0.5 * (first + last))
+    sun = _sun(plan, float(plan.frame_times_s[plan.frame_times_s.size // 2]))
     axis = None
     if plan.layer is not None:
         axis = place_axis(
@@ -45,34 +41,37 @@ def compile_tables(plan: Plan) -> RadianceTables:
             plan.profile.altitude_m,
             0.5 * tolerance,
         )
-    times, error = _time_nodes(columns, plan, first, last, 0.5 * tolerance)
+    times, error = _time_nodes(columns, plan, 0.5 * tolerance)
     tables = tuple(columns.table(axis, _sun(plan, time)) for time in times)
     return RadianceTables(times, tables, error + (axis.estimated_error if axis else 0.0))
 
 
-def _time_nodes(
-    columns: _Columns, plan: Plan, first_s: float, last_s: float, tolerance: float
-) -> tuple[tuple[float, ...], float]:
-    """Place time nodes so that radiance between two of them is their weighted mean.
+def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[float, ...], float]:
+    """Choose frames whose tables are computed, so that those between are their weighted means.
 
     Judged on the clear column and on the thinnest and thickest clouds, which bound the weight of the
-    solar terms. One node where the sun does not matter.
+    solar terms. One frame where the sun does not matter.
     """
-    if not plan.sun_matters or first_s == last_s:
-        return (0.5 * (first_s + last_s),), 0.0
-    known: dict[float, Array] = {time: columns.probe(_sun(plan, time)) for time in (first_s, last_s)}
-    pending, worst = [(first_s, last_s)], 0.0
+    times = plan.frame_times_s
+    middle = times.size // 2
+    if not plan.sun_matters or times.size == 1:
+        return (float(times[middle]),), 0.0
+    known = {frame: columns.probe(_sun(plan, float(times[frame]))) for frame in (0, times.size - 1)}
+    pending, worst = [(0, times.size - 1)], 0.0
     while pending:
         low, high = pending.pop()
-        middle = 0.5 * (low + high)
-        exact = columns.probe(_sun(plan, middle))
-        error = float(np.max(np.abs(0.5 * (known[low] + known[high]) / exact - 1.0)))
-        if error <= tolerance or high - low <= SHORTEST_TIME_STEP_S:
+        if high - low < 2:
+            continue
+        middle = (low + high) // 2
+        exact = columns.probe(_sun(plan, float(times[middle])))
+        weight = (times[middle] - times[low]) / (times[high] - times[low])
+        error = float(np.max(np.abs(((1 - weight) * known[low] + weight * known[high]) / exact - 1.0)))
+        if error <= tolerance:
             worst = max(worst, error)
             continue
         known[middle] = exact
         pending += [(low, middle), (middle, high)]
-    return tuple(sorted(known)), worst
+    return tuple(float(times[frame]) for frame in sorted(known)), worst
 
 
 def _sun(plan: Plan, time_s: float) -> Sun | None:

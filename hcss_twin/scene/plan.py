@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import timedelta
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.atmosphere.profile import Profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.cube.variables import VariableSpec, expand
-from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, View
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid
@@ -22,6 +23,9 @@ from hcss_twin.scene.assembly import Assembly, assemble
 from hcss_twin.scene.sun_track import SunTrack
 
 Array = NDArray[np.float64]
+
+EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
+"""Years the time axis of a cube can hold in nanoseconds, as its readers want it."""
 
 
 @dataclass(frozen=True)
@@ -183,6 +187,8 @@ def make_plan(scenario: Scenario) -> Plan:
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
+    if any(spec.kind in ("radiance", "derived") for spec in variables):
+        _probe_lowest_sun(assembly, track, times, zenith)
     filled = (
         [
             FilledIn(
@@ -216,14 +222,38 @@ def _variables(scenario: Scenario, assembly: Assembly) -> tuple[VariableSpec, ..
 
 
 def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
+    first, last = EARLIEST_YEAR, LATEST_YEAR
     try:
-        track = SunTrack(scenario.time, scenario.place.latitude, scenario.place.longitude)
-        track.at(last_s)
-    except (OverflowError, OSError, ValueError) as error:
-        raise ScenarioError(
-            [Problem("time", f"the sun cannot be placed from {scenario.time} over {last_s:g} s: {error}")]
-        ) from error
-    return track
+        end = scenario.time + timedelta(seconds=last_s)
+    except OverflowError:
+        end = None
+    for field, moment in (("time", scenario.time), ("frames", end)):
+        if moment is None or not first <= moment.year <= last:
+            when = "beyond the calendar" if moment is None else f"in {moment.year}"
+            raise ScenarioError(
+                [Problem(field, f"a frame lies {when}; allowed: the years {first} to {last}")]
+            )
+    return SunTrack(scenario.time, scenario.place.latitude, scenario.place.longitude)
+
+
+def _probe_lowest_sun(assembly: Assembly, track: SunTrack, times: Array, zenith_deg: Array) -> None:
+    """Find out now, not after the scene is half computed, that a provider cannot follow the sun so low.
+
+    One wavenumber of the columns at the frame with the lowest sun above the horizon.
+    """
+    up = np.flatnonzero(zenith_deg < 90.0)
+    if up.size == 0:
+        return
+    frame = up[np.argmax(zenith_deg[up])]
+    sun = track.at(float(times[frame]))
+    wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
+    try:
+        assembly.model.clear(wavenumber, sun)
+        for layer in assembly.layers:
+            assembly.model.cloudy(wavenumber, np.array([layer.thickness_min_m, layer.thickness_max_m]), sun)
+    except ProviderError as error:
+        message = f"with the sun at zenith {zenith_deg[frame]:.2f} deg (frame {frame}): {error}"
+        raise ScenarioError([Problem("time", message)]) from error
 
 
 def _skipped(assembly: Assembly, variables: tuple[VariableSpec, ...], sun_zenith_deg: Array) -> list[Skipped]:

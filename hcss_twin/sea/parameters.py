@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 class CoxMunkParameters(BaseModel):
     """What a scenario can choose for the Cox-Munk sea."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     water_index: str = Field(
         default="water",

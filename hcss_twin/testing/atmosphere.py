@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.paths import Path, to_space
+from hcss_twin.physics.paths import Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, AtmosphereInputs, TransmittanceProvider
 from hcss_twin.registry.creation import check_declares

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hcss_twin.atmosphere.paths import Path
-from hcss_twin.atmosphere.profile import Profile
+from hcss_twin.physics.paths import Path
+from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import Array, Declares, Microphysics, SingleScattering
 
 

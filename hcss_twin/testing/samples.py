@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hcss_twin.atmosphere.profile import Profile
 from hcss_twin.catalog import Catalog
+from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.profile import load_profile
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.providers import Motion
 from hcss_twin.registry import Kind, Registry

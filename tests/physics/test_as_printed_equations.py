@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import constants
 
-from hcss_twin.atmosphere.profile import load_profile
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import (

@@ -7,10 +7,10 @@ import pytest
 
 from hcss_twin.atmosphere.parameters import TableParameters
 from hcss_twin.atmosphere.path_radiance import path_radiance
-from hcss_twin.atmosphere.paths import to_space
-from hcss_twin.atmosphere.profile import load_profile
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.atmosphere.table import TableTransmittance
 from hcss_twin.catalog import Catalog, catalog_root
+from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs
 from hcss_twin.radiance.solar_spectrum import SolarSpectrum

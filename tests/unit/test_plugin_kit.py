@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.paths import to_space
+from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import Declares, SingleScattering
 from hcss_twin.testing import (
     CloudGeneratorContract,

@@ -5,8 +5,8 @@ import pickle
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.paths import to_space
 from hcss_twin.errors import CatalogError, ProviderError
+from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import (
     CloudGenerator,
     Declares,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hcss_twin.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.clouds.imagery.reader import Image, read_image
 from hcss_twin.clouds.imagery.threshold import coverage_threshold, local_threshold, otsu_threshold
+from hcss_twin.clouds.windows import window_inside
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudInputs, Declares, Grid
 
@@ -115,8 +116,8 @@ class ImageryClouds:
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
         window = (
-            _inside("rows", rows, self._grid.rows),
-            _inside("columns", columns, self._grid.columns),
+            window_inside("rows", rows, self._grid.rows),
+            window_inside("columns", columns, self._grid.columns),
         )
         frame = self._frame(time_s)
         self._refuse_missing(self._missing[frame], time_s)
@@ -273,12 +274,3 @@ def _thickness(
         highest = np.nextafter(highest, np.float32(0.0))
     thickness[cloudy] = np.maximum(np.minimum(values, highest), np.finfo(np.float32).tiny)
     return thickness
-
-
-def _inside(name: str, window: slice, size: int) -> slice:
-    """Check that a window lies within a scene axis, and fill in open ends."""
-    start = 0 if window.start is None else window.start
-    stop = size if window.stop is None else window.stop
-    if window.step not in (None, 1) or not 0 <= start <= stop <= size:
-        raise ValueError(f"{name}: {window} given, allowed: a window without step inside 0 to {size}")
-    return slice(start, stop)

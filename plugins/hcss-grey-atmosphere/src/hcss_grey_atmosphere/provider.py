@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hcss_grey_atmosphere.parameters import GreyParameters
-from hcss_twin.atmosphere.paths import Path
+from hcss_twin.physics.paths import Path
 from hcss_twin.providers import Array, AtmosphereInputs, Declares
 
 

@@ -1,0 +1,51 @@
+"""What a plan finds out before anything is computed, and what it says was left out or filled in."""
+
+import pytest
+
+from hcss_twin import Scenario, ScenarioError, make_plan
+from hcss_twin.scene.compile import compile_tables
+
+TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
+
+
+@pytest.mark.parametrize(
+    ("overrides", "field", "message"),
+    [
+        ({"time": "3000-01-01T00:00:00Z"}, "time", "1700 to 2200"),
+        ({"frames.first": 10_000_000, "frames.interval": 1e6}, "frames", "1700 to 2200"),
+        ({"bands": [[17.0, 30.0]]}, "bands[0]", "20 um"),
+        ({"bands": [[1.2, 1.3]]}, "bands[0]", "2.5"),
+        ({"clouds.top": 40.0}, "clouds.thickness_min", "closest valid choice is 7"),
+        ({"atmosphere.parameters": {"file": "us-standrd"}}, "atmosphere.parameters.file", "closest is"),
+        ({"sea.parameters": {"water_index": "watr"}}, "sea.parameters.water_index", "closest is 'water'"),
+        ({"output.variables": ["radiance_sun"]}, "output.variables", "radiance_sea_reflected_sun"),
+        # 26 air masses: LOWTRAN7's table ends at 88 degrees.
+        (
+            {"time": "2024-03-21T12:00:00Z", "place.latitude": 90.0, "place.longitude": 0.0},
+            "time",
+            "air mass",
+        ),
+    ],
+)
+def test_what_cannot_be_had_is_said_before_the_scene_is_computed(overrides, field, message):
+    with pytest.raises(ScenarioError) as caught:
+        make_plan(Scenario.load("stratus", {**TINY, **overrides}))
+    problems = {problem.field: problem.message for problem in caught.value.problems}
+    assert message in problems[field]
+
+
+def test_two_frames_far_apart_need_two_tables():
+    overrides = {**TINY, "frames.interval": 6 * 86400.0, "accuracy": 1e-4}
+    tables = compile_tables(make_plan(Scenario.load("stratus", overrides)))
+    assert len(tables.time_s) == 2
+
+
+def test_what_was_filled_in_is_told():
+    plan = make_plan(
+        Scenario.from_toml(
+            "time = 2024-04-20T12:30:00+10:00\nplace = {latitude = 35.0, longitude = 150.0}", TINY
+        )
+    )
+    assert [(item.field, item.value) for item in plan.filled_in] == [("sea.temperature", "288.2 K")]
+    assert any("no cloud" in item.why for item in plan.skipped)
+    assert plan.as_dict()["uncompressed_bytes"] == 2 * 8 * 8 * (3 * 4 + 1)
