@@ -8,8 +8,10 @@ import pytest
 
 pytest.importorskip("compliance_checker")
 
+from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.writer import CubeWriter
+from hcss_twin.scene.plan import Plan
 
 CONVENTIONS = ("cf:1.11", "acdd:1.3")
 RUN = f"""
@@ -22,8 +24,11 @@ ComplianceChecker.run_checker(
 """
 
 
-@pytest.fixture(scope="module", params=["plain", "date line, one frame"])
+@pytest.fixture(scope="module", params=["plain", "date line, one frame", "simulated"])
 def header(request):
+    if request.param == "simulated":
+        small = {"image.rows": 16, "image.columns": 20, "frames.count": 2, "output.variables": ["all"]}
+        return make_plan(Scenario.load("stratus", small))
     if request.param == "plain":
         return example_header(platform_speed_m_s=7000.0)
     return example_header(
@@ -35,9 +40,12 @@ def header(request):
 def findings(header, tmp_path_factory):
     """Messages of the checker by convention and priority."""
     folder = tmp_path_factory.mktemp("cube")
-    with CubeWriter(folder / "cube.nc", header) as writer:
-        for index in range(header.frames):
-            writer.write_frame(index, example_frame(header, index))
+    if isinstance(header, Plan):
+        simulate(header.scenario, folder / "cube.nc").close()
+    else:
+        with CubeWriter(folder / "cube.nc", header) as writer:
+            for index in range(header.frames):
+                writer.write_frame(index, example_frame(header, index))
     command = [sys.executable, "-c", RUN]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
     assert (folder / "report.json").is_file(), done.stderr
