@@ -6,6 +6,7 @@ import json
 import signal
 import sys
 from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,15 @@ def _load(scenario: str, assignments: Iterable[str]) -> Any:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Cube to write; default: NAME.nc here.")
 @click.option("--force", is_flag=True, help="Replace an existing cube.")
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
-def run(scenario: str, assignments: tuple[str, ...], output: Path | None, force: bool, as_json: bool) -> None:
+@click.pass_context
+def run(
+    context: click.Context,
+    scenario: str,
+    assignments: tuple[str, ...],
+    output: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
     """Simulate SCENARIO and write its cube."""
     loaded = _load(scenario, assignments)
     output = output or Path(f"{Path(scenario).stem}.nc")
@@ -66,7 +75,7 @@ def run(scenario: str, assignments: tuple[str, ...], output: Path | None, force:
     from hcss_twin.scene.simulate import run as run_plan
 
     plan = make_plan(loaded)
-    run_plan(plan, output, _progress)
+    run_plan(plan, output, partial(_progress, context.ensure_object(_Stop)))
     if as_json:
         click.echo(json.dumps({"cube": str(output), "bytes": output.stat().st_size, **plan.as_dict()}))
     else:
@@ -194,21 +203,37 @@ def schema() -> None:
     click.echo(json.dumps(json_schema(), indent=1))
 
 
-def _progress(frames: Iterable[Any], count: int) -> Iterator[Any]:
-    """Show a bar on a terminal; stay quiet in a pipe."""
+def _progress(stop: _Stop, frames: Iterable[Any], count: int) -> Iterator[Any]:
+    """Show a bar on a terminal, stay quiet in a pipe, and end between frames when asked to."""
     if not sys.stderr.isatty():
-        yield from frames
+        for frame in frames:
+            stop.check()
+            yield frame
         return
     with click.progressbar(frames, length=count, label="frames", file=sys.stderr, show_pos=True) as bar:
-        yield from bar
+        for frame in bar:
+            stop.check()
+            yield frame
 
 
-class _Terminated(KeyboardInterrupt):
-    """A request to end, treated like Ctrl-C so that the writer removes its partial file."""
+class _Stop:
+    """Handler of Ctrl-C and of the request to end.
 
+    It raises, which unwinds the writer, and it remembers: an exception that a callback of a C library
+    swallowed is raised again before the next frame.
+    """
 
-def _terminate(_number: int, _frame: object) -> None:
-    raise _Terminated
+    def __init__(self) -> None:
+        self.signal = 0
+
+    def __call__(self, number: int, _frame: object) -> None:
+        self.signal = number
+        raise KeyboardInterrupt
+
+    def check(self) -> None:
+        """Raise if a signal came."""
+        if self.signal:
+            raise KeyboardInterrupt
 
 
 def main() -> None:
@@ -216,12 +241,14 @@ def main() -> None:
 
     Exit codes: 0 done; 1 failed; 2 the scenario or the command line is wrong; 130 interrupted; 143 terminated.
     """
-    signal.signal(signal.SIGTERM, _terminate)
+    stop = _Stop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
     try:
-        cli.main(prog_name="hcss", standalone_mode=False)
-    except click.exceptions.Abort as error:
+        cli.main(prog_name="hcss", standalone_mode=False, obj=stop)
+    except click.exceptions.Abort:
         click.echo("interrupted", err=True)
-        sys.exit(EXIT_TERMINATED if isinstance(error.__cause__, _Terminated) else EXIT_INTERRUPTED)
+        sys.exit(EXIT_TERMINATED if stop.signal == signal.SIGTERM else EXIT_INTERRUPTED)
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)

@@ -260,7 +260,7 @@ class TestAnyAllowedScenarioGivesASoundCubeOrAClearError:
         check_cube(raw)
 
     @pytest.mark.long
-    @_settings(400)
+    @_settings(150)
     @given(scenarios())
     def test_many(self, raw):
         check_cube(raw)
