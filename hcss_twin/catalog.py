@@ -144,7 +144,7 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
         If a row is not numeric, not finite, or has another number of fields than the header.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # spreadsheets write a byte-order mark
     except UnicodeDecodeError as error:
         raise CatalogError(f"{path}: not a text file: {error}") from error
     header: list[str] | None = None

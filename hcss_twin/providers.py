@@ -10,7 +10,9 @@ names. Principles:
   Planck's function or the sun (a file that brings its own path radiance is the exception).
 * A transmittance is asked for a *whole composite path*. Legs are summed, never multiplied,
   because band-model and k-distributed transmittances do not multiply.
-* Providers declare what they depend on; the engine skips what nobody depends on.
+* Providers declare what they depend on, so that the plan can skip. This version uses the ranges of
+  wavenumber and view zenith, the native grid, ``tileable`` and ``notes``; the rest is for the plans
+  to come, and the conformance kit checks it already.
 * Outside a declared range is an error, never a clamp.
 
 Axes: ``wavenumber_cm1`` (V,) ascending and last; altitudes above the sea in metres; angles
@@ -41,7 +43,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Declares:
-    """What a provider says about itself; it only removes table axes or places nodes.
+    """What a provider says about itself; it only removes work or places nodes.
+
+    Beside it a cloud generator may have ``skipped`` (pairs of what it left out and why, for the plan)
+    and ``image_coverage`` (a number where the coverage follows from an image and not from the
+    scenario), and a sea model ``significant_wave_height_m`` (written into the cube).
 
     Attributes
     ----------

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.footprint import EARTH_RADIUS_m, footprint
+from hcss_twin.cube.footprint import footprint
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.physics.local_plane import EARTH_RADIUS_m
 
 BOUND = "bound"
 VERTEX = "vertex"

@@ -25,7 +25,7 @@ bands, and on request the terms of the radiance and the state of the scene (trut
 from hcss_twin.cube.reader import open_cube, scenario_text
 
 with open_cube("cube.nc") as cube:
-    frame = cube.radiance.sel(band="MWIR").isel(time=0)
+    frame = cube.radiance.sel(band="mwir").isel(time=0)
 print(scenario_text("cube.nc"))
 ```
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a finished cube; values are read from the file when they are used.
 
-    Bands can be selected by name: ``open_cube(path).radiance.sel(band="MWIR")``. Close the dataset
+    Bands can be selected by name: ``open_cube(path).radiance.sel(band="mwir")``. Close the dataset
     after use, or use it in a ``with`` block.
 
     Raises

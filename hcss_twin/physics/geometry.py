@@ -30,9 +30,14 @@ def scattering_cosine(mu: float, mu0: float, relative_azimuth: float) -> float:
     cos(scattering) = -s.v. Equation 14 of the HCSS paper has the opposite sign of the first
     product; :func:`scattering_cosine_literal` keeps that form.
     """
-    return -mu * mu0 - math.sqrt(1 - mu * mu) * math.sqrt(1 - mu0 * mu0) * math.cos(relative_azimuth)
+    return _cosine(-mu * mu0 - math.sqrt(1 - mu * mu) * math.sqrt(1 - mu0 * mu0) * math.cos(relative_azimuth))
 
 
 def scattering_cosine_literal(mu: float, mu0: float, relative_azimuth: float) -> float:
     """Equation 14 of the HCSS paper as printed; it peaks into the view by mistake."""
-    return mu * mu0 - math.sqrt(1 - mu * mu) * math.sqrt(1 - mu0 * mu0) * math.cos(relative_azimuth)
+    return _cosine(mu * mu0 - math.sqrt(1 - mu * mu) * math.sqrt(1 - mu0 * mu0) * math.cos(relative_azimuth))
+
+
+def _cosine(value: float) -> float:
+    """Take back the last-bit rounding that carries a cosine beyond 1 in the hot spot."""
+    return max(-1.0, min(1.0, value))

@@ -17,7 +17,7 @@ DELTA_T_S = 0.0
 
 
 def sun_position(
-    times: list[datetime], latitude_deg: float, longitude_deg: float
+    times: list[datetime], latitude_deg: Array | float, longitude_deg: Array | float
 ) -> tuple[Array, Array, Array]:
     """Apparent zenith, azimuth and distance of the sun as seen from sea level.
 
@@ -25,7 +25,7 @@ def sun_position(
     ----------
     times : list of datetime (F,)
         Instants with a time zone.
-    latitude_deg, longitude_deg : float
+    latitude_deg, longitude_deg : float or ndarray (F,)
         North and east positive; longitudes above 180 are allowed.
 
     Returns

@@ -186,6 +186,8 @@ def cloud_brdf(albedo: Array, asymmetry: Array, scattering_cosine_: float, mu: f
 
 def _notes(parameters: AsPrintedParameters) -> tuple[str, ...]:
     notes = ["as-printed radiance: single scattering, no slant factor in the cloud, no reflected sky"]
+    if not parameters.literal_eq19:
+        notes.append("as-printed radiance: emission of the air below a cloud is lost, however thin the cloud")
     if parameters.glint_scale != 1.0:
         notes.append(f"sun glint scaled by {parameters.glint_scale:g}, which is a fit and not physics")
     if parameters.cloud_sun_scale != 1.0:

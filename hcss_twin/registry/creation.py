@@ -35,6 +35,17 @@ def parameters_model(entry: Entry) -> type[BaseModel] | None:
     return model
 
 
+def provider_class(entry: Entry) -> Any:
+    """Import what a provider is made with, without making it.
+
+    Raises
+    ------
+    ProviderError
+        If it cannot be imported.
+    """
+    return _load(entry, entry.spec.target)
+
+
 def create(entry: Entry, inputs: Any, parameters: BaseModel | None) -> Any:
     """Construct a provider as ``Class(inputs, parameters)`` and check that it is one.
 

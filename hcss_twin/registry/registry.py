@@ -168,6 +168,10 @@ class Registry:
         """
         return creation.parameters_model(entry)
 
+    def provider_class(self, entry: Entry) -> Any:
+        """Import a provider's class without constructing it; raises ``ProviderError``."""
+        return creation.provider_class(entry)
+
     def create(self, entry: Entry, inputs: Any, parameters: BaseModel | None = None) -> Any:
         """Import a provider's class and construct it as ``Class(inputs, parameters)``.
 

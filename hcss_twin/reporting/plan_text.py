@@ -14,7 +14,7 @@ def plan_text(plan: Plan) -> str:
 
 def _lines(plan: Plan) -> Iterator[str]:
     scenario, grid = plan.scenario, plan.grid
-    yield scenario.title or "scenario"
+    yield scenario.title or scenario.origin
     yield f"  frames      {plan.frame_times_s.size} x {grid.rows} x {grid.columns} pixels of {grid.pixel_size_m:g} m"
     for band in plan.bands:
         yield f"  band        {band.name}: {band.lower_um:g}-{band.upper_um:g} um"
@@ -28,11 +28,23 @@ def _lines(plan: Plan) -> Iterator[str]:
     if plan.needs_radiance:
         yield f"  spectrum    {plan.spectral_grid.wavenumber_cm1.size} wavenumbers, once per table node"
     yield f"  variables   {', '.join(spec.name for spec in plan.variables)}"
-    yield f"  cube        {plan.uncompressed_bytes / 1e6:.1f} MB"
+    yield f"  cube        {_size(plan.uncompressed_bytes)} before compression"
     for item in plan.filled_in:
         yield f"  filled in   {item.field} = {item.value} ({item.why})"
     for note in plan.assembly.notes:
         yield f"  note        {note}"
     for skipped in plan.skipped:
-        bound = "nothing lost" if skipped.bound == 0 else f"at most {skipped.bound:.1e} of the radiance"
-        yield f"  skipped     {skipped.what}: {skipped.why} ({bound})"
+        yield f"  skipped     {skipped.what}: {skipped.why}{_bound(skipped.bound)}"
+
+
+def _bound(bound: float | None) -> str:
+    if bound is None:
+        return ""
+    return " (nothing lost)" if bound == 0 else f" (at most {bound:.1e} of the radiance)"
+
+
+def _size(count: int) -> str:
+    for unit, factor in (("TB", 1e12), ("GB", 1e9)):
+        if count >= factor:
+            return f"{count / factor:.1f} {unit}"
+    return f"{count / 1e6:.1f} MB"

@@ -62,6 +62,11 @@ def draw_preview(
             data = data.expand_dims(band=[name], axis=1)
         for index, band in enumerate(data["band"].to_numpy()):
             stem = f"{Path(cube).stem}_{re.sub(r'[^A-Za-z0-9.]+', '-', str(band))}"
+            if any(
+                path.stem == stem for path in written
+            ):  # names that differ only in what a file may not hold
+                stem += f"_{index}"
+            stem += "_kelvin" if name == "brightness_temperature" else ""
             sheet = folder / f"{stem}.png"
             _contact_sheet(dataset, data.isel(band=index), str(band), frames, sheet)
             written.append(sheet)
@@ -136,7 +141,9 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
         axis.set_visible(False)
     figure.supxlabel("x (km, east)", fontsize=9)
     figure.supylabel("y (km, north)", fontsize=9)
-    bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend="both")
+    below, above = float(shown.min()) < low, float(shown.max()) > high
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
+    bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend=extend)
     bar.set_label(_label(shown))
     title = textwrap.fill(f"{dataset.attrs.get('title', '')} — {band}", int(13 * figure.get_figwidth()))
     figure.suptitle(title, fontsize=10)

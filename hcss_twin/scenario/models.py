@@ -257,7 +257,10 @@ class ScenarioModel(Section):
     title: str = Field("", max_length=200, description="Title of the cube.")
     seed: Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
     accuracy: Number = Field(
-        1e-3, ge=1e-6, le=0.1, description="Relative error of band radiance allowed to the engine's tables."
+        1e-3,
+        ge=1e-6,
+        le=0.1,
+        description="Error allowed to the engine's tables, relative to the total radiance of the band.",
     )
     time: Instant = Field(
         description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00."

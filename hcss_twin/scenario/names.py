@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
+from hcss_twin.cube.variables import expand
 from hcss_twin.errors import CatalogError, HcssError, Problem, ScenarioError, choose_from
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import Registry
@@ -71,6 +72,7 @@ def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog)
         if isinstance(section, Mapping):
             yield from _provider_problems(path, section, key, kind, registry)
     yield from _catalog_problems(data, layers, catalog)
+    yield from _variable_problems(data, registry)
 
 
 def _provider_problems(
@@ -115,6 +117,30 @@ def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) ->
         profile = atmosphere.get("profile", Atmosphere.model_fields["profile"].default)
         if isinstance(profile, str):
             yield from _file_problems("atmosphere.profile", partial(load_profile, profile, catalog))
+
+
+def _variable_problems(data: Mapping[str, Any], registry: Registry) -> Iterator[Problem]:
+    """Check the names of output variables against the terms of the radiance model."""
+    output, radiance = data.get("output", {}), data.get("radiance", {})
+    names = output.get("variables") if isinstance(output, Mapping) else None
+    model = (
+        radiance.get("model", own(_default("model", Kind.RADIANCE)))
+        if isinstance(radiance, Mapping)
+        else None
+    )
+    if (
+        not isinstance(names, list)
+        or not isinstance(model, str)
+        or not all(isinstance(n, str) for n in names)
+    ):
+        return
+    try:
+        terms = registry.provider_class(registry.resolve(Kind.RADIANCE, model)).terms
+        expand(names, terms)
+    except (HcssError, AttributeError):  # reported at radiance.model
+        return
+    except ValueError as error:
+        yield Problem("output.variables", str(error))
 
 
 def _layer_problems(field: str, layer: Mapping[str, Any], catalog: Catalog) -> Iterator[Problem]:

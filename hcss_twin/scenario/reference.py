@@ -108,7 +108,9 @@ def _bands() -> Iterator[str]:
     yield "\n## Bands\n"
     yield (
         "`bands` is a list of names below, limits in um (`[3.4, 4.1]`), or measured responses "
-        '(`{name = "channel 7", response = "channel7.csv"}`, a CSV with columns `wavelength_um` and `response`).\n'
+        '(`{name = "channel 7", response = "channel7.csv"}`, a CSV with columns `wavelength_um`, ascending, '
+        "and `response`, 0 to 1). Radiance in a band is the integral of spectral radiance times response over "
+        "wavelength, not divided by the integral of the response.\n"
     )
     yield "| name | um | |\n|---|---|---|"
     for name, band in named_bands(Catalog()).items():

@@ -29,6 +29,7 @@ class Scenario(ScenarioModel):
 
     _base: Path = PrivateAttr(default_factory=Path.cwd)
     _short: bool = PrivateAttr(default=False)
+    _origin: str = PrivateAttr(default="scenario")
 
     def __eq__(self, other: object) -> bool:
         """Compare values and base; whether the cloud layer was written in short form does not matter."""
@@ -42,6 +43,11 @@ class Scenario(ScenarioModel):
     def base(self) -> Path:
         """Folder against which relative paths are resolved."""
         return self._base
+
+    @property
+    def origin(self) -> str:
+        """Where it was read from, for messages."""
+        return self._origin
 
     def field_as_typed(self, field: str) -> str:
         """Write the path of a field as the user did: ``clouds.KEY`` where a single layer is in short form."""
@@ -71,7 +77,9 @@ class Scenario(ScenarioModel):
         except OSError as error:
             raise _bad_file(f"{path} cannot be read: {error}", origin) from error
         parse = _parse_json if path.suffix.lower() == ".json" else _parse_toml
-        return cls.from_dict(parse(text, origin), overrides, base=path.parent, origin=origin)
+        # What a user adds to a shipped scenario lies where the user works, not in the installation.
+        base = Path.cwd() if path.is_relative_to(Catalog().root) else path.parent
+        return cls.from_dict(parse(text, origin), overrides, base=base, origin=origin)
 
     @classmethod
     def from_toml(
@@ -108,14 +116,17 @@ class Scenario(ScenarioModel):
             raise ScenarioError([Problem(typed(each.field), each.message) for each in problems], origin)
         scenario._base = base
         scenario._short = short
+        scenario._origin = origin
         return scenario
 
     @classmethod
-    def from_cube(cls, path: str | Path, overrides: Mapping[str, Any] | None = None) -> Self:
-        """Read back the scenario a cube was made from."""
+    def from_cube(
+        cls, path: str | Path, overrides: Mapping[str, Any] | None = None, base: Path | None = None
+    ) -> Self:
+        """Read back the scenario a cube was made from; ``base`` is where its relative paths lead."""
         from hcss_twin.cube.reader import scenario_text
 
-        return cls.from_dict(json.loads(scenario_text(path)), overrides, origin=str(path))
+        return cls.from_dict(json.loads(scenario_text(path)), overrides, base=base, origin=str(path))
 
     def to_json(self) -> str:
         """Serialise with every default filled in; :meth:`load` reads it from a ``.json`` file.

@@ -78,9 +78,10 @@ class Assembly:
         return tuple(dict.fromkeys(note for declares in self.declarations for note in declares.notes))
 
     @property
-    def coverage_is_exact(self) -> bool:
-        """Whether the generator makes exactly the coverage asked for."""
-        return all(getattr(generator, "image_coverage", None) is None for generator in self.generators)
+    def has_cloud(self) -> bool:
+        """Whether any pixel can be cloudy; a generator whose coverage is its image's own may ignore a 0."""
+        exact = all(getattr(generator, "image_coverage", None) is None for generator in self.generators)
+        return bool(self.layers) and not (exact and self.layers[0].coverage == 0.0)
 
 
 def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
@@ -89,59 +90,62 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     Raises
     ------
     ScenarioError
-        If a value does not fit the data or provider it selects.
-    ProviderError
-        If a provider is broken.
+        With every value that does not fit the data or provider it selects.
     """
     builder = _Builder(Registry.discover())
-    with _blamed_on("atmosphere.profile"):
+    profile: Profile | None = None
+    transmittance: TransmittanceProvider | None = None
+    bands: list[SpectralBand] = []
+    with builder.blaming("atmosphere.profile"):
         profile = load_profile(scenario.atmosphere.profile, catalog)
-    bands = []
     for index, band in enumerate(scenario.bands):
-        with _blamed_on(f"bands[{index}]"):
+        with builder.blaming(f"bands[{index}]"):
             bands.append(spectral_band(band, catalog))
-    with _blamed_on("atmosphere.provider", scenario.atmosphere.parameters):
-        transmittance = builder.build(
-            Kind.ATMOSPHERE,
-            selected(scenario.atmosphere, "provider"),
-            AtmosphereInputs(profile, catalog),
-            scenario.atmosphere.parameters,
-        )
-    _require_bands_inside(bands, transmittance.declares, "atmosphere")
-    _require_view_inside(scenario, transmittance.declares)
+    if profile is not None:
+        inputs = AtmosphereInputs(profile, catalog)
+        atmosphere = scenario.atmosphere
+        with builder.blaming("atmosphere.provider", atmosphere.parameters):
+            name = selected(atmosphere, "provider")
+            transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
+            _require_bands_inside(bands, transmittance.declares, "atmosphere")
+            _require_view_inside(scenario, transmittance.declares)
     temperature = scenario.sea.temperature
     if temperature is None:
-        temperature = float(profile.temperature_K[0])
-    with _blamed_on("sea.model", scenario.sea.parameters):
-        sea = builder.build(
-            Kind.SEA,
-            selected(scenario.sea, "model"),
-            SeaInputs(scenario.sea.wind_speed, scenario.sea.wind_from, temperature, catalog),
-            scenario.sea.parameters,
-        )
-    _require_bands_inside(bands, sea.declares, "sea")
-    with _blamed_on("optics.provider", scenario.optics.parameters):
-        optics = builder.build(
-            Kind.OPTICS,
-            selected(scenario.optics, "provider"),
-            OpticsInputs(catalog),
-            scenario.optics.parameters,
-        )
-    if scenario.clouds.layers:
-        _require_bands_inside(bands, optics.declares, "optics")
+        temperature = math.nan if profile is None else float(profile.temperature_K[0])
+    sea: SeaModel | None = None
+    with builder.blaming("sea.model", scenario.sea.parameters):
+        wind = scenario.sea.wind_speed, scenario.sea.wind_from
+        sea_inputs = SeaInputs(*wind, temperature, catalog)
+        sea = builder.build(Kind.SEA, selected(scenario.sea, "model"), sea_inputs, scenario.sea.parameters)
+        _require_bands_inside(bands, sea.declares, "sea")
+    optics: Optics | None = None
+    with builder.blaming("optics.provider", scenario.optics.parameters):
+        name = selected(scenario.optics, "provider")
+        optics = builder.build(Kind.OPTICS, name, OpticsInputs(catalog), scenario.optics.parameters)
+        if scenario.clouds.layers:
+            _require_bands_inside(bands, optics.declares, "optics")
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
-    layers, generators = [], []
+    layers: list[CloudLayer] = []
+    generators: list[CloudGenerator] = []
     for index, section in enumerate(scenario.clouds.layers):
         field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
-        with _blamed_on(f"{field}.type"):
+        with builder.blaming(f"{field}.type"):
             resolved = resolve_layer(section, catalog, field)
-        inputs = CloudInputs(resolved.layer, grid, motion, scenario.seed, catalog, resolved.type_parameters)
-        with _blamed_on(f"{field}.generator", section.parameters):
-            generators.append(
-                builder.build(Kind.CLOUDS, selected(section, "generator"), inputs, section.parameters)
+            if profile is not None:
+                _require_top_inside(resolved.layer, profile, field)
+            layers.append(resolved.layer)
+            cloud_inputs = CloudInputs(
+                resolved.layer, grid, motion, scenario.seed, catalog, resolved.type_parameters
             )
-        layers.append(resolved.layer)
+            with builder.blaming(f"{field}.generator", section.parameters):
+                name = selected(section, "generator")
+                generators.append(builder.build(Kind.CLOUDS, name, cloud_inputs, section.parameters))
+    builder.raise_problems()
+    assert profile is not None
+    assert transmittance is not None
+    assert sea is not None
+    assert optics is not None
     view = View(scenario.view.zenith, scenario.view.azimuth)
     radiance_inputs = RadianceInputs(
         profile=profile,
@@ -153,10 +157,12 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         view=view,
         solar_irradiance=SolarSpectrum(catalog),
     )
-    with _blamed_on("radiance.model", scenario.radiance.parameters):
-        model = builder.build(
-            Kind.RADIANCE, selected(scenario.radiance, "model"), radiance_inputs, scenario.radiance.parameters
-        )
+    model: RadianceModel | None = None
+    with builder.blaming("radiance.model", scenario.radiance.parameters):
+        name = selected(scenario.radiance, "model")
+        model = builder.build(Kind.RADIANCE, name, radiance_inputs, scenario.radiance.parameters)
+    builder.raise_problems()
+    assert model is not None
     return Assembly(
         entries=builder.entries,
         bands=tuple(bands),
@@ -176,10 +182,11 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
 
 
 class _Builder:
-    """Resolves, constructs and guards providers, and remembers which were used."""
+    """Resolves, constructs and guards providers, remembers which were used, and gathers what is wrong."""
 
     def __init__(self, registry: Registry) -> None:
         self._registry = registry
+        self._problems: list[Problem] = []
         self.entries: dict[str, Entry] = {}
 
     def build(self, kind: Kind, name: str, inputs: Any, parameters: Mapping[str, Any]) -> Any:
@@ -190,22 +197,35 @@ class _Builder:
         self.entries[str(kind)] = entry
         return provider
 
+    @contextmanager
+    def blaming(self, field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
+        """Keep whatever a catalog or provider complains about, under the scenario's field.
 
-@contextmanager
-def _blamed_on(field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Name the scenario's field in whatever a catalog or provider complains about.
+        A complaint that quotes the value of one of the provider's parameters is about that parameter.
+        """
+        try:
+            yield
+        except ScenarioError as error:
+            self._problems += error.problems
+        except (CatalogError, ProviderError) as error:
+            message = str(error)
+            section = field.rpartition(".")[0]
+            for key, value in (parameters or {}).items():
+                if isinstance(value, str) and value and f"'{value}'" in message:
+                    field = f"{section}.parameters.{key}"
+            self._problems.append(Problem(field, message))
 
-    A complaint that quotes the value of one of the provider's parameters is about that parameter.
-    """
-    try:
-        yield
-    except (CatalogError, ProviderError) as error:
-        message = str(error)
-        section = field.rpartition(".")[0]
-        for key, value in (parameters or {}).items():
-            if isinstance(value, str) and value and f"'{value}'" in message:
-                field = f"{section}.parameters.{key}"
-        raise ScenarioError([Problem(field, message)]) from error
+    def raise_problems(self) -> None:
+        """Raise everything gathered."""
+        if self._problems:
+            raise ScenarioError(self._problems)
+
+
+def _require_top_inside(layer: CloudLayer, profile: Profile, field: str) -> None:
+    top = float(profile.altitude_m[-1])
+    if layer.top_m > top:
+        message = f"{layer.top_m:g} m is above the profile '{profile.name}'; allowed: up to {top:g}"
+        raise ScenarioError([Problem(f"{field}.top", message)])
 
 
 def _motion(scenario: Scenario) -> Motion:

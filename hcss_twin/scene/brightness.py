@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.errors import ProviderError
 from hcss_twin.physics.planck import planck
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 
@@ -21,7 +24,8 @@ class BrightnessTemperature:
     line: within 1e-5 K over 150-350 K.
     """
 
-    def __init__(self, grid: SpectralGrid) -> None:
+    def __init__(self, grid: SpectralGrid, names: Sequence[str]) -> None:
+        self._names = tuple(names)
         self._inverse_temperature = np.linspace(1 / COLDEST_K, 1 / HOTTEST_K, NODES)
         radiance = (
             planck(grid.wavenumber_cm1[None, :], 1 / self._inverse_temperature[:, None]) @ grid.weights_cm1.T
@@ -33,15 +37,15 @@ class BrightnessTemperature:
 
         Raises
         ------
-        ValueError
+        ProviderError
             If a radiance is that of no black body between 60 and 3000 K.
         """
         result = np.empty_like(radiance)
         for band, table in enumerate(self._ln_radiance):
             values = radiance[band].astype(np.float64)
             if values.min() <= 0 or np.log(values.max()) > table[-1] or np.log(values.min()) < table[0]:
-                raise ValueError(
-                    f"band {band}: radiance {values.min():g} to {values.max():g} W m-2 sr-1 has no brightness "
+                raise ProviderError(
+                    f"band '{self._names[band]}': radiance {values.min():g} to {values.max():g} W m-2 sr-1 has no brightness "
                     f"temperature between {COLDEST_K:g} and {HOTTEST_K:g} K"
                 )
             result[band] = 1.0 / np.interp(np.log(values), table, self._inverse_temperature)

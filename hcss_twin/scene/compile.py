@@ -19,6 +19,10 @@ TABLE_SHARE = 0.1
 """Share of the scenario's accuracy that interpolation between table nodes may use."""
 
 
+LONGEST_TIME_STEP_S = 3600.0
+"""Time nodes are at most this far apart where the sun matters."""
+
+
 def compile_tables(plan: Plan) -> RadianceTables:
     """Compute band radiance against thickness, and against time where the sun moves enough to matter.
 
@@ -34,7 +38,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
     tolerance = plan.scenario.accuracy * TABLE_SHARE
     sun = _sun(plan, float(plan.frame_times_s[plan.frame_times_s.size // 2]))
     axis = None
-    if plan.layer is not None:
+    if plan.layer is not None and plan.has_cloud:
         axis = place_axis(
             lambda thickness: columns.cloudy(thickness, sun),
             plan.layer,
@@ -66,12 +70,18 @@ def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[
         exact = columns.probe(_sun(plan, float(times[middle])))
         weight = (times[middle] - times[low]) / (times[high] - times[low])
         error = float(np.max(np.abs(((1 - weight) * known[low] + weight * known[high]) / exact - 1.0)))
-        if error <= tolerance:
+        # One agreement in the middle proves nothing over a day: noon, noon and noon agree.
+        near = times[high] - times[low] <= LONGEST_TIME_STEP_S
+        if error <= tolerance and near and _is_up(plan, low) == _is_up(plan, high):
             worst = max(worst, error)
             continue
         known[middle] = exact
         pending += [(low, middle), (middle, high)]
     return tuple(float(times[frame]) for frame in sorted(known)), worst
+
+
+def _is_up(plan: Plan, frame: int) -> bool:
+    return bool(plan.sun_zenith_deg[frame] < 90.0)
 
 
 def _sun(plan: Plan, time_s: float) -> Sun | None:
@@ -104,7 +114,7 @@ class _Columns:
         """Total of a few columns that bound the scene, (N, B)."""
         clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
         layer = self._plan.layer
-        if layer is None:
+        if layer is None or not self._plan.has_cloud:
             return clear
         extremes = np.array([layer.thickness_min_m, layer.thickness_max_m])
         cloudy: Array = np.sum(self.cloudy(extremes, sun), axis=1)

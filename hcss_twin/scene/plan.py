@@ -32,12 +32,13 @@ EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 class Skipped:
     """Something that is left out, why, and how much radiance it could have carried.
 
-    ``bound`` is relative to the band radiance; 0 means nothing is lost.
+    ``bound`` is relative to the band radiance; 0 means nothing is lost, None that the replacement is
+    equal in law (or as ``why`` says) and not pixel by pixel.
     """
 
     what: str
     why: str
-    bound: float
+    bound: float | None
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,11 @@ class Plan:
         return self.assembly.grid
 
     @property
+    def has_cloud(self) -> bool:
+        """Whether any pixel can be cloudy."""
+        return self.assembly.has_cloud
+
+    @property
     def needs_radiance(self) -> bool:
         """Whether any requested variable needs radiance."""
         return any(spec.kind in ("radiance", "derived") for spec in self.variables)
@@ -180,6 +186,13 @@ def make_plan(scenario: Scenario) -> Plan:
     ProviderError
         If a selected provider is broken.
     """
+    try:
+        return _make_plan(scenario)
+    except ScenarioError as error:
+        raise ScenarioError(error.problems, scenario.origin) from error
+
+
+def _make_plan(scenario: Scenario) -> Plan:
     catalog = Catalog(base=scenario.base)
     assembly = assemble(scenario, catalog)
     variables = _variables(scenario, assembly)
@@ -189,6 +202,7 @@ def make_plan(scenario: Scenario) -> Plan:
     zenith, azimuth, _ = track.positions(times)
     if any(spec.kind in ("radiance", "derived") for spec in variables):
         _probe_lowest_sun(assembly, track, times, zenith)
+    _probe_last_frame(assembly, float(times[-1]))
     filled = (
         [
             FilledIn(
@@ -233,7 +247,8 @@ def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
             raise ScenarioError(
                 [Problem(field, f"a frame lies {when}; allowed: the years {first} to {last}")]
             )
-    return SunTrack(scenario.time, scenario.place.latitude, scenario.place.longitude)
+    place = scenario.place
+    return SunTrack(scenario.time, place.latitude, place.longitude, scenario.motion.platform_speed)
 
 
 def _probe_lowest_sun(assembly: Assembly, track: SunTrack, times: Array, zenith_deg: Array) -> None:
@@ -252,8 +267,21 @@ def _probe_lowest_sun(assembly: Assembly, track: SunTrack, times: Array, zenith_
         for layer in assembly.layers:
             assembly.model.cloudy(wavenumber, np.array([layer.thickness_min_m, layer.thickness_max_m]), sun)
     except ProviderError as error:
-        message = f"with the sun at zenith {zenith_deg[frame]:.2f} deg (frame {frame}): {error}"
+        message = (
+            f"with the sun at zenith {zenith_deg[frame]:.2f} deg (frame {frame}): {error}; allowed: times with the "
+            "sun higher or below the horizon"
+        )
         raise ScenarioError([Problem("time", message)]) from error
+
+
+def _probe_last_frame(assembly: Assembly, last_s: float) -> None:
+    """Find out now that a generator cannot follow the motion to the end; one pixel, where it gives windows."""
+    for generator in assembly.generators:
+        if generator.declares.tileable:
+            try:
+                generator.thickness_m(last_s, slice(0, 1), slice(0, 1))
+            except ProviderError as error:
+                raise ScenarioError([Problem("frames", str(error))]) from error
 
 
 def _skipped(assembly: Assembly, variables: tuple[VariableSpec, ...], sun_zenith_deg: Array) -> list[Skipped]:
@@ -265,11 +293,11 @@ def _skipped(assembly: Assembly, variables: tuple[VariableSpec, ...], sun_zenith
         skipped.append(Skipped("sunlight", "the sun is below the horizon in every frame", 0.0))
     if not assembly.layers:
         skipped.append(Skipped("cloud optics and cloudy columns", "the scenario has no cloud layer", 0.0))
-    elif assembly.layers[0].coverage == 0.0 and assembly.coverage_is_exact:
+    elif not assembly.has_cloud:
         skipped.append(Skipped("cloudy columns", "coverage is 0", 0.0))
     for generator in assembly.generators:
         for what, why in getattr(generator, "skipped", ()):
-            skipped.append(Skipped(what, why, 0.0))
+            skipped.append(Skipped(what, why, None))
     skipped.append(
         Skipped("waves as shapes", "pixels average over waves; the sea is homogeneous at this scale", 0.0)
     )

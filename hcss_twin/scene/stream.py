@@ -36,7 +36,9 @@ class _FrameMaker:
         self._tables = tables
         self._names = {spec.name for spec in plan.variables}
         self._temperature = (
-            BrightnessTemperature(plan.spectral_grid) if "brightness_temperature" in self._names else None
+            BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
+            if "brightness_temperature" in self._names
+            else None
         )
         self._extinction = _band_extinction(plan) if "cloud_optical_thickness" in self._names else None
 

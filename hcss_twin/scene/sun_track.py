@@ -8,6 +8,7 @@ from datetime import datetime, timedelta
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.physics.local_plane import to_geographic
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.providers import Sun
 
@@ -16,11 +17,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SunTrack:
-    """Where the sun is at any time of the scene."""
+    """Where the sun is, seen from the image centre, at any time of the scene.
+
+    The centre moves east with the platform along the local plane, as the cube's coordinates say.
+    """
 
     start: datetime
     latitude_deg: float
     longitude_deg: float
+    platform_speed_m_s: float = 0.0
 
     def at(self, time_s: float) -> Sun:
         """Sun at seconds after the start."""
@@ -30,4 +35,6 @@ class SunTrack:
     def positions(self, time_s: Array) -> tuple[Array, Array, Array]:
         """Zenith (deg), azimuth (deg) and distance (au), each (F,), at seconds after the start."""
         instants = [self.start + timedelta(seconds=float(second)) for second in time_s]
-        return sun_position(instants, self.latitude_deg, self.longitude_deg)
+        moved = self.platform_speed_m_s * time_s
+        place = to_geographic(moved, np.zeros_like(moved), self.latitude_deg, self.longitude_deg)
+        return sun_position(instants, *place)

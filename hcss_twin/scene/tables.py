@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 
 TOTAL = "radiance"
 
+ROUNDING = 1e-6
+"""Thickness in a frame is float32: so much beyond the outermost nodes is rounding, and is taken for the node."""
+
 
 @dataclass(frozen=True)
 class ThicknessTable:
@@ -105,9 +108,10 @@ def _locate(nodes: Array, thickness: Array) -> tuple[NDArray[np.intp], Array]:
     if thickness.size == 0:
         return np.zeros(0, dtype=np.intp), thickness
     low, high = float(nodes[0]), float(nodes[-1])
-    if thickness.min() < low or thickness.max() > high:
+    if thickness.min() < low * (1 - ROUNDING) or thickness.max() > high * (1 + ROUNDING):
         raise ProviderError(
             f"cloud thickness {thickness.min():g} to {thickness.max():g} m; the layer allows {low:g} to {high:g} m"
         )
-    index = np.clip(np.searchsorted(nodes, thickness, side="right") - 1, 0, nodes.size - 2)
-    return index, (thickness - nodes[index]) / (nodes[index + 1] - nodes[index])
+    inside = np.clip(thickness, low, high)
+    index = np.clip(np.searchsorted(nodes, inside, side="right") - 1, 0, nodes.size - 2)
+    return index, (inside - nodes[index]) / (nodes[index + 1] - nodes[index])

@@ -41,7 +41,8 @@ class ThicknessAxis:
     dense_m : ndarray (N,)
         Nodes of the linear look-up.
     estimated_error : float
-        Largest relative error of the total found between exact nodes while they were placed.
+        Relative error of the total: the largest found between exact nodes while they were placed, plus the
+        share of the tolerance that the dense nodes use.
     """
 
     segments: tuple[Array, ...]
@@ -82,7 +83,7 @@ def place_axis(columns: Columns, layer: CloudLayer, level_m: Array, tolerance: f
         segments.append(nodes)
         dense.append(_dense(nodes, values, LINEAR_SHARE * tolerance))
         worst = max(worst, error)
-    return ThicknessAxis(tuple(segments), np.unique(np.concatenate(dense)), worst)
+    return ThicknessAxis(tuple(segments), np.unique(np.concatenate(dense)), worst + LINEAR_SHARE * tolerance)
 
 
 def _segment(columns: Columns, low: float, high: float, tolerance: float) -> tuple[Array, Array, float]:
@@ -91,7 +92,7 @@ def _segment(columns: Columns, low: float, high: float, tolerance: float) -> tup
     nodes[0], nodes[-1] = low, high
     values = columns(nodes)
     while True:
-        middle = np.sqrt(nodes[:-1] * nodes[1:])
+        middle = np.sqrt(nodes[:-1]) * np.sqrt(nodes[1:])
         exact = columns(middle)
         error = _relative(_total(_cubic(nodes, values)(np.log(middle))), _total(exact))
         order = np.argsort(np.concatenate((nodes, middle)))
@@ -129,8 +130,8 @@ def _dense(nodes: Array, values: Array, tolerance: float) -> Array:
 def _breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
     """Ends of the thickness range and the thicknesses at which the cloud top crosses a level."""
     low, high = layer.thickness_min_m, layer.thickness_max_m
-    # Thickness in a frame is float32: leave room for its rounding at both ends.
-    low, high = low * (1 - 1e-6), high * (1 + 1e-6)
+    if low >= high:  # all clouds are equally thick; an axis needs some width
+        low = high * (1 - 1e-6)
     inner: list[float] = []
     if layer.anchor == "base":
         crossing = level_m - layer.base_m

@@ -13,7 +13,7 @@ TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
     [
         ({"time": "3000-01-01T00:00:00Z"}, "time", "1700 to 2200"),
         ({"frames.first": 10_000_000, "frames.interval": 1e6}, "frames", "1700 to 2200"),
-        ({"bands": [[17.0, 30.0]]}, "bands[0]", "20 um"),
+        ({"bands": [[17.0, 30.0]]}, "bands[0]", "2.5 to 16 um"),
         ({"bands": [[1.2, 1.3]]}, "bands[0]", "2.5"),
         ({"clouds.top": 40.0}, "clouds.thickness_min", "closest valid choice is 7"),
         ({"atmosphere.parameters": {"file": "us-standrd"}}, "atmosphere.parameters.file", "closest is"),
@@ -32,6 +32,25 @@ def test_what_cannot_be_had_is_said_before_the_scene_is_computed(overrides, fiel
         make_plan(Scenario.load("stratus", {**TINY, **overrides}))
     problems = {problem.field: problem.message for problem in caught.value.problems}
     assert message in problems[field]
+
+
+def test_all_that_does_not_fit_is_said_at_once():
+    overrides = {
+        "bands": [[17.0, 30.0]],
+        "atmosphere.parameters": {"file": "nope"},
+        "sea.parameters": {"water_index": "x"},
+    }
+    with pytest.raises(ScenarioError) as caught:
+        make_plan(Scenario.load("stratus", {**TINY, **overrides}))
+    fields = {problem.field for problem in caught.value.problems}
+    assert fields >= {"bands[0]", "atmosphere.parameters.file", "sea.parameters.water_index"}
+    assert str(caught.value).startswith("stratus:")
+
+
+def test_the_highest_cloud_the_table_allows_runs():
+    overrides = {**TINY, "clouds.top": 20_000.0, "clouds.anchor": "base"}
+    plan = make_plan(Scenario.load("cirrus", overrides))
+    assert compile_tables(plan).tables[0].thickness_m[-1] == plan.layer.thickness_max_m
 
 
 def test_two_frames_far_apart_need_two_tables():

@@ -7,10 +7,11 @@ import pytest
 
 from hcss_twin.cube.coordinates import coordinate_values, time_units
 from hcss_twin.cube.example import example_header
-from hcss_twin.cube.footprint import EARTH_RADIUS_m, footprint, to_geographic
+from hcss_twin.cube.footprint import footprint
 from hcss_twin.cube.header import BandInfo
 from hcss_twin.cube.metadata import creation_time, global_attributes
 from hcss_twin.errors import CubeError
+from hcss_twin.physics.local_plane import EARTH_RADIUS_m, to_geographic
 
 
 @pytest.mark.parametrize(

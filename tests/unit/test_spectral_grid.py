@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError
+from hcss_twin.errors import CatalogError, ProviderError
 from hcss_twin.physics.planck import planck
 from hcss_twin.radiance.solar_spectrum import SolarSpectrum
 from hcss_twin.radiance.spectral_band import SpectralBand
@@ -80,14 +80,14 @@ def test_brightness_temperature_inverts_planck(limits):
     grid = dense_grid([flat(*limits)], NATIVE)
     temperature = np.array([[150.0, 199.0, 220.3, 250.7], [273.15, 291.4, 320.0, 349.9]])
     radiance = planck(grid.wavenumber_cm1, temperature[..., None]) @ grid.weights_cm1[0]
-    found = BrightnessTemperature(grid)(radiance[None].astype(np.float32))
+    found = BrightnessTemperature(grid, ["flat"])(radiance[None].astype(np.float32))
     np.testing.assert_allclose(found[0], temperature, atol=2e-4)
 
 
 def test_radiance_of_no_temperature_is_refused():
     grid = dense_grid([flat(8.0, 14.0)], NATIVE)
-    with pytest.raises(ValueError, match="brightness"):
-        BrightnessTemperature(grid)(np.zeros((1, 1, 1), dtype=np.float32))
+    with pytest.raises(ProviderError, match=r"'flat'.*brightness"):
+        BrightnessTemperature(grid, ["flat"])(np.zeros((1, 1, 1), dtype=np.float32))
 
 
 def test_solar_spectrum_integrates_to_the_catalogued_band_values():

@@ -1,0 +1,44 @@
+"""Arrows between packages run one way."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import hcss_twin
+
+PACKAGE = Path(hcss_twin.__file__).parent
+
+# What each room may import of ours, besides itself.
+GROUND = {"errors"}
+STAND_ON = {"physics", "providers", "catalog", "refractive_index"} | GROUND
+ALLOWED = {
+    "physics": set(),
+    "errors": set(),
+    "version": set(),
+    "catalog": GROUND,
+    "refractive_index": {"catalog"} | GROUND,
+    "providers": {"catalog", "physics"},
+    "clouds": STAND_ON,
+    "sea": STAND_ON,
+    "optics": STAND_ON,
+    "atmosphere": STAND_ON,
+    "radiance": STAND_ON | {"atmosphere"},
+    "cube": {"physics"} | GROUND,
+    "registry": {"providers", "physics", "version"} | GROUND,
+}
+
+
+def imports(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("hcss_twin."):
+            yield node.module.split(".")[1]
+        elif isinstance(node, ast.Import):
+            yield from (name.name.split(".")[1] for name in node.names if name.name.startswith("hcss_twin."))
+
+
+@pytest.mark.parametrize("room", sorted(ALLOWED))
+def test_a_room_imports_only_what_it_stands_on(room):
+    files = sorted((PACKAGE / room).rglob("*.py")) or [PACKAGE / f"{room}.py"]
+    found = {name for path in files for name in imports(path)} - {room}
+    assert found <= ALLOWED[room]
