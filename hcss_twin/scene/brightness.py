@@ -45,8 +45,8 @@ class BrightnessTemperature:
             values = radiance[band].astype(np.float64)
             if values.min() <= 0 or np.log(values.max()) > table[-1] or np.log(values.min()) < table[0]:
                 raise ProviderError(
-                    f"band '{self._names[band]}': radiance {values.min():g} to {values.max():g} W m-2 sr-1 has no brightness "
-                    f"temperature between {COLDEST_K:g} and {HOTTEST_K:g} K"
+                    f"band '{self._names[band]}': radiance {values.min():g} to {values.max():g} W m-2 sr-1 has no "
+                    f"brightness temperature between {COLDEST_K:g} and {HOTTEST_K:g} K"
                 )
             result[band] = 1.0 / np.interp(np.log(values), table, self._inverse_temperature)
         return result
