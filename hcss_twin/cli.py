@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from hcss_twin.cli_atmosphere import atmosphere
 from hcss_twin.errors import HcssError, ScenarioError
 from hcss_twin.version import __version__
 
@@ -201,6 +202,9 @@ def schema() -> None:
     from hcss_twin.scenario.reference import json_schema
 
     click.echo(json.dumps(json_schema(), indent=1))
+
+
+cli.add_command(atmosphere)
 
 
 def _progress(stop: _Stop, frames: Iterable[Any], count: int) -> Iterator[Any]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.parameters import TableParameters
-from hcss_twin.atmosphere.table_file import read_atmosphere_table
+from hcss_twin.atmosphere.table_file import AtmosphereTable, read_atmosphere_table
 from hcss_twin.errors import ProviderError
 from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_start
 from hcss_twin.physics.paths import SPACE, Path
@@ -63,19 +63,20 @@ class TableTransmittance:
         fields = np.stack((np.log(depth), table.path_radiance / -np.expm1(-depth)), axis=1)
         self._ln_pressure = -np.log(self._profile.pressure_at(table.target_altitude_m))
         self._fields = fields  # (heights, 2, angles, wavenumbers)
-        self._top_target_m = float(table.target_altitude_m[-1])
+        self._target_range_m = float(table.target_altitude_m[0]), float(table.target_altitude_m[-1])
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith"}),
             valid={
                 "wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1])),
-                "view_zenith": (0.0, float(self._zenith[-1])),
-                "target_altitude_m": (0.0, self._top_target_m),
+                "view_zenith": (float(self._zenith[0]), float(self._zenith[-1])),
+                "target_altitude_m": self._target_range_m,
             },
             native_grid_cm1=self._wavenumber,
             resolution_cm1=table.resolution_cm1,
             notes=(
                 f"atmosphere table {parameters.file}: {table.source}",
                 "sun-target-sensor transmittance: one slant path of the same total air mass, not a product of legs",
+                *_unverified(table),
             ),
         )
 
@@ -112,10 +113,12 @@ class TableTransmittance:
             [self._airmass(paths[row], target) for row, target in zip(rows, targets, strict=True)]
         )
         height = -np.log(self._profile.pressure_at(targets))
-        four = np.arange(WINDOW)
-        at_height = window_start(self._ln_pressure, height)[:, None] + four
-        at_angle = window_start(nodes, airmass)[:, None] + four
-        # (P, 4 heights, 2, 4 angles, N): only what surrounds each path.
+        # Four nodes of each, or all where the table has fewer.
+        heights = np.arange(min(WINDOW, self._ln_pressure.size))
+        angles = np.arange(min(WINDOW, self._zenith.size))
+        at_height = window_start(self._ln_pressure, height)[:, None] + heights
+        at_angle = window_start(nodes, airmass)[:, None] + angles
+        # (P, heights, 2, angles, N): only what surrounds each path.
         around = self._fields[at_height[:, :, None], :, at_angle[:, None, :], first:last].swapaxes(2, 3)
         at_target = pchip_in_window(self._ln_pressure[at_height], around, height)
         local_nodes = np.take_along_axis(nodes, at_angle, axis=1)
@@ -127,24 +130,30 @@ class TableTransmittance:
         target = path.legs[0].lower_m
         if any(leg.lower_m != target or leg.upper_m != SPACE for leg in path.legs):
             raise ProviderError("atmosphere table: every leg must reach from the same target to space")
-        if target > self._top_target_m:
-            raise ProviderError(
-                f"atmosphere table: target at {target:g} m; allowed 0 to {self._top_target_m:g} m"
-            )
+        low, high = self._target_range_m
+        if not low <= target <= high:
+            allowed = f"{low:g} to {high:g} m" if high > low else f"{low:g} m alone, the table's only height"
+            raise ProviderError(f"atmosphere table: target at {target:g} m; allowed {allowed}")
         return target
 
     def _airmass(self, path: Path, target: float) -> float:
         """Total air mass of a composite path, relative to the vertical above its target."""
         angles = np.array([leg.zenith_deg for leg in path.legs])
         airmass = float(np.sum(self._profile.mean_airmass(target, angles)))
-        largest = float(self._profile.mean_airmass(target, self._zenith[-1:])[0])
-        if airmass > largest * (1 + 1e-12):
+        ends = self._profile.mean_airmass(target, self._zenith[[0, -1]])
+        smallest, largest = float(ends[0]), float(ends[1])
+        if not smallest * (1 - 1e-12) <= airmass <= largest * (1 + 1e-12):
             named = " + ".join(f"{angle:.4g}" for angle in angles)
-            raise ProviderError(
-                f"atmosphere table: a path with zenith {named} deg has air mass {airmass:.3g}; allowed up to "
-                f"{largest:.3g} (zenith {self._zenith[-1]:g} deg)"
+            low, high = self._zenith[0], self._zenith[-1]
+            allowed = (
+                f"{smallest:.3g} to {largest:.3g} (zenith {low:g} to {high:g} deg)"
+                if high > low
+                else f"{largest:.3g} alone (zenith {high:g} deg, the table's only angle)"
             )
-        return min(airmass, largest)
+            raise ProviderError(
+                f"atmosphere table: a path with zenith {named} deg has air mass {airmass:.3g}; allowed {allowed}"
+            )
+        return min(max(airmass, smallest), largest)
 
     def _native_range(self, wavenumber_cm1: Array) -> tuple[int, int]:
         """Slice of the native grid that encloses the request."""
@@ -184,3 +193,16 @@ class TableTransmittance:
                 f"the atmosphere table belongs to another profile than '{inputs.profile.name}': temperatures differ by "
                 f"up to {difference:.1f} K; allowed 2 K"
             )
+
+
+def _unverified(table: AtmosphereTable) -> tuple[str, ...]:
+    """Say that nobody knows what interpolation costs, where the file does not."""
+    if table.interpolation_error is not None:
+        return ()
+    heights, angles = table.target_altitude_m.size, table.zenith_deg.size
+    between = {1: "that one only", 2: "linear between them", 3: "cubic through them"}
+    return (
+        f"the interpolation error of this table is unverified: {heights} heights "
+        f"({between.get(heights, 'monotone cubic between them')}), {angles} zenith angles "
+        f"({between.get(angles, 'monotone cubic between them')})",
+    )

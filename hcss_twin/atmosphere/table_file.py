@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import CatalogError
-from hcss_twin.physics.monotone_cubic import WINDOW
 from hcss_twin.physics.profile import Profile
 
 Array = NDArray[np.float64]
@@ -35,6 +34,8 @@ class AtmosphereTable:
     profile : Profile
     resolution_cm1 : float
     source : str
+    interpolation_error : float or None
+        Largest measured error of transmittance between the nodes; None where nobody measured it.
     """
 
     target_altitude_m: Array
@@ -45,6 +46,7 @@ class AtmosphereTable:
     profile: Profile
     resolution_cm1: float
     source: str
+    interpolation_error: float | None = None
 
 
 def read_atmosphere_table(path: Path) -> AtmosphereTable:
@@ -78,6 +80,7 @@ def read_atmosphere_table(path: Path) -> AtmosphereTable:
         values = {name: np.ma.filled(dataset.variables[name][:].astype(np.float64), np.nan) for name in names}
         resolution = float(getattr(dataset, "resolution_cm1", 0.0))
         source = str(getattr(dataset, "source", path.name))
+        measured = getattr(dataset, "interpolation_error_transmittance_max", None)
     _check(path, values)
     profile = Profile(
         path.stem,
@@ -94,6 +97,7 @@ def read_atmosphere_table(path: Path) -> AtmosphereTable:
         profile,
         resolution,
         source,
+        None if measured is None else float(measured),
     )
 
 
@@ -102,17 +106,16 @@ def _check(path: Path, values: dict[str, Array]) -> None:
         if not np.all(np.isfinite(array)):
             raise CatalogError(f"{path}: {name} has missing or infinite values")
     for name in (*DIMENSIONS, "level_altitude_m"):
-        if values[name].size < 2 or np.any(np.diff(values[name]) <= 0):
-            raise CatalogError(f"{path}: {name} must ascend strictly over at least two nodes")
-    for name in ("target_altitude_m", "zenith_deg"):
-        if values[name].size < WINDOW:
-            raise CatalogError(f"{path}: {name} has {values[name].size} nodes; at least {WINDOW} are needed")
+        # One height or angle is enough for a table that is used there only.
+        fewest = 1 if name in ("target_altitude_m", "zenith_deg") else 2
+        if values[name].size < fewest or np.any(np.diff(values[name]) <= 0):
+            raise CatalogError(f"{path}: {name} must ascend strictly over at least {fewest} nodes")
     transmittance = values["transmittance"]
     if np.any(transmittance < 0) or np.any(transmittance > 1):
         raise CatalogError(f"{path}: transmittance must lie in 0..1")
     if np.any(values["path_radiance"] < 0):
         raise CatalogError(f"{path}: path_radiance must not be negative")
-    if values["target_altitude_m"][0] != 0.0 or values["zenith_deg"][0] != 0.0:
-        raise CatalogError(f"{path}: target_altitude_m and zenith_deg must begin at 0")
+    if values["target_altitude_m"][0] < 0.0 or values["zenith_deg"][0] < 0.0:
+        raise CatalogError(f"{path}: target_altitude_m and zenith_deg must not be negative")
     if values["zenith_deg"][-1] >= 90.0:
         raise CatalogError(f"{path}: zenith_deg must stay below 90")

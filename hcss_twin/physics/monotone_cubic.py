@@ -1,5 +1,7 @@
 """Monotone piecewise cubic interpolation (PCHIP) at one point per row, from the four nodes around it.
 
+Fewer nodes than four are taken all: three give the cubic of three nodes, two a straight line, one its value.
+
 ``scipy.interpolate.PchipInterpolator`` builds coefficients for every interval before it evaluates
 one; here each row has its own nodes and its own point, and only the interval in question is worked
 out. The result is the same.
@@ -16,18 +18,18 @@ WINDOW = 4
 
 
 def window_start(nodes: Array, x: Array) -> NDArray[np.intp]:
-    """First of the four nodes around each point.
+    """First of the ``min(4, n)`` nodes around each point.
 
     Parameters
     ----------
     nodes : ndarray (n,) or (P, n)
-        Ascending nodes, at least four; shared by all points or one row per point.
+        Ascending nodes; shared by all points or one row per point.
     x : ndarray (P,)
         Points within the nodes.
     """
     rows = np.broadcast_to(nodes, (x.size, nodes.shape[-1]))
     interval = np.sum(rows[:, 1:-1] <= x[:, None], axis=1)
-    result: NDArray[np.intp] = np.clip(interval - 1, 0, rows.shape[1] - WINDOW)
+    result: NDArray[np.intp] = np.clip(interval - 1, 0, max(rows.shape[1] - WINDOW, 0))
     return result
 
 
@@ -36,9 +38,9 @@ def pchip_in_window(nodes: Array, values: Array, x: Array) -> Array:
 
     Parameters
     ----------
-    nodes : ndarray (P, 4)
-        The nodes :func:`window_start` selects.
-    values : ndarray (P, 4, ...)
+    nodes : ndarray (P, N)
+        The nodes :func:`window_start` selects; N is 4, or their number where there are fewer.
+    values : ndarray (P, N, ...)
         Values at these nodes.
     x : ndarray (P,)
         Points within the nodes.
@@ -52,24 +54,32 @@ def pchip_in_window(nodes: Array, values: Array, x: Array) -> Array:
     F. N. Fritsch and J. Butland, "A method for constructing local monotone piecewise cubic
     interpolants", SIAM J. Sci. Stat. Comput. 5, 300 (1984).
     """
+    count = nodes.shape[1]
+    if count == 1:
+        only: Array = values[:, 0]
+        return only
     extra = (1,) * (values.ndim - 2)
     step = np.diff(nodes, axis=1).reshape(*nodes[:, 1:].shape, *extra)
     secant = np.diff(values, axis=1) / step
     slope = np.empty_like(values)
-    slope[:, 1] = _interior(step[:, 0], step[:, 1], secant[:, 0], secant[:, 1])
-    slope[:, 2] = _interior(step[:, 1], step[:, 2], secant[:, 1], secant[:, 2])
-    slope[:, 0] = _end(step[:, 0], step[:, 1], secant[:, 0], secant[:, 1])
-    slope[:, 3] = _end(step[:, 2], step[:, 1], secant[:, 2], secant[:, 1])
+    if count == 2:
+        slope[:] = secant
+    else:
+        for inner in range(1, count - 1):
+            left, right = inner - 1, inner
+            slope[:, inner] = _interior(step[:, left], step[:, right], secant[:, left], secant[:, right])
+        slope[:, 0] = _end(step[:, 0], step[:, 1], secant[:, 0], secant[:, 1])
+        slope[:, -1] = _end(step[:, -1], step[:, -2], secant[:, -1], secant[:, -2])
     row = np.arange(x.size)
     interval = np.sum(nodes[:, 1:-1] <= x[:, None], axis=1)
     width = step[row, interval]
     t = ((x - nodes[row, interval]).reshape(-1, *extra)) / width
-    left, right = values[row, interval], values[row, interval + 1]
+    before, after = values[row, interval], values[row, interval + 1]
     rise_left, rise_right = slope[row, interval] * width, slope[row, interval + 1] * width
     result: Array = (
-        left * (1 + 2 * t) * (1 - t) ** 2
+        before * (1 + 2 * t) * (1 - t) ** 2
         + rise_left * t * (1 - t) ** 2
-        + right * t**2 * (3 - 2 * t)
+        + after * t**2 * (3 - 2 * t)
         + rise_right * t**2 * (t - 1)
     )
     return result

@@ -7,12 +7,7 @@ from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
-from hcss_twin.physics.profile import (
-    EARTH_RADIUS_M,
-    Profile,
-    local_zenith_deg,
-    slant_length_m,
-)
+from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile, local_zenith_deg, slant_length_m
 
 
 @pytest.fixture(scope="module")

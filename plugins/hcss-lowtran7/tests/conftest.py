@@ -2,7 +2,7 @@ import shutil
 
 import pytest
 
-from hcss_twin.atmosphere.profile import load_profile
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.providers import AtmosphereInputs
 

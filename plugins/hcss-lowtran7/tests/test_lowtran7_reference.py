@@ -12,11 +12,11 @@ from hcss_lowtran7.program import AS_IT_IS, Job, run
 from hcss_lowtran7.source import find_source
 from hcss_lowtran7.tape7 import read_tape7
 
-from hcss_twin.atmosphere.paths import SPACE, Leg, Path, to_space
-from hcss_twin.atmosphere.profile import local_zenith_deg
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import ProviderError
+from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.planck import planck
+from hcss_twin.physics.profile import local_zenith_deg
 from hcss_twin.providers import AtmosphereInputs
 from hcss_twin.testing import sample_profile
 
@@ -138,7 +138,7 @@ def test_profile_with_another_gas_is_not_taken_for_the_built_in_one(make, standa
 @pytest.mark.parametrize(("name", "model"), BUILT_IN.items())
 def test_catalog_profiles_are_recognised_as_built_in(standard, name, model):
     """The tropical atmosphere is not the US Standard, and so on; those in the catalog are LOWTRAN7's."""
-    from hcss_twin.atmosphere.profile import load_profile
+    from hcss_twin.atmosphere.profile_file import load_profile
 
     own = built_in(build(find_source()), model)
     assert agrees(own, own)
