@@ -88,7 +88,19 @@ def hcss_register_transmittance_providers() -> Sequence[ProviderSpec]:
             parameters="hcss_twin.atmosphere.parameters:TableParameters",
             api_version=0,
             summary="tabulated spectral transmittance of a standard atmosphere",
-        )
+        ),
+        ProviderSpec(
+            name="band-model",
+            target="hcss_twin.atmosphere.band_model.provider:BandModelTransmittance",
+            parameters="hcss_twin.atmosphere.band_model.parameters:BandModelParameters",
+            api_version=0,
+            summary="LOWTRAN7's molecular band model, continua and aerosol for any profile",
+            references=(
+                "F. X. Kneizys et al., Users Guide to LOWTRAN 7, AFGL-TR-88-0177 (1988)",
+                "J. H. Pierluissi and C. E. Maragoudakis, Molecular Transmission Band Models for LOWTRAN, "
+                "AFGL-TR-86-0272 (1986)",
+            ),
+        ),
     ]
 
 

@@ -25,7 +25,7 @@ HELD_TO_THE_KIT = {
     "clouds": {"fractal", "imagery"},
     "sea": {"cox-munk"},
     "optics": {"mie"},
-    "atmosphere": {"table"},
+    "atmosphere": {"band-model", "table"},
     "radiance": {"as-printed"},
 }
 
@@ -102,6 +102,23 @@ class TestTable(TransmittanceContract):
 
     def make_provider(self, inputs):
         return create("atmosphere", "table", inputs)
+
+
+class TestBandModel(TransmittanceContract):
+    @pytest.fixture(params=["none", "maritime"])
+    def aerosol(self, request):
+        return request.param
+
+    @pytest.fixture
+    def inputs(self):
+        return sample_atmosphere_inputs(load_profile("us-standard-1976", Catalog()))
+
+    @pytest.fixture
+    def provider(self, inputs, aerosol):
+        return create("atmosphere", "band-model", inputs, aerosol=aerosol)
+
+    def make_provider(self, inputs):
+        return create("atmosphere", "band-model", inputs)
 
 
 class TestAsPrinted(RadianceModelContract):

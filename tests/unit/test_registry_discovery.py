@@ -120,7 +120,7 @@ def test_broken_plugin_is_kept_apart(case):
 
 def test_plugin_cannot_wrap_the_hooks_of_others():
     registry = registry_with((Wrapper(), origin()), (plugin([spec()]), origin("hcss-b")))
-    assert registry.names("atmosphere") == ("grey", "table")
+    assert registry.names("atmosphere") == ("band-model", "grey", "table")
 
 
 def test_interrupt_is_not_swallowed():
@@ -130,7 +130,7 @@ def test_interrupt_is_not_swallowed():
 
 def test_duplicate_is_an_error_that_names_both_only_when_selected():
     registry = registry_with((plugin([spec()]), origin()), (plugin([spec()]), origin("hcss-b", "0.9")))
-    assert registry.names("atmosphere") == ("hcss-a/grey", "hcss-b/grey", "table")
+    assert registry.names("atmosphere") == ("band-model", "hcss-a/grey", "hcss-b/grey", "table")
     with pytest.raises(ProviderError) as error:
         registry.resolve("atmosphere", "grey")
     for part in ("hcss-a 1.2", "hcss-b 0.9", '"hcss-a/grey"', '"hcss-b/grey"'):

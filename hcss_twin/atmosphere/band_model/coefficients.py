@@ -1,0 +1,137 @@
+"""Reader of the band model's coefficients (format ``hcss-band-model``)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.atmosphere.band_model.aerosol_tables import AerosolTables, read_aerosol
+from hcss_twin.errors import CatalogError
+
+Array = NDArray[np.float64]
+
+FORMAT = "hcss-band-model"
+FORMAT_VERSION = 1
+CONTINUA = (
+    "nitrogen",
+    "water_self",
+    "water_self_260",
+    "water_foreign",
+    "rayleigh",
+    "ozone_visible",
+    "nitric_acid",
+    "oxygen",
+    "oxygen_linear",
+    "oxygen_quadratic",
+)
+DEFAULT_MODEL = "us-standard-1976"
+MAIN_GASES = ("h2o", "co2", "o3", "n2o", "co", "ch4", "o2")
+TRACE_GASES = ("no", "so2", "no2", "nh3", "hno3")
+
+
+@dataclass(frozen=True)
+class BandModelCoefficients:
+    """Everything about the air that does not depend on the profile.
+
+    A *channel* is one way of scaling the amount of one gas with pressure and temperature; each gas has one per
+    group of bands.
+
+    Attributes
+    ----------
+    wavenumber_cm1 : ndarray (V,)
+        Native grid, steps of 5 cm-1.
+    channel_gas : tuple of str (C,)
+        Gas of each channel.
+    pressure_exponent, temperature_exponent : ndarray (C,)
+        Exponents of p / 1013.25 mb and of 273.15 K / T.
+    exponent : ndarray (C,)
+        Exponent a of the double exponential function.
+    absorption : ndarray (C + 10, V)
+        Optical depth per amount^a (channels), then per amount (continua, in the order of ``CONTINUA``).
+    default_altitude_m : ndarray (D,)
+    default_mixing_ratio : mapping of str to ndarray (D,)
+        Volume mixing ratios of gases a profile may lack: the 1976 US Standard's.
+    resolution_cm1 : float
+    source : str
+    aerosol : AerosolTables
+    """
+
+    wavenumber_cm1: Array
+    channel_gas: tuple[str, ...]
+    pressure_exponent: Array
+    temperature_exponent: Array
+    exponent: Array
+    absorption: Array
+    default_altitude_m: Array
+    default_mixing_ratio: Mapping[str, Array]
+    resolution_cm1: float
+    source: str
+    aerosol: AerosolTables
+
+
+def read_coefficients(path: Path) -> BandModelCoefficients:
+    """Read the coefficients of the band model.
+
+    Raises
+    ------
+    CatalogError
+        If the file is not of the format or a variable is missing.
+    """
+    import netCDF4
+
+    try:
+        dataset = netCDF4.Dataset(path)
+    except OSError as error:
+        raise CatalogError(f"{path}: not a readable NetCDF file: {error}") from error
+    with dataset:
+        found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
+        if found != (FORMAT, FORMAT_VERSION):
+            raise CatalogError(
+                f"{path}: format {found[0]!r} version {found[1]}; allowed: {FORMAT!r} version 1"
+            )
+        try:
+            return _from_dataset(dataset)
+        except (KeyError, AttributeError, IndexError) as error:
+            raise CatalogError(f"{path}: variable or attribute missing: {error}") from error
+
+
+def _from_dataset(dataset: Any) -> BandModelCoefficients:
+    def values(name: str) -> Array:
+        filled: Array = np.ma.filled(dataset.variables[name][:].astype(np.float64), np.nan)
+        return filled
+
+    gases = tuple(dataset.channel_gas.split())
+    # Channels no wavenumber of the file uses have no exponent; their rows of the matrix are zero.
+    exponent = np.nan_to_num(values("channel_exponent"), nan=1.0)
+    bands = _band_absorption(values("band_strength"), dataset.variables["band_channel"][:], exponent)
+    continua = np.stack([values(f"continuum_{name}") for name in CONTINUA])
+    model = dataset.models.split().index(DEFAULT_MODEL)
+    defaults = {gas: values(f"{gas}_ppmv")[model] * 1e-6 for gas in MAIN_GASES}
+    defaults |= {gas: values(f"{gas}_ppmv") * 1e-6 for gas in TRACE_GASES}
+    return BandModelCoefficients(
+        wavenumber_cm1=values("wavenumber_cm1"),
+        channel_gas=gases,
+        pressure_exponent=values("channel_pressure_exponent"),
+        temperature_exponent=values("channel_temperature_exponent"),
+        exponent=exponent,
+        absorption=np.concatenate((bands, continua)),
+        default_altitude_m=values("altitude_km") * 1e3,
+        default_mixing_ratio=defaults,
+        resolution_cm1=float(dataset.resolution_cm1),
+        source=str(dataset.source),
+        aerosol=read_aerosol(values),
+    )
+
+
+def _band_absorption(strength: Array, channel: NDArray[np.int8], exponent: Array) -> Array:
+    """Spread 10^(a C') over the rows of the channels: (C, V)."""
+    result = np.zeros((exponent.size, strength.shape[1]))
+    species, column = np.nonzero(np.asarray(channel) > 0)
+    row = np.asarray(channel)[species, column].astype(np.intp) - 1
+    result[row, column] = 10.0 ** (exponent[row] * strength[species, column])
+    return result

@@ -1,0 +1,212 @@
+"""Transmittance provider ``band-model``: LOWTRAN7's band model for any profile."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.atmosphere.band_model.absorber_density import level_state
+from hcss_twin.atmosphere.band_model.absorption import Absorption
+from hcss_twin.atmosphere.band_model.coefficients import TRACE_GASES, read_coefficients
+from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
+from hcss_twin.atmosphere.band_model.path_amounts import LayeredAir
+from hcss_twin.atmosphere.band_model.single_scattering import Illumination, SingleScattering
+from hcss_twin.atmosphere.native_grid import from_native, native_range
+from hcss_twin.atmosphere.paths import SPACE, Leg, Path
+from hcss_twin.errors import ProviderError
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import AtmosphereInputs, Declares
+
+Array = NDArray[np.float64]
+
+_LARGEST_ZENITH_DEG = 88.0
+_RAYS_AT_ONCE = 2
+"""Rays whose transmittances at every level are held in memory together."""
+
+
+class BandModelTransmittance:
+    """Transmittance and thermal emission of the air by LOWTRAN7's band model.
+
+    Parameters
+    ----------
+    inputs : AtmosphereInputs
+        The profile needs water vapour; gases it lacks are those of the 1976 US Standard, and NO, SO2, NO2, NH3 and
+        HNO3 always are, as in LOWTRAN7.
+    parameters : BandModelParameters
+
+    Raises
+    ------
+    CatalogError
+        If the coefficients cannot be read.
+    ProviderError
+        If the profile has no water vapour.
+
+    Notes
+    -----
+    Absorber amounts of all legs of a path are added before the band functions are applied. Scattering out of the path
+    counts as absorption, and as emission in the path radiance, as in LOWTRAN7. Pressures, temperatures and gases are
+    used at the profile's own levels; nothing but the wavenumber is interpolated afterwards.
+    """
+
+    def __init__(self, inputs: AtmosphereInputs, parameters: BandModelParameters) -> None:
+        coefficients = read_coefficients(inputs.catalog.find(parameters.file, "atmospheres", ".nc"))
+        state = level_state(inputs.profile, coefficients, parameters)
+        self._air = LayeredAir(state, parameters.earth_radius_m)
+        self._absorption = Absorption(coefficients, parameters.aerosol)
+        self._scattering = SingleScattering(self._air, self._absorption, coefficients, parameters.aerosol)
+        self._wavenumber = coefficients.wavenumber_cm1
+        whole = np.unique(self._air.between(0.0, SPACE).temperature_K)
+        self._planck = dict(zip(whole.tolist(), planck(self._wavenumber, whole[:, None]), strict=True))
+        missing = set(coefficients.channel_gas) - set(TRACE_GASES) - set(inputs.profile.mixing_ratio)
+        notes = [f"band model: {coefficients.source}, aerosol {parameters.aerosol}"]
+        if parameters.aerosol != "none":
+            notes[0] += f" (visibility {parameters.visibility_km:g} km, {parameters.season})"
+        if missing:
+            named = ", ".join(sorted(missing))
+            notes.append(f"band model: {named} of the 1976 US Standard, as the profile does not give them")
+        self.declares = Declares(
+            depends_on=frozenset({"view_zenith", "sun_zenith"}),
+            valid={
+                "wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1])),
+                "view_zenith": (0.0, _LARGEST_ZENITH_DEG),
+            },
+            native_grid_cm1=self._wavenumber,
+            resolution_cm1=coefficients.resolution_cm1,
+            notes=tuple(notes),
+        )
+
+    def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return transmittance (P, V) of composite paths.
+
+        Raises
+        ------
+        ProviderError
+            If a wavenumber or a zenith angle lies outside the declared range.
+        """
+        first, last = native_range(self._wavenumber, wavenumber_cm1, "band model")
+        for path in paths:
+            for leg in path.legs:
+                _check(leg)
+        amounts = self._air.amounts(paths)
+        factors = self._absorption.factors(amounts, self._absorption.humidity_percent(amounts))
+        native = self._absorption.transmittance(factors, first, last)
+        return from_native(self._wavenumber[first:last], native, wavenumber_cm1)
+
+    def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return thermal emission (P, V) of single legs as seen from their upper end, W m-2 sr-1 (cm-1)-1.
+
+        Notes
+        -----
+        Each layer is a black body at its density-weighted mean temperature T_n, so that with the transmittance t_n
+        from the upper end to the bottom of layer n the radiance is sum_n B(T_n) (t_n+1 - t_n); an isothermal
+        atmosphere gives (1 - t) B.
+        """
+        return self._emission(wavenumber_cm1, paths, from_above=True)
+
+    def sky_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return thermal emission (P, V) of single legs as seen from their lower end, W m-2 sr-1 (cm-1)-1."""
+        return self._emission(wavenumber_cm1, paths, from_above=False)
+
+    def solar_path_radiance(
+        self,
+        wavenumber_cm1: Array,
+        paths: Sequence[Path],
+        sun_zenith_deg: float,
+        relative_azimuth_deg: float,
+        asymmetry: float | None = None,
+    ) -> Array:
+        """Return sunlight scattered once into single legs, as seen from their upper end, over the sun's irradiance.
+
+        Parameters
+        ----------
+        wavenumber_cm1 : ndarray (V,)
+        paths : sequence of Path (P,)
+        sun_zenith_deg, relative_azimuth_deg : float
+            Of the sun at the surface point; azimuth 0 with the sensor on the sun's side.
+        asymmetry : float, optional
+            Of a Henyey-Greenstein phase function for all aerosol, instead of LOWTRAN7's tables of it.
+
+        Returns
+        -------
+        ndarray (P, V)
+            sr-1; times the irradiance (per wavenumber) outside the atmosphere it is a radiance.
+
+        Raises
+        ------
+        ProviderError
+            If the sun is lower than 88 degrees from the zenith anywhere on a path.
+        """
+        first, last = native_range(self._wavenumber, wavenumber_cm1, "band model")
+        sun = Illumination(math.radians(sun_zenith_deg), math.radians(relative_azimuth_deg))
+        native = np.zeros((len(paths), last - first))
+        for row, path in enumerate(paths):
+            if len(path.legs) > 1:
+                raise ProviderError("band model: scattered sunlight is known for single legs only")
+            for leg in path.legs:
+                _check(leg)
+                native[row] = self._scattering.radiance(leg, sun, first, last, asymmetry)
+        return from_native(self._wavenumber[first:last], native, wavenumber_cm1)
+
+    def _emission(self, wavenumber_cm1: Array, paths: Sequence[Path], *, from_above: bool) -> Array:
+        first, last = native_range(self._wavenumber, wavenumber_cm1, "band model")
+        native = np.zeros((len(paths), last - first))
+        rays: dict[tuple[float, float], list[tuple[int, float]]] = {}
+        for row, path in enumerate(paths):
+            if len(path.legs) > 1:
+                raise ProviderError("band model: emission is known for single legs only")
+            for leg in path.legs:
+                _check(leg)
+                rays.setdefault((leg.lower_m, leg.upper_m), []).append((row, leg.zenith_deg))
+        wavenumber = self._wavenumber[first:last]
+        for (lower, upper), members in rays.items():
+            layers = self._air.between(lower, upper)
+            if not layers.temperature_K.size:
+                continue
+            # From the observer's end.
+            order = slice(None, None, -1 if from_above else 1)
+            source = self._black_bodies(layers.temperature_K[order], first, last)
+            for start in range(0, len(members), _RAYS_AT_ONCE):
+                some = members[start : start + _RAYS_AT_ONCE]
+                slant = self._air.slant(layers, lower, np.array([angle for _, angle in some]))
+                by_layer = np.add.reduceat(slant[:, :, None] * layers.amount, layers.first_cell, axis=1)
+                seen = self._cumulative_transmittance(by_layer[:, order], first, last)
+                emission, before = np.zeros((2, len(some), last - first))
+                before += 1.0
+                for black, beyond in zip(source, seen, strict=True):
+                    before -= beyond
+                    # Where nothing absorbs, rounding could leave less than nothing.
+                    np.maximum(before, 0.0, out=before)
+                    before *= black
+                    emission += before
+                    before[...] = beyond
+                native[[row for row, _ in some]] = emission
+        return from_native(wavenumber, native, wavenumber_cm1)
+
+    def _black_bodies(self, temperature_K: Array, first: int, last: int) -> list[Array]:
+        """Planck radiances of layers, looked up for those of the profile itself."""
+        wavenumber = self._wavenumber[first:last]
+        return [
+            known[first:last]
+            if (known := self._planck.get(float(kelvin))) is not None
+            else planck(wavenumber, kelvin)
+            for kelvin in temperature_K
+        ]
+
+    def _cumulative_transmittance(self, amount: Array, first: int, last: int) -> Array:
+        """Transmittance (L, P, last - first) through the first 1, 2, ... L layers, from amounts (P, L, K)."""
+        cumulative = np.cumsum(amount, axis=1).swapaxes(0, 1)
+        count, rays, columns = cumulative.shape
+        # One mean humidity for the whole ray, as in LOWTRAN7; cumulative ones would let layers emit less than nothing.
+        humidity = np.tile(self._absorption.humidity_percent(cumulative[-1]), count)
+        factors = self._absorption.factors(cumulative.reshape(count * rays, columns), humidity)
+        return self._absorption.transmittance(factors, first, last).reshape(count, rays, -1)
+
+
+def _check(leg: Leg) -> None:
+    if leg.zenith_deg > _LARGEST_ZENITH_DEG:
+        raise ProviderError(
+            f"band model: zenith angle {leg.zenith_deg:g} deg at the surface; allowed 0 to {_LARGEST_ZENITH_DEG:g} deg"
+        )
