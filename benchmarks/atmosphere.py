@@ -23,9 +23,10 @@ import numpy as np
 
 from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
 from hcss_twin.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.atmosphere.paths import to_space
-from hcss_twin.atmosphere.profile import load_profile, local_zenith_deg
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
+from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.profile import local_zenith_deg
 from hcss_twin.providers import AtmosphereInputs
 
 HEIGHTS_M = np.linspace(0.0, 10e3, 10)

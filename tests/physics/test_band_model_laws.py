@@ -10,11 +10,12 @@ from hcss_twin.atmosphere.band_model.coefficients import CONTINUA, read_coeffici
 from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
 from hcss_twin.atmosphere.band_model.path_amounts import LayeredAir
 from hcss_twin.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.atmosphere.paths import SPACE, Leg, Path, to_space
-from hcss_twin.atmosphere.profile import EARTH_RADIUS_M, Profile, load_profile, slant_length_m
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog, catalog_root
 from hcss_twin.errors import CatalogError, ProviderError
+from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.planck import planck
+from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile, slant_length_m
 from hcss_twin.providers import AtmosphereInputs
 
 CATALOG = Catalog()

@@ -9,10 +9,11 @@ import pytest
 
 from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
 from hcss_twin.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.atmosphere.paths import to_space
-from hcss_twin.atmosphere.profile import Profile, load_profile
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog, catalog_root
+from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
+from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import AtmosphereInputs
 from hcss_twin.radiance.spectral_grid import dense_grid
 from hcss_twin.scenario.bands import spectral_band

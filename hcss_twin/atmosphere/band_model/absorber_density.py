@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from hcss_twin.atmosphere.band_model.aerosol_tables import haze_m1
 from hcss_twin.atmosphere.band_model.coefficients import BandModelCoefficients
 from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
-from hcss_twin.atmosphere.profile import Profile
 from hcss_twin.errors import ProviderError
+from hcss_twin.physics.profile import Profile
 
 Array = NDArray[np.float64]
 

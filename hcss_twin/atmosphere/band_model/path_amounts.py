@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hcss_twin.atmosphere.band_model.absorber_density import LevelState
 from hcss_twin.atmosphere.band_model.layers import Layers, join_states, make_layers, stack_layers, state_at
 from hcss_twin.atmosphere.band_model.refraction import slant_factors
-from hcss_twin.atmosphere.paths import SPACE, Path
+from hcss_twin.physics.paths import SPACE, Path
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
 from hcss_twin.atmosphere.band_model.path_amounts import LayeredAir
 from hcss_twin.atmosphere.band_model.single_scattering import Illumination, SingleScattering
 from hcss_twin.atmosphere.native_grid import from_native, native_range
-from hcss_twin.atmosphere.paths import SPACE, Leg, Path
 from hcss_twin.errors import ProviderError
+from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs, Declares
 

@@ -21,8 +21,8 @@ from hcss_twin.atmosphere.band_model.aerosol_tables import (
 )
 from hcss_twin.atmosphere.band_model.coefficients import CONTINUA, BandModelCoefficients
 from hcss_twin.atmosphere.band_model.path_amounts import LayeredAir
-from hcss_twin.atmosphere.paths import Leg
 from hcss_twin.errors import ProviderError
+from hcss_twin.physics.paths import Leg
 
 Array = NDArray[np.float64]
 
