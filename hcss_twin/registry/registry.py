@@ -25,6 +25,9 @@ from hcss_twin.registry.kinds import Kind
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from hcss_twin.atmosphere.profile import Profile
+    from hcss_twin.catalog import Catalog
+
 __all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
 
 OWN_DISTRIBUTION = "hcss-twin"
@@ -167,6 +170,16 @@ class Registry:
             If it cannot be imported or is no pydantic model.
         """
         return creation.parameters_model(entry)
+
+    def bound_profile(self, entry: Entry, parameters: BaseModel | None, catalog: Catalog) -> Profile | None:
+        """Return the one profile a transmittance provider belongs to; None if it takes any.
+
+        Raises
+        ------
+        ProviderError
+            If its class cannot be imported or fails to answer.
+        """
+        return creation.bound_profile(entry, parameters, catalog)
 
     def create(self, entry: Entry, inputs: Any, parameters: BaseModel | None = None) -> Any:
         """Import a provider's class and construct it as ``Class(inputs, parameters)``.

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hcss_twin.atmosphere.profile import Profile, load_profile
+from hcss_twin.atmosphere.profile import Profile
 from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError, Problem, ProviderError, ScenarioError
+from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import (
     AtmosphereInputs,
     CloudGenerator,
@@ -39,6 +38,8 @@ from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.blame import blamed_on
+from hcss_twin.scene.surroundings import FilledIn, surroundings
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ class Assembly:
     optics: Optics
     model: RadianceModel
     sea_temperature_K: float
+    filled_in: tuple[FilledIn, ...]
 
     @property
     def declarations(self) -> tuple[Declares, ...]:
@@ -73,8 +75,9 @@ class Assembly:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the providers want users to know, in order, each once."""
-        return tuple(dict.fromkeys(note for declares in self.declarations for note in declares.notes))
+        """What users should know about profile and providers, in order, each once."""
+        notes = (note for declares in self.declarations for note in declares.notes)
+        return tuple(dict.fromkeys((*self.profile.notes, *notes)))
 
     @property
     def coverage_is_exact(self) -> bool:
@@ -93,33 +96,33 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         If a provider is broken.
     """
     builder = _Builder(Registry.discover())
-    with _blamed_on("atmosphere.profile"):
-        profile = load_profile(scenario.atmosphere.profile, catalog)
+    provider = selected(scenario.atmosphere, "provider")
+    with blamed_on("atmosphere.provider"):
+        bound = builder.bound_profile(provider, scenario.atmosphere.parameters, catalog)
+    around = surroundings(scenario, catalog, bound)
+    profile, temperature = around.profile, around.sea_temperature_K
     bands = []
     for index, band in enumerate(scenario.bands):
-        with _blamed_on(f"bands[{index}]"):
+        with blamed_on(f"bands[{index}]"):
             bands.append(spectral_band(band, catalog))
-    with _blamed_on("atmosphere.provider"):
+    with blamed_on("atmosphere.provider"):
         transmittance = builder.build(
             Kind.ATMOSPHERE,
-            selected(scenario.atmosphere, "provider"),
+            provider,
             AtmosphereInputs(profile, catalog),
             scenario.atmosphere.parameters,
         )
     _require_bands_inside(bands, transmittance.declares, "atmosphere")
     _require_view_inside(scenario, transmittance.declares)
-    temperature = scenario.sea.temperature
-    if temperature is None:
-        temperature = float(profile.temperature_K[0])
-    with _blamed_on("sea.model"):
+    with blamed_on("sea.model"):
         sea = builder.build(
             Kind.SEA,
             selected(scenario.sea, "model"),
-            SeaInputs(scenario.sea.wind_speed, scenario.sea.wind_from, temperature, catalog),
+            SeaInputs(around.sea_wind_speed_m_s, scenario.sea.wind_from, temperature, catalog),
             scenario.sea.parameters,
         )
     _require_bands_inside(bands, sea.declares, "sea")
-    with _blamed_on("optics.provider"):
+    with blamed_on("optics.provider"):
         optics = builder.build(
             Kind.OPTICS,
             selected(scenario.optics, "provider"),
@@ -133,10 +136,10 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     layers, generators = [], []
     for index, section in enumerate(scenario.clouds.layers):
         field = f"clouds.layers[{index}]"
-        with _blamed_on(f"{field}.type"):
+        with blamed_on(f"{field}.type"):
             resolved = resolve_layer(section, catalog, field)
         inputs = CloudInputs(resolved.layer, grid, motion, scenario.seed, catalog, resolved.type_parameters)
-        with _blamed_on(f"{field}.generator"):
+        with blamed_on(f"{field}.generator"):
             generators.append(
                 builder.build(Kind.CLOUDS, selected(section, "generator"), inputs, section.parameters)
             )
@@ -152,7 +155,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         view=view,
         solar_irradiance=SolarSpectrum(catalog),
     )
-    with _blamed_on("radiance.model"):
+    with blamed_on("radiance.model"):
         model = builder.build(
             Kind.RADIANCE, selected(scenario.radiance, "model"), radiance_inputs, scenario.radiance.parameters
         )
@@ -171,6 +174,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         optics=optics,
         model=model,
         sea_temperature_K=temperature,
+        filled_in=around.filled_in,
     )
 
 
@@ -182,21 +186,19 @@ class _Builder:
         self.entries: dict[str, Entry] = {}
 
     def build(self, kind: Kind, name: str, inputs: Any, parameters: Mapping[str, Any]) -> Any:
-        entry = self._registry.resolve(kind, name)
-        model = self._registry.parameters_model(entry)
-        values = None if model is None else model.model_validate(dict(parameters))
+        entry, values = self._resolved(kind, name, parameters)
         provider = guard(entry, self._registry.create(entry, inputs, values), inputs)
         self.entries[str(kind)] = entry
         return provider
 
+    def bound_profile(self, name: str, parameters: Mapping[str, Any], catalog: Catalog) -> Profile | None:
+        entry, values = self._resolved(Kind.ATMOSPHERE, name, parameters)
+        return self._registry.bound_profile(entry, values, catalog)
 
-@contextmanager
-def _blamed_on(field: str) -> Iterator[None]:
-    """Name the scenario's field in whatever a catalog or provider complains about."""
-    try:
-        yield
-    except (CatalogError, ProviderError) as error:
-        raise ScenarioError([Problem(field, str(error))]) from error
+    def _resolved(self, kind: Kind, name: str, parameters: Mapping[str, Any]) -> tuple[Entry, Any]:
+        entry = self._registry.resolve(kind, name)
+        model = self._registry.parameters_model(entry)
+        return entry, None if model is None else model.model_validate(dict(parameters))
 
 
 def _motion(scenario: Scenario) -> Motion:

@@ -20,6 +20,7 @@ from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.assembly import Assembly, assemble
 from hcss_twin.scene.sun_track import SunTrack
+from hcss_twin.scene.surroundings import FilledIn
 
 Array = NDArray[np.float64]
 
@@ -34,15 +35,6 @@ class Skipped:
     what: str
     why: str
     bound: float
-
-
-@dataclass(frozen=True)
-class FilledIn:
-    """A value the scenario left open."""
-
-    field: str
-    value: str
-    why: str
 
 
 @dataclass(frozen=True)
@@ -183,17 +175,6 @@ def make_plan(scenario: Scenario) -> Plan:
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
-    filled = (
-        [
-            FilledIn(
-                "sea.temperature",
-                f"{assembly.sea_temperature_K:g} K",
-                f"surface of profile '{assembly.profile.name}'",
-            )
-        ]
-        if scenario.sea.temperature is None
-        else []
-    )
     return Plan(
         scenario=scenario,
         catalog=catalog,
@@ -204,7 +185,7 @@ def make_plan(scenario: Scenario) -> Plan:
         sun_azimuth_deg=azimuth,
         variables=variables,
         skipped=tuple(_skipped(assembly, variables, zenith)),
-        filled_in=tuple(filled),
+        filled_in=assembly.filled_in,
     )
 
 
