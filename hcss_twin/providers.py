@@ -292,6 +292,11 @@ class TransmittanceProvider(Protocol):
     A provider may also have ``path_radiance(wavenumber_cm1, paths) -> (P, V)`` in
     W m-2 sr-1 (cm-1)-1: its own thermal emission of single upward legs to space. Without it the
     engine derives path radiance from transmittances and the profile's temperatures.
+
+    A class whose data belong to one profile may also have the static method
+    ``bound_profile(parameters, catalog) -> Profile``. It is asked before the provider is made: a scenario
+    that names no profile gets this one, and one that scales its water vapour is refused. Without it the
+    provider accepts any profile.
     """
 
     declares: Declares

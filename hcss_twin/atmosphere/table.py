@@ -13,10 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.parameters import TableParameters
+from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.atmosphere.table_file import AtmosphereTable, read_atmosphere_table
+from hcss_twin.catalog import Catalog
 from hcss_twin.errors import ProviderError
 from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_start
 from hcss_twin.physics.paths import SPACE, Path
+from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import AtmosphereInputs, Declares
 
 Array = NDArray[np.float64]
@@ -24,6 +27,9 @@ Array = NDArray[np.float64]
 # Bounds of -ln T kept in the logarithm: T from 1e-30 to 1 - 1e-7.
 _SMALLEST_TRANSMITTANCE = 1e-30
 _LARGEST_TRANSMITTANCE = 1.0 - 1e-7
+
+CATALOG_PROFILES = {"us-standard-1976-lowtran7": "us-standard-1976"}
+"""Profiles, by catalog name, that shipped tables were computed with; other tables bring their levels alone."""
 
 
 class TableTransmittance:
@@ -79,6 +85,14 @@ class TableTransmittance:
                 *_unverified(table),
             ),
         )
+
+    @staticmethod
+    def bound_profile(parameters: TableParameters, catalog: Catalog) -> Profile:
+        """Return the profile the table was computed with; raises CatalogError."""
+        known = CATALOG_PROFILES.get(parameters.file)
+        if known is not None:
+            return load_profile(known, catalog)
+        return read_atmosphere_table(catalog.find(parameters.file, "atmospheres", ".nc")).profile
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths whose legs all reach from one target to space.

@@ -13,6 +13,8 @@ from hcss_twin.physics.paths import Path
 EARTH_RADIUS_M = 6_371_230.0
 """Radius LOWTRAN7 uses for mid-latitude and US standard atmospheres, kept so that paths agree with it."""
 
+GASES = ("h2o", "co2", "o3", "n2o", "co", "ch4", "o2")
+
 Array = NDArray[np.float64]
 
 
@@ -29,7 +31,9 @@ class Profile:
     pressure_Pa, temperature_K : ndarray (L + 1,)
         At the levels.
     mixing_ratio : mapping of str to ndarray (L + 1,)
-        Volume mixing ratio of each gas at the levels.
+        Mole fraction of each gas (mole per mole of moist air) at the levels.
+    notes : tuple of str
+        What a user should know: what was computed, filled in or scaled; copied into plan and cube.
     """
 
     name: str
@@ -37,6 +41,7 @@ class Profile:
     pressure_Pa: Array
     temperature_K: Array
     mixing_ratio: Mapping[str, Array] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def temperature_at(self, altitude_m: Array | float) -> Array:
         """Temperature in kelvin at altitudes, linear between levels.

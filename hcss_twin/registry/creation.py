@@ -11,6 +11,8 @@ from hcss_twin.registry.discovery import FAILURES, Entry, describe
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from hcss_twin.catalog import Catalog
+    from hcss_twin.physics.profile import Profile
     from hcss_twin.providers import Declares
 
 DEPENDENCIES = ("view_zenith", "sun_zenith", "relative_azimuth", "thickness", "time")
@@ -44,6 +46,35 @@ def provider_class(entry: Entry) -> Any:
         If it cannot be imported.
     """
     return _load(entry, entry.spec.target)
+
+
+def bound_profile(entry: Entry, parameters: BaseModel | None, catalog: Catalog) -> Profile | None:
+    """Ask a transmittance provider's class for the one profile it belongs to; None if it takes any.
+
+    Raises
+    ------
+    ProviderError
+        If the class cannot be imported, or its ``bound_profile`` fails or returns no profile.
+    """
+    from hcss_twin.physics.profile import Profile
+
+    ask = getattr(_load(entry, entry.spec.target), "bound_profile", None)
+    if ask is None:
+        return None
+    model = parameters_model(entry)
+    try:
+        if model is not None and parameters is None:
+            parameters = model()
+        found = ask(parameters, catalog)
+    except HcssError:
+        raise
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: bound_profile() raised {describe(error)}") from error
+    if not isinstance(found, Profile):
+        raise ProviderError(
+            f"{entry.label}: bound_profile() returned {type(found).__name__}; expected Profile"
+        )
+    return found
 
 
 def create(entry: Entry, inputs: Any, parameters: BaseModel | None) -> Any:

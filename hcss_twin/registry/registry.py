@@ -25,6 +25,9 @@ from hcss_twin.version import __version__
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from hcss_twin.catalog import Catalog
+    from hcss_twin.physics.profile import Profile
+
 __all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
 
 OWN_DISTRIBUTION = "hcss-twin"
@@ -171,6 +174,16 @@ class Registry:
     def provider_class(self, entry: Entry) -> Any:
         """Import a provider's class without constructing it; raises ``ProviderError``."""
         return creation.provider_class(entry)
+
+    def bound_profile(self, entry: Entry, parameters: BaseModel | None, catalog: Catalog) -> Profile | None:
+        """Return the one profile a transmittance provider belongs to; None if it takes any.
+
+        Raises
+        ------
+        ProviderError
+            If its class cannot be imported or fails to answer.
+        """
+        return creation.bound_profile(entry, parameters, catalog)
 
     def create(self, entry: Entry, inputs: Any, parameters: BaseModel | None = None) -> Any:
         """Import a provider's class and construct it as ``Class(inputs, parameters)``.

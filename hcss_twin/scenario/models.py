@@ -5,7 +5,7 @@ The JSON schema, the reference page and the error messages are made from these m
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BeforeValidator,
@@ -14,6 +14,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from hcss_twin.atmosphere.profile_file import STANDARD
 from hcss_twin.errors import closest
 from hcss_twin.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.band_entries import Bands
@@ -130,8 +131,33 @@ class Atmosphere(Section):
     """The gas between sea, clouds and sensor."""
 
     provider: str = Field("table", description="Transmittance provider (see `hcss plugins`).")
-    profile: str = Field("us-standard-1976", description="Profile: a catalog name or a CSV file.")
+    profile: str | None = Field(
+        None,
+        description="Profile: a catalog name, or a CSV or NetCDF file; default: the provider's own, or the model "
+        "atmosphere for place and date.",
+    )
+    profile_above: str = Field(
+        STANDARD,
+        description="Profile that completes a file: the air above its last level and the gases it leaves out.",
+    )
+    water_vapour_scale: Number | None = Field(
+        None, ge=0, le=10, description="Factor on the profile's water vapour, at all levels."
+    )
+    water_vapour_column: Number | None = Field(
+        None,
+        ge=0,
+        le=100,
+        description="Column of water vapour to scale the profile to, kg m-2; not beside water_vapour_scale.",
+    )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
+
+    @model_validator(mode="after")
+    def _one_amount(self) -> Self:
+        if self.water_vapour_scale is not None and self.water_vapour_column is not None:
+            raise PydanticCustomError(
+                "water_vapour", "water_vapour_scale beside water_vapour_column; allowed: one of them"
+            )
+        return self
 
 
 class Layer(Section):
@@ -215,9 +241,17 @@ class Sea(Section):
 
     model: str = Field("cox-munk", description="Sea model (see `hcss plugins`).")
     temperature: Temperature | None = Field(
-        None, ge=260, le=330, description="Skin temperature, K; default: the profile's at the surface."
+        None,
+        ge=260,
+        le=330,
+        description="Skin temperature, K; default: the climatology's for place and date.",
     )
-    wind_speed: Speed = Field(10.0, ge=0, le=60, description="Wind speed over the sea, m/s.")
+    wind_speed: Speed | None = Field(
+        None,
+        ge=0,
+        le=60,
+        description="Wind speed over the sea, m/s; default: the climatology's for place and date.",
+    )
     wind_from: Angle = Field(
         270.0, ge=0, lt=360, description="Bearing the sea wind comes from, degrees clockwise from north."
     )

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.atmosphere.profile_file import load_profile
+from hcss_twin.atmosphere.profile_file import STANDARD, load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.cube.variables import expand
 from hcss_twin.errors import CatalogError, HcssError, Problem, ScenarioError, choose_from
@@ -114,9 +114,18 @@ def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) ->
             yield from _layer_problems(f"clouds.layers[{index}]", layer, catalog)
     atmosphere = data.get("atmosphere", {})
     if isinstance(atmosphere, Mapping):
-        profile = atmosphere.get("profile", Atmosphere.model_fields["profile"].default)
-        if isinstance(profile, str):
-            yield from _file_problems("atmosphere.profile", partial(load_profile, profile, catalog))
+        yield from _profile_problems(atmosphere, catalog)
+
+
+def _profile_problems(atmosphere: Mapping[str, Any], catalog: Catalog) -> Iterator[Problem]:
+    above = atmosphere.get("profile_above", STANDARD)
+    if not isinstance(above, str):
+        return
+    problems = list(_file_problems("atmosphere.profile_above", partial(load_profile, above, catalog)))
+    yield from problems
+    profile = atmosphere.get("profile")
+    if isinstance(profile, str) and not problems:
+        yield from _file_problems("atmosphere.profile", partial(load_profile, profile, catalog, above))
 
 
 def _variable_problems(data: Mapping[str, Any], registry: Registry) -> Iterator[Problem]:

@@ -62,7 +62,7 @@ def markdown() -> str:
 
 
 def _allow_quantity(name: str, entry: dict[str, Any]) -> None:
-    if name == "accuracy":
+    if name in ("accuracy", "water_vapour_scale", "water_vapour_column"):  # plain numbers only
         return
     if entry.get("type") == "number":
         entry["anyOf"] = [{key: entry.pop(key) for key in list(entry) if key in _NUMBER_KEYS}]

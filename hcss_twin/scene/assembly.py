@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, Problem, ProviderError, ScenarioError
 from hcss_twin.physics.profile import Profile
@@ -40,6 +39,11 @@ from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.surroundings import FilledIn, Surroundings, surroundings
+
+
+PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
+"""A sea that is made only to be checked, because the scene is refused anyway."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,7 @@ class Assembly:
     optics: Optics
     model: RadianceModel
     sea_temperature_K: float
+    filled_in: tuple[FilledIn, ...]
 
     @property
     def declarations(self) -> tuple[Declares, ...]:
@@ -74,8 +79,9 @@ class Assembly:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the providers want users to know, in order, each once."""
-        return tuple(dict.fromkeys(note for declares in self.declarations for note in declares.notes))
+        """What users should know about profile and providers, in order, each once."""
+        notes = (note for declares in self.declarations for note in declares.notes)
+        return tuple(dict.fromkeys((*self.profile.notes, *notes)))
 
     @property
     def has_cloud(self) -> bool:
@@ -93,29 +99,26 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         With every value that does not fit the data or provider it selects.
     """
     builder = _Builder(Registry.discover())
-    profile: Profile | None = None
+    around: Surroundings | None = None
     transmittance: TransmittanceProvider | None = None
     bands: list[SpectralBand] = []
-    with builder.blaming("atmosphere.profile"):
-        profile = load_profile(scenario.atmosphere.profile, catalog)
     for index, band in enumerate(scenario.bands):
         with builder.blaming(f"bands[{index}]"):
             bands.append(spectral_band(band, catalog))
-    if profile is not None:
-        inputs = AtmosphereInputs(profile, catalog)
-        atmosphere = scenario.atmosphere
-        with builder.blaming("atmosphere.provider", atmosphere.parameters):
-            name = selected(atmosphere, "provider")
-            transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
-            _require_bands_inside(bands, transmittance.declares, "atmosphere")
-            _require_view_inside(scenario, transmittance.declares)
-    temperature = scenario.sea.temperature
-    if temperature is None:
-        temperature = math.nan if profile is None else float(profile.temperature_K[0])
+    atmosphere = scenario.atmosphere
+    with builder.blaming("atmosphere.provider", atmosphere.parameters):
+        name = selected(atmosphere, "provider")
+        around = surroundings(scenario, catalog, builder.bound_profile(name, atmosphere.parameters, catalog))
+        inputs = AtmosphereInputs(around.profile, catalog)
+        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
+        _require_bands_inside(bands, transmittance.declares, "atmosphere")
+        _require_view_inside(scenario, transmittance.declares)
+    # Where the surroundings have problems the sea is made all the same, to find its own.
+    temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
     sea: SeaModel | None = None
     with builder.blaming("sea.model", scenario.sea.parameters):
-        wind = scenario.sea.wind_speed, scenario.sea.wind_from
-        sea_inputs = SeaInputs(*wind, temperature, catalog)
+        wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
+        sea_inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
         sea = builder.build(Kind.SEA, selected(scenario.sea, "model"), sea_inputs, scenario.sea.parameters)
         _require_bands_inside(bands, sea.declares, "sea")
     optics: Optics | None = None
@@ -132,8 +135,8 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
         with builder.blaming(f"{field}.type"):
             resolved = resolve_layer(section, catalog, field)
-            if profile is not None:
-                _require_top_inside(resolved.layer, profile, field)
+            if around is not None:
+                _require_top_inside(resolved.layer, around.profile, field)
             layers.append(resolved.layer)
             cloud_inputs = CloudInputs(
                 resolved.layer, grid, motion, scenario.seed, catalog, resolved.type_parameters
@@ -142,13 +145,13 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
                 name = selected(section, "generator")
                 generators.append(builder.build(Kind.CLOUDS, name, cloud_inputs, section.parameters))
     builder.raise_problems()
-    assert profile is not None
+    assert around is not None
     assert transmittance is not None
     assert sea is not None
     assert optics is not None
     view = View(scenario.view.zenith, scenario.view.azimuth)
     radiance_inputs = RadianceInputs(
-        profile=profile,
+        profile=around.profile,
         transmittance=transmittance,
         sea=sea,
         optics=optics,
@@ -167,7 +170,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         entries=builder.entries,
         bands=tuple(bands),
         spectral_grid=dense_grid(bands, transmittance.declares.native_grid_cm1),
-        profile=profile,
+        profile=around.profile,
         view=view,
         grid=grid,
         motion=motion,
@@ -178,6 +181,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         optics=optics,
         model=model,
         sea_temperature_K=temperature,
+        filled_in=around.filled_in,
     )
 
 
@@ -190,12 +194,20 @@ class _Builder:
         self.entries: dict[str, Entry] = {}
 
     def build(self, kind: Kind, name: str, inputs: Any, parameters: Mapping[str, Any]) -> Any:
-        entry = self._registry.resolve(kind, name)
-        model = self._registry.parameters_model(entry)
-        values = None if model is None else model.model_validate(dict(parameters))
+        entry, values = self._resolved(kind, name, parameters)
         provider = guard(entry, self._registry.create(entry, inputs, values), inputs)
         self.entries[str(kind)] = entry
         return provider
+
+    def bound_profile(self, name: str, parameters: Mapping[str, Any], catalog: Catalog) -> Profile | None:
+        """Return the one profile a transmittance provider belongs to; None if it takes any."""
+        entry, values = self._resolved(Kind.ATMOSPHERE, name, parameters)
+        return self._registry.bound_profile(entry, values, catalog)
+
+    def _resolved(self, kind: Kind, name: str, parameters: Mapping[str, Any]) -> tuple[Entry, Any]:
+        entry = self._registry.resolve(kind, name)
+        model = self._registry.parameters_model(entry)
+        return entry, None if model is None else model.model_validate(dict(parameters))
 
     @contextmanager
     def blaming(self, field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:

@@ -21,6 +21,7 @@ from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.assembly import Assembly, assemble
 from hcss_twin.scene.sun_track import SunTrack
+from hcss_twin.scene.surroundings import FilledIn
 
 Array = NDArray[np.float64]
 
@@ -39,15 +40,6 @@ class Skipped:
     what: str
     why: str
     bound: float | None
-
-
-@dataclass(frozen=True)
-class FilledIn:
-    """A value the scenario left open."""
-
-    field: str
-    value: str
-    why: str
 
 
 @dataclass(frozen=True)
@@ -203,17 +195,6 @@ def _make_plan(scenario: Scenario) -> Plan:
     if any(spec.kind in ("radiance", "derived") for spec in variables):
         _probe_lowest_sun(assembly, track, times, zenith)
     _probe_last_frame(assembly, float(times[-1]))
-    filled = (
-        [
-            FilledIn(
-                "sea.temperature",
-                f"{assembly.sea_temperature_K:g} K",
-                f"surface of profile '{assembly.profile.name}'",
-            )
-        ]
-        if scenario.sea.temperature is None
-        else []
-    )
     return Plan(
         scenario=scenario,
         catalog=catalog,
@@ -224,7 +205,7 @@ def _make_plan(scenario: Scenario) -> Plan:
         sun_azimuth_deg=azimuth,
         variables=variables,
         skipped=tuple(_skipped(assembly, variables, zenith)),
-        filled_in=tuple(filled),
+        filled_in=assembly.filled_in,
     )
 
 

@@ -25,7 +25,7 @@ ALLOWED = {
     "atmosphere": STAND_ON,
     "radiance": STAND_ON | {"atmosphere"},
     "cube": {"physics"} | GROUND,
-    "registry": {"providers", "physics", "version"} | GROUND,
+    "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
 
 

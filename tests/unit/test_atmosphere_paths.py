@@ -69,14 +69,18 @@ def test_temperature_outside_the_profile_is_refused(profile):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("altitude_m,pressure_Pa\n0,1\n1,0.5\n", "temperature_K"),
-        ("altitude_m,pressure_Pa,temperature_K\n0,1000,288\n0,900,280\n", "ascend"),
-        ("altitude_m,pressure_Pa,temperature_K\n0,1000,288\n1000,1100,280\n", "fall"),
-        ("altitude_m,pressure_Pa,temperature_K\n0,1000,288\n1000,900,12\n", "100..1500"),
-        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,1.5\n1000,900,280,0\n", "mixing"),
-        ("altitude_m,pressure_Pa,temperature_K\n0,1000,nan\n1000,900,280\n", "line 2"),
-        ("altitude_m,pressure_Pa,temperature_K\n0,1000\n1000,900,280\n", "line 2"),
-        ("# nothing\n", "no rows"),
+        ("altitude_m,pressure_Pa,h2o\n0,1,0\n1,0.5,0\n", "temperature is missing"),
+        ("altitude_m,pressure_Pa,temperature_K\n0,1000,288\n1000,900,280\n", "humidity is missing"),
+        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n0,900,280,0\n", "line 3: altitude 0 m"),
+        (
+            "altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n1000,1100,280,0\n",
+            "does not fall|downwards",
+        ),
+        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n1000,900,12,0\n", "100 to 1500"),
+        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,1.5\n1000,900,280,0\n", "h2o is 1.5"),
+        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,nan,0\n1000,900,280,0\n", "line 2"),
+        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,0\n1000,900,280,0\n", "line 2"),
+        ("# nothing\n", "no row"),
     ],
 )
 def test_unphysical_profiles_are_refused(tmp_path, text, message):

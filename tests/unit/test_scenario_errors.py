@@ -237,7 +237,7 @@ def test_a_response_file_is_checked_with_the_scenario(content, part, tmp_path):
 @pytest.mark.parametrize(
     ("content", "part"),
     [
-        (b"altitude_m,pressure_Pa\n0,1\n", "column 'temperature_K' is missing"),
+        (b"altitude_m,pressure_Pa\n0,1e5\n1000,9e4\n", "temperature is missing"),
         (bytes(range(256)), "not a text file"),
     ],
 )
