@@ -130,7 +130,7 @@ class Motion(Section):
 class Atmosphere(Section):
     """The gas between sea, clouds and sensor."""
 
-    provider: str = Field("table", description="Transmittance provider (see `hcss plugins`).")
+    provider: str = Field("band-model", description="Transmittance provider (see `hcss plugins`).")
     profile: str | None = Field(
         None,
         description="Profile: a catalog name, or a CSV or NetCDF file; default: the provider's own, or the model "

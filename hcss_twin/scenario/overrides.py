@@ -33,13 +33,17 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     return key, parsed["value"] if len(parsed) == 1 else value.strip()
 
 
+PROVIDER_KEYS = frozenset({"provider", "model", "generator"})
+
+
 def apply_overrides(
     raw: Mapping[str, Any], overrides: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[Problem]]:
     """Return a copy of ``raw`` with dotted keys replaced, and the keys that could not be placed.
 
     ``clouds.KEY`` reaches into the single cloud layer; a number selects a list element
-    (``bands.0``), of the default list where the scenario gives none.
+    (``bands.0``), of the default list where the scenario gives none. Naming another provider drops the
+    ``parameters`` of the one it replaces, which it would not understand.
     """
     data = copy.deepcopy(dict(raw))
     problems: list[Problem] = []
@@ -55,10 +59,26 @@ def apply_overrides(
                 problems.append(Problem(key, why))
                 continue
             parts[1:1] = ["layers", "0"]
+        _drop_parameters_of_replaced(data, parts, value)
         why = _place(data, parts, copy.deepcopy(value))
         if why:
             problems.append(Problem(key, why))
     return data, problems
+
+
+def _drop_parameters_of_replaced(data: dict[str, Any], parts: list[str], value: Any) -> None:
+    """Remove ``parameters`` beside a provider's name that is about to change."""
+    *path, key = parts
+    section: Any = data
+    for part in path:
+        if isinstance(section, list) and _index(part, len(section)) is not None:
+            section = section[int(part)]
+        else:
+            section = section.get(part) if isinstance(section, dict) else None
+    if key not in PROVIDER_KEYS or not isinstance(section, dict):
+        return
+    if section.get(key) != value and "parameters" in section:
+        del section["parameters"]
 
 
 def _open_single_layer(data: dict[str, Any]) -> str | None:

@@ -41,7 +41,6 @@ from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.surroundings import FilledIn, Surroundings, surroundings
 
-
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """A sea that is made only to be checked, because the scene is refused anyway."""
 

@@ -91,6 +91,7 @@ def test_simulation_with_an_imported_table_agrees_with_the_table_it_was_made_fro
         "frames.count": 1,
         "view.zenith": 20,
         "clouds.base": 800.0,
+        "atmosphere.provider": "table",
     }
     mine = {**small, "atmosphere.parameters": {"file": str(output)}}
     found, expected = (simulate(Scenario.load("stratus", each)).radiance for each in (mine, small))

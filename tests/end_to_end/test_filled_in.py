@@ -15,6 +15,7 @@ from hcss_twin.scene.plan import make_plan
 from hcss_twin.scene.simulate import simulate
 
 SMALL = {"image.rows": 4, "image.columns": 4, "frames.count": 1, "bands": [[10.0, 10.2]]}
+TABLE = {**SMALL, "atmosphere.provider": "table"}
 CLEAR = """
 time = 2024-04-20T12:30:00+10:00
 place = {latitude = 35.0, longitude = 150.0}
@@ -98,7 +99,7 @@ def test_what_a_scenario_says_is_not_filled_in_and_the_climatology_is_not_opened
 
 
 def test_the_table_keeps_its_profile_everywhere():
-    plan = make_plan(Scenario.from_toml(CLEAR, {**SMALL, "place": {"latitude": 0.0, "longitude": -150.0}}))
+    plan = make_plan(Scenario.from_toml(CLEAR, {**TABLE, "place": {"latitude": 0.0, "longitude": -150.0}}))
     assert plan.profile.name == "us-standard-1976"
     assert "provider 'table'" in filled(plan)["atmosphere.profile"].why
 
@@ -166,7 +167,7 @@ class TestWaterVapour:
         with pytest.raises(
             ScenarioError, match=r"atmosphere.water_vapour_scale: provider 'table' belongs to one"
         ):
-            make_plan(Scenario.from_toml(CLEAR, {**SMALL, "atmosphere.water_vapour_scale": 0.5}))
+            make_plan(Scenario.from_toml(CLEAR, {**TABLE, "atmosphere.water_vapour_scale": 0.5}))
 
     def test_one_of_the_two_keys(self):
         both = {"atmosphere.water_vapour_scale": 0.5, "atmosphere.water_vapour_column": 10.0}

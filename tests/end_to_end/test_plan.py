@@ -16,12 +16,21 @@ TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
         ({"bands": [[17.0, 30.0]]}, "bands[0]", "2.5 to 16 um"),
         ({"bands": [[1.2, 1.3]]}, "bands[0]", "2.5"),
         ({"clouds.top": 40.0}, "clouds.thickness_min", "closest valid choice is 7"),
-        ({"atmosphere.parameters": {"file": "us-standrd"}}, "atmosphere.parameters.file", "closest is"),
+        (
+            {"atmosphere.provider": "table", "atmosphere.parameters": {"file": "us-standrd"}},
+            "atmosphere.parameters.file",
+            "closest is",
+        ),
         ({"sea.parameters": {"water_index": "watr"}}, "sea.parameters.water_index", "closest is 'water'"),
         ({"output.variables": ["radiance_sun"]}, "output.variables", "radiance_sea_reflected_sun"),
         # 26 air masses: LOWTRAN7's table ends at 88 degrees.
         (
-            {"time": "2024-03-21T12:00:00Z", "place.latitude": 90.0, "place.longitude": 0.0},
+            {
+                "atmosphere.provider": "table",
+                "time": "2024-03-21T12:00:00Z",
+                "place.latitude": 90.0,
+                "place.longitude": 0.0,
+            },
             "time",
             "air mass",
         ),
@@ -65,6 +74,10 @@ def test_what_was_filled_in_is_told():
             "time = 2024-04-20T12:30:00+10:00\nplace = {latitude = 35.0, longitude = 150.0}", TINY
         )
     )
-    assert {item.field for item in plan.filled_in} == {"atmosphere.profile", "sea.temperature", "sea.wind_speed"}
+    assert {item.field for item in plan.filled_in} == {
+        "atmosphere.profile",
+        "sea.temperature",
+        "sea.wind_speed",
+    }
     assert any("no cloud" in item.why for item in plan.skipped)
     assert plan.as_dict()["uncompressed_bytes"] == 2 * 8 * 8 * (3 * 4 + 1)

@@ -13,7 +13,7 @@ Season = Literal["spring-summer", "fall-winter"]
 class BandModelParameters(BaseModel):
     """Parameters of the ``band-model`` provider."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     aerosol: Aerosol = Field(
         "maritime",

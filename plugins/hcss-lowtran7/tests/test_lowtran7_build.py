@@ -72,7 +72,7 @@ def test_runs_that_start_together_share_one_program(compiler, tmp_path):
     assert Path(printed.pop()).stat().st_size > 100_000
 
 
-@pytest.mark.parametrize("given", [{"visibility_km": 10}, {"season": "autumn-winter"}])
+@pytest.mark.parametrize("given", [{"visibility_km": 10}, {"season": "fall-winter"}])
 def test_aerosol_settings_without_aerosol_are_refused(given):
     with pytest.raises(ValidationError, match="no effect with aerosol 'none'"):
         Lowtran7Parameters(**given)

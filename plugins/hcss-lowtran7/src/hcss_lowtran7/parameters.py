@@ -22,9 +22,9 @@ class Lowtran7Parameters(BaseModel):
         description="Surface meteorological range; by default 23 km (maritime, rural), 5 km (urban), "
         "50 km (tropospheric). The aerosol profiles of LOWTRAN7 are made for 2 to 50 km.",
     )
-    season: Literal["spring-summer", "autumn-winter"] | None = Field(
+    season: Literal["spring-summer", "fall-winter"] | None = Field(
         None,
-        description="Season of the aerosol above 2 km; by default autumn-winter for the built-in winter "
+        description="Season of the aerosol above 2 km; by default fall-winter for the built-in winter "
         "atmospheres, else spring-summer.",
     )
 

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 FIRST_CM1, LAST_CM1 = 100.0, 30000.0
 
 _IHAZE = {"none": 0, "rural": 1, "maritime": 4, "urban": 5, "tropospheric": 6}
-_ISEASN = {None: 0, "spring-summer": 1, "autumn-winter": 2}
+_ISEASN = {None: 0, "spring-summer": 1, "fall-winter": 2}
 
 
 @dataclass(frozen=True)
