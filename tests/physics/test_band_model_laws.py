@@ -233,9 +233,16 @@ def test_a_profile_without_water_vapour_is_refused():
         provider(dataclasses.replace(STANDARD, mixing_ratio={}))
 
 
+def test_the_sun_fades_smoothly_down_to_the_horizon(air):
+    angles = (85.0, 88.0, 89.0, 89.9, 89.9999, 89.99999999)
+    fading = air.transmittance(WAVENUMBER, [to_space(0.0, 20.0) + to_space(0.0, angle) for angle in angles])
+    assert np.all(np.diff(fading, axis=0) <= 1e-9)
+    assert np.max(np.abs(fading[-1] - fading[-2])) < 1e-4
+
+
 def test_outside_the_declared_range_is_an_error(air):
     with pytest.raises(ProviderError, match="allowed 0 to 88 deg"):
-        air.transmittance(WAVENUMBER, [to_space(0.0, 88.5)])
+        air.path_radiance(WAVENUMBER, [to_space(0.0, 88.5)])
     with pytest.raises(ProviderError, match="allowed 500 to 14285 cm-1"):
         air.transmittance(np.array([450.0, 900.0]), [to_space(0.0, 0.0)])
     with pytest.raises(ProviderError, match="single legs"):

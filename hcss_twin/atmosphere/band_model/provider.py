@@ -84,12 +84,10 @@ class BandModelTransmittance:
         Raises
         ------
         ProviderError
-            If a wavenumber or a zenith angle lies outside the declared range.
+            If a wavenumber lies outside the declared range. Zenith angles go on to the horizon, so that the sun
+            can set; emission and scattering end at 88 degrees.
         """
         first, last = native_range(self._wavenumber, wavenumber_cm1, "band model")
-        for path in paths:
-            for leg in path.legs:
-                _check(leg)
         amounts = self._air.amounts(paths)
         factors = self._absorption.factors(amounts, self._absorption.humidity_percent(amounts))
         native = self._absorption.transmittance(factors, first, last)
