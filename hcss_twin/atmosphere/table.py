@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.atmosphere.native_grid import from_native, native_range
 from hcss_twin.atmosphere.parameters import TableParameters
 from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.atmosphere.table_file import AtmosphereTable, read_atmosphere_table
@@ -27,6 +28,9 @@ Array = NDArray[np.float64]
 # Bounds of -ln T kept in the logarithm: T from 1e-30 to 1 - 1e-7.
 _SMALLEST_TRANSMITTANCE = 1e-30
 _LARGEST_TRANSMITTANCE = 1.0 - 1e-7
+
+PROVIDER = "atmosphere table"
+"""How messages call this provider."""
 
 CATALOG_PROFILES = {"us-standard-1976-lowtran7": "us-standard-1976"}
 """Profiles, by catalog name, that shipped tables were computed with; other tables bring their levels alone."""
@@ -114,7 +118,7 @@ class TableTransmittance:
 
     def _look_up(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Interpolate both fields at the table's own wavenumbers around the request: (2, P, N)."""
-        first, last = self._native_range(wavenumber_cm1)
+        first, last = native_range(self._wavenumber, wavenumber_cm1, PROVIDER)
         result = np.zeros((2, len(paths), last - first))
         result[0] = -np.inf  # no absorber: transmittance 1
         rows = [row for row, path in enumerate(paths) if path.legs]
@@ -169,28 +173,10 @@ class TableTransmittance:
             )
         return min(max(airmass, smallest), largest)
 
-    def _native_range(self, wavenumber_cm1: Array) -> tuple[int, int]:
-        """Slice of the native grid that encloses the request."""
-        low, high = self._wavenumber[0], self._wavenumber[-1]
-        if wavenumber_cm1[0] < low or wavenumber_cm1[-1] > high:
-            raise ProviderError(
-                f"atmosphere table: wavenumbers {wavenumber_cm1[0]:.6g} to {wavenumber_cm1[-1]:.6g} cm-1; allowed "
-                f"{low:g} to {high:g} cm-1 ({1e4 / high:.4g} to {1e4 / low:.4g} um)"
-            )
-        first = int(np.searchsorted(self._wavenumber, wavenumber_cm1[0], side="right")) - 1
-        last = int(np.searchsorted(self._wavenumber, wavenumber_cm1[-1], side="left")) + 1
-        return first, last
-
     def _to_requested(self, wavenumber_cm1: Array, native: Array) -> Array:
-        """Interpolate linearly from the native grid to the requested wavenumbers (band edges)."""
-        first, last = self._native_range(wavenumber_cm1)
-        grid = self._wavenumber[first:last]
-        if grid.size == 1:
-            return np.repeat(native, wavenumber_cm1.size, axis=1)
-        index = np.clip(np.searchsorted(grid, wavenumber_cm1, side="right") - 1, 0, grid.size - 2)
-        fraction = (wavenumber_cm1 - grid[index]) / np.diff(grid)[index]
-        result: Array = native[:, index] * (1 - fraction) + native[:, index + 1] * fraction
-        return result
+        """Interpolate from the table's wavenumbers to the requested ones (band edges)."""
+        first, last = native_range(self._wavenumber, wavenumber_cm1, PROVIDER)
+        return from_native(self._wavenumber[first:last], native, wavenumber_cm1)
 
     def _require_same_profile(self, inputs: AtmosphereInputs) -> None:
         top = float(inputs.profile.altitude_m[-1])

@@ -114,7 +114,7 @@ def _load(entry: Entry, target: str) -> Any:
 
 
 def _check(entry: Entry, provider: Any) -> None:
-    from hcss_twin import providers
+    import hcss_twin.providers as providers
 
     protocol = getattr(providers, entry.kind.protocol)
     attributes = set(protocol.__annotations__)

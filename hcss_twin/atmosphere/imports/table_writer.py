@@ -6,9 +6,9 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from hcss_twin import __version__
 from hcss_twin.atmosphere.table_file import DIMENSIONS, FORMAT, FORMAT_VERSION, AtmosphereTable
 from hcss_twin.physics.profile import EARTH_RADIUS_M
+from hcss_twin.version import __version__
 
 _UNITS = {
     "target_altitude_m": ("m", "altitude of the target"),
