@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.atmosphere.netcdf_format import open_format
 from hcss_twin.errors import CatalogError
 from hcss_twin.physics.profile import Profile
 
@@ -57,20 +58,8 @@ def read_atmosphere_table(path: Path) -> AtmosphereTable:
     CatalogError
         If the file is not of the format, lacks a variable, or holds impossible values.
     """
-    import netCDF4
-
-    try:
-        dataset = netCDF4.Dataset(path)
-    except OSError as error:
-        raise CatalogError(f"{path}: not a readable NetCDF file: {error}") from error
-    with dataset:
-        found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
-        if found != (FORMAT, FORMAT_VERSION):
-            raise CatalogError(
-                f"{path}: format {found[0]!r} version {found[1]}; allowed: {FORMAT!r} version 1"
-            )
+    with open_format(path, FORMAT, FORMAT_VERSION) as dataset:
         names = (*DIMENSIONS, "transmittance", "path_radiance", *LEVELS)
-
         missing = [name for name in names if name not in dataset.variables]
         if missing:
             raise CatalogError(f"{path}: variables missing: {', '.join(missing)}")

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.band_model.aerosol_tables import AerosolTables, read_aerosol
+from hcss_twin.atmosphere.netcdf_format import open_format
 from hcss_twin.errors import CatalogError
 
 Array = NDArray[np.float64]
@@ -82,18 +83,7 @@ def read_coefficients(path: Path) -> BandModelCoefficients:
     CatalogError
         If the file is not of the format or a variable is missing.
     """
-    import netCDF4
-
-    try:
-        dataset = netCDF4.Dataset(path)
-    except OSError as error:
-        raise CatalogError(f"{path}: not a readable NetCDF file: {error}") from error
-    with dataset:
-        found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
-        if found != (FORMAT, FORMAT_VERSION):
-            raise CatalogError(
-                f"{path}: format {found[0]!r} version {found[1]}; allowed: {FORMAT!r} version 1"
-            )
+    with open_format(path, FORMAT, FORMAT_VERSION) as dataset:
         try:
             return _from_dataset(dataset)
         except (KeyError, AttributeError, IndexError) as error:
