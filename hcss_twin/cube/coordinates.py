@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hcss_twin.cube.footprint import footprint
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.physics.local_plane import EARTH_RADIUS_m
+from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M
 
 BOUND = "bound"
 VERTEX = "vertex"
@@ -223,7 +223,7 @@ def grid_mapping_attributes(header: CubeHeader) -> dict[str, str | float]:
         "latitude_of_projection_origin": header.latitude,
         "false_easting": 0.0,
         "false_northing": 0.0,
-        "earth_radius": EARTH_RADIUS_m,
+        "earth_radius": MEAN_EARTH_RADIUS_M,
         "long_name": "local tangent plane",
         "comment": "Holds for frames whose centre_displacement is 0; the plane moves with the image centre.",
     }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcss_twin.cube.header import CubeHeader
-from hcss_twin.physics.local_plane import EARTH_RADIUS_m, to_geographic
+from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M, to_geographic
 
 POINTS_PER_SIDE = 16
 
@@ -42,7 +42,7 @@ def footprint(header: CubeHeader) -> Footprint:
     south, north = float(latitudes.min()), float(latitudes.max())
     west, east = float(longitudes.min()), float(longitudes.max())
     for pole in (90.0, -90.0):
-        distance = np.deg2rad(abs(pole - header.latitude)) * EARTH_RADIUS_m
+        distance = np.deg2rad(abs(pole - header.latitude)) * MEAN_EARTH_RADIUS_M
         if distance <= half_y and x0 <= 0.0 <= x1:
             south, north = min(south, pole), max(north, pole)
             west, east = -180.0, 180.0

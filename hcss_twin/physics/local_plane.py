@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-EARTH_RADIUS_m = 6371008.7714
+MEAN_EARTH_RADIUS_M = 6371008.7714
 """Mean radius of the WGS 84 ellipsoid (2 a + b) / 3; H. Moritz, Geodetic Reference System 1980."""
 
 
@@ -27,9 +27,9 @@ def to_geographic(
         Centre, degrees.
     """
     rho = np.hypot(x_m, y_m)
-    angle = rho / EARTH_RADIUS_m
+    angle = rho / MEAN_EARTH_RADIUS_M
     # sin(c) / rho -> 1 / R at the centre, where the direction is undefined
-    scale = np.sinc(angle / np.pi) / EARTH_RADIUS_m
+    scale = np.sinc(angle / np.pi) / MEAN_EARTH_RADIUS_M
     phi = np.deg2rad(latitude)
     sine = np.cos(angle) * np.sin(phi) + y_m * scale * np.cos(phi)
     north = np.rad2deg(np.arcsin(np.clip(sine, -1.0, 1.0)))

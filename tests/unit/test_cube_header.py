@@ -11,7 +11,7 @@ from hcss_twin.cube.footprint import footprint
 from hcss_twin.cube.header import BandInfo
 from hcss_twin.cube.metadata import creation_time, global_attributes
 from hcss_twin.errors import CubeError
-from hcss_twin.physics.local_plane import EARTH_RADIUS_m, to_geographic
+from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M, to_geographic
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_points_of_the_plane_keep_their_distance_and_bearing_from_the_centre(lat
     phi0, dlam = np.deg2rad(latitude), lam - np.deg2rad(100.0)
     haversine = np.sin((phi - phi0) / 2) ** 2 + np.cos(phi) * np.cos(phi0) * np.sin(dlam / 2) ** 2
     np.testing.assert_allclose(
-        2 * EARTH_RADIUS_m * np.arcsin(np.sqrt(haversine)), np.hypot(x, y), rtol=1e-9, atol=1e-3
+        2 * MEAN_EARTH_RADIUS_M * np.arcsin(np.sqrt(haversine)), np.hypot(x, y), rtol=1e-9, atol=1e-3
     )
     east = np.sin(dlam) * np.cos(phi)
     north = np.cos(phi0) * np.sin(phi) - np.sin(phi0) * np.cos(phi) * np.cos(dlam)
@@ -96,7 +96,7 @@ def test_points_of_the_plane_keep_their_distance_and_bearing_from_the_centre(lat
 
 def test_the_footprint_of_a_small_image_is_its_size_over_the_earth_radius():
     extent = footprint(example_header(rows=100, columns=200, latitude=0.0, longitude=10.0))
-    degree_m = np.pi * EARTH_RADIUS_m / 180
+    degree_m = np.pi * MEAN_EARTH_RADIUS_M / 180
     assert extent.north == pytest.approx(100 * 100 / 2 / degree_m, rel=1e-6)
     assert extent.east - 10.0 == pytest.approx(200 * 100 / 2 / degree_m, rel=1e-6)
 
@@ -104,7 +104,9 @@ def test_the_footprint_of_a_small_image_is_its_size_over_the_earth_radius():
 def test_the_footprint_covers_the_way_of_the_platform_eastwards():
     still = footprint(example_header(latitude=0.0))
     moved = footprint(example_header(latitude=0.0, platform_speed_m_s=7000.0))
-    assert moved.east - still.east == pytest.approx(7000.0 * 1.0 / (np.pi * EARTH_RADIUS_m / 180), rel=1e-6)
+    assert moved.east - still.east == pytest.approx(
+        7000.0 * 1.0 / (np.pi * MEAN_EARTH_RADIUS_M / 180), rel=1e-6
+    )
     assert moved.west == pytest.approx(still.west, abs=1e-9)
 
 
