@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError, Problem, ProviderError, ScenarioError
+from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import (
     AtmosphereInputs,
@@ -39,6 +39,7 @@ from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.blame import blamed_on
 from hcss_twin.scene.surroundings import FilledIn, Surroundings, surroundings
 
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
@@ -210,21 +211,12 @@ class _Builder:
 
     @contextmanager
     def blaming(self, field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
-        """Keep whatever a catalog or provider complains about, under the scenario's field.
-
-        A complaint that quotes the value of one of the provider's parameters is about that parameter.
-        """
+        """Keep whatever a catalog or provider complains about, as :func:`blamed_on` words it."""
         try:
-            yield
+            with blamed_on(field, parameters):
+                yield
         except ScenarioError as error:
             self._problems += error.problems
-        except (CatalogError, ProviderError) as error:
-            message = str(error)
-            section = field.rpartition(".")[0]
-            for key, value in (parameters or {}).items():
-                if isinstance(value, str) and value and f"'{value}'" in message:
-                    field = f"{section}.parameters.{key}"
-            self._problems.append(Problem(field, message))
 
     def raise_problems(self) -> None:
         """Raise everything gathered."""
