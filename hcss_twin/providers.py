@@ -154,6 +154,12 @@ class CloudLayer:
         Cloud temperature; None takes the profile's at the cloud top.
     microphysics : Microphysics
         Particles.
+    coverage_mode : {"frame", "field"}
+        ``frame``: exactly ``coverage`` in every frame. ``field``: one threshold for the unbounded field,
+        exact in the mean, so that every window and every sensor sees the same clouds.
+    edge_taper : float
+        0 to 1: part of the cloudy area, from the edge inward, over which thickness rises smoothly from
+        its minimum; 0 is eq 7 as printed.
     """
 
     name: str
@@ -164,6 +170,8 @@ class CloudLayer:
     coverage: float
     temperature_K: float | None
     microphysics: Microphysics
+    coverage_mode: Literal["frame", "field"] = "frame"
+    edge_taper: float = 0.0
 
     @property
     def thickness_max_m(self) -> float:

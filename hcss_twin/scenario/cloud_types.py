@@ -185,6 +185,8 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
         anchor=section.anchor or cloud_type.layer.anchor,
         thickness_min_m=geometry.thickness_min,
         coverage=section.coverage,
+        coverage_mode=section.coverage_mode,
+        edge_taper=section.edge_taper,
         temperature_K=section.temperature,
         microphysics=Microphysics(
             phase=cloud_type.layer.phase,

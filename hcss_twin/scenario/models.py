@@ -164,7 +164,19 @@ class Layer(Section):
     """One cloud layer."""
 
     type: str = Field("stratus", description="Cloud type: a catalog name or a TOML file of the same form.")
-    coverage: Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels in every frame.")
+    coverage: Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels.")
+    coverage_mode: Literal["frame", "field"] = Field(
+        "frame",
+        description='"frame": exactly the coverage in every frame; "field": one threshold for the unbounded sky, '
+        "exact in the mean and the same for every sensor.",
+    )
+    edge_taper: Fraction = Field(
+        0.0,
+        ge=0,
+        le=1,
+        description="Part of the cloudy area, from the edge inward, over which thickness rises smoothly from its "
+        "minimum; 0 is eq 7 as printed.",
+    )
     generator: str = Field("fractal", description="Cloud generator (see `hcss plugins`).")
     base: Length | None = Field(
         None, ge=0, le=20_000, description="Altitude of the cloud base, m; default: the type's."

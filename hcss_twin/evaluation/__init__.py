@@ -1,0 +1,1 @@
+"""Judging images: fractal dimension, histogram metrics, morphology."""
