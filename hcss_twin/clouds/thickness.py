@@ -2,8 +2,132 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from hcss_twin.clouds.coverage import highest_values
+from hcss_twin.clouds.exceedance import exceedance
+from hcss_twin.providers import CloudLayer
+
+_f4 = np.float32
+
+
+def frame_thickness(field: NDArray[np.float32], layer: CloudLayer) -> NDArray[np.float32]:
+    """Cloud in exactly the layer's coverage of a frame, of thickness from its minimum to its maximum.
+
+    Eqs 5 and 7 of the HCSS paper, p of the cloudy pixels of this frame taken linearly to thickness.
+
+    Parameters
+    ----------
+    field : ndarray of float32 (rows, columns)
+        The normal field V of the whole frame.
+    layer : CloudLayer
+        Coverage, limits of thickness, taper.
+
+    Returns
+    -------
+    ndarray of float32 (rows, columns)
+        Metres; 0 is clear sky. Where all cloudy pixels have one value (a single pixel, say), eq 7 is 0/0;
+        they get the greatest thickness.
+    """
+    lowest, surplus = highest_values(field, layer.coverage)
+    if lowest is None:
+        return np.zeros(field.shape, dtype=np.float32)
+    highest = float(field.max())
+    thickness = _thickness(field, layer, float(lowest), ndtr(-float(lowest)), ndtr(-highest))
+    thickness.ravel()[surplus] = 0.0
+    return thickness
+
+
+def field_thickness(field: NDArray[np.float32], layer: CloudLayer) -> NDArray[np.float32]:
+    """Cloud where the field exceeds a fixed threshold, the coverage's quantile of the normal distribution.
+
+    The coverage is exact in the mean over an unbounded field; a pixel does not depend on others. Eq 7 takes
+    p from 1 - coverage to 1.
+
+    Parameters
+    ----------
+    field : ndarray of float32 (rows, columns)
+        The normal field V of any window.
+    layer : CloudLayer
+        Coverage, limits of thickness, taper.
+
+    Returns
+    -------
+    ndarray of float32 (rows, columns)
+        Metres; 0 is clear sky.
+    """
+    if layer.coverage == 0.0:
+        return np.zeros(field.shape, dtype=np.float32)
+    return _thickness(field, layer, float(-ndtri(layer.coverage)), layer.coverage, 0.0)
+
+
+def _thickness(
+    field: NDArray[np.float32], layer: CloudLayer, lowest: float, share_lowest: float, share_highest: float
+) -> NDArray[np.float32]:
+    """Map V >= ``lowest`` to thickness, linearly in its exceedance between two values of that."""
+    _require_limits(layer.thickness_min_m, layer.thickness_max_m)
+    thickness = np.empty(field.shape, dtype=np.float32)
+    flat = np.ascontiguousarray(field).reshape(-1)
+    low, high = _inward(layer.thickness_min_m, layer.thickness_max_m)
+    span = share_lowest - share_highest
+    _map_field(
+        flat,
+        thickness.reshape(-1),
+        _f4(lowest),
+        _f4(share_lowest),
+        _f4(1.0 / span if span > 1e-30 else 0.0),
+        _f4(0.0 if span > 1e-30 else 1.0),
+        low,
+        high,
+        _f4(layer.edge_taper),
+    )
+    return thickness
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _map_field(
+    field: Any,
+    thickness: Any,
+    lowest: Any,
+    share: Any,
+    slope: Any,
+    start: Any,
+    low: Any,
+    high: Any,
+    taper: Any,
+) -> None:
+    step = 4096
+    work = np.empty(step, dtype=np.float32)
+    for first in range(0, field.size, step):
+        values = field[first : first + step]
+        result = thickness[first : first + step]
+        above = work[: values.size]
+        exceedance(values, above)
+        if taper > _f4(0.0):
+            for i in range(values.size):
+                u = min(max(start + (share - above[i]) * slope, _f4(0.0)), _f4(1.0))
+                s = min(u / taper, _f4(1.0))
+                above[i] = u * (s * s * (_f4(3.0) - _f4(2.0) * s))
+        else:
+            for i in range(values.size):
+                above[i] = min(max(start + (share - above[i]) * slope, _f4(0.0)), _f4(1.0))
+        for i in range(values.size):
+            metres = min(max(low + (high - low) * above[i], low), high)
+            result[i] = metres if values[i] >= lowest else _f4(0.0)
+
+
+def _require_limits(thickness_min_m: float, thickness_max_m: float) -> None:
+    if not 0.0 <= thickness_min_m <= thickness_max_m < np.inf or thickness_max_m == 0.0:
+        raise ValueError(
+            f"thickness: {thickness_min_m} to {thickness_max_m} m given, allowed 0 <= minimum <= maximum "
+            f"with maximum > 0; closest is {max(0.0, min(thickness_min_m, thickness_max_m))} "
+            f"to {max(thickness_min_m, thickness_max_m, 1.0)} m"
+        )
 
 
 def map_thickness(
@@ -37,12 +161,7 @@ def map_thickness(
     ValueError
         If the limits are not in order.
     """
-    if not 0.0 <= thickness_min_m <= thickness_max_m < np.inf or thickness_max_m == 0.0:
-        raise ValueError(
-            f"thickness: {thickness_min_m} to {thickness_max_m} m given, allowed 0 <= minimum <= maximum "
-            f"with maximum > 0; closest is {max(0.0, min(thickness_min_m, thickness_max_m))} "
-            f"to {max(thickness_min_m, thickness_max_m, 1.0)} m"
-        )
+    _require_limits(thickness_min_m, thickness_max_m)
     thickness = np.zeros(cloudy.shape, dtype=np.float32)
     if brightness.size == 0:
         return thickness

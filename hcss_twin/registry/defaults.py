@@ -29,8 +29,8 @@ def hcss_register_cloud_generators() -> Sequence[ProviderSpec]:
     return [
         ProviderSpec(
             name="fractal",
-            target="hcss_twin.clouds.fractal:FractalClouds",
-            parameters="hcss_twin.clouds.parameters:FractalParameters",
+            target="hcss_twin.clouds.fractal.generator:FractalClouds",
+            parameters="hcss_twin.clouds.fractal.parameters:FractalParameters",
             api_version=0,
             summary="fractal noise fields with drift, evolution and a chosen coverage",
             references=(HCSS,),

@@ -1,5 +1,7 @@
 """Every built-in provider is held to the kit that plugin authors use, made through the registry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -56,6 +58,17 @@ class TestFractal(CloudGeneratorContract):
 
     def make_provider(self, inputs):
         return create("clouds", "fractal", inputs, gamma=2.0, H=0.6, L=[2.0, 3.0], k=[0, 5])
+
+
+class TestFractalOneSky(TestFractal):
+    coverage_tolerance = 0.05  # exact in the mean over the unbounded sky
+
+    def make_inputs(self, coverage=0.5, seed=1):
+        inputs = super().make_inputs(coverage, seed)
+        return replace(inputs, layer=replace(inputs.layer, coverage_mode="field"))
+
+    def make_provider(self, inputs):
+        return create("clouds", "fractal", inputs, gamma=2.0, H=0.6, L=[80.0, 90.0], k=[0, 5])
 
 
 class TestImagery(CloudGeneratorContract):

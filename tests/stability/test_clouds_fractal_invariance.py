@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.fractal import FractalClouds, displacement_pixels
-from hcss_twin.clouds.parameters import FractalParameters
+from hcss_twin.clouds.fractal.generator import FractalClouds, displacement_pixels
+from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 TYPES = {

@@ -6,8 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.fractal import FractalClouds
-from hcss_twin.clouds.parameters import FractalParameters
+from hcss_twin.clouds.fractal.generator import FractalClouds
+from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.errors import ScenarioError
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
@@ -110,8 +110,8 @@ def test_what_is_skipped_is_said():
     whats = [what for what, _ in generator(k=[0, 8]).skipped]
     assert any("axis z" in what for what in whats)
     assert any("octave 5 along x, y" in what for what in whats)
-    # From gamma^7 / 600 s = 3.6 cells per frame on an octave is white in time too; 8 joins 7.
-    assert "octaves 8 as separate terms" in whats
+    # From 2.5 cells per pixel on an octave is white; 6 to 8 join 5.
+    assert "octaves 6, 7, 8 as separate terms" in whats
     assert "time axis" not in whats
     frozen = generator(motion=Motion(0.0, (0.0, 0.0), float("inf"), 1.0), k=[0, 8])
     assert "time axis" in [what for what, _ in frozen.skipped]

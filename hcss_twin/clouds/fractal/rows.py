@@ -1,0 +1,177 @@
+"""One octave added to a tile, row by row: the inner loops of eqs 2-4.
+
+The sum over 4 x 4 x 4 nodes factorises. Time planes are blended on the lattice, which is usually much
+coarser than the image; each lattice row is then gathered at the pixels' columns, once; and each pixel row
+is a weighted sum of four gathered rows, which roll along. Where the lattice has more rows than the image,
+rows are summed first and gathered after.
+
+Sums are written out in a fixed order and without fused multiply-add, so that a pixel has the same bits
+in every tile, on every machine.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hcss_twin.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS
+from hcss_twin.clouds.fractal.lattice import fill_scattered
+
+_u4, _u8 = np.uint32, np.uint64
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, line: Any) -> None:
+    """Blend the stored time planes of one row of nodes into ``line`` (N,).
+
+    ``row`` and ``first`` count from the corner of the first block in ``slots`` (planes, block rows, block
+    columns).
+    """
+    by, r = row // BLOCK_ROWS, row % BLOCK_ROWS
+    done, x = 0, first
+    while done < line.size:
+        bx, c = x // BLOCK_COLUMNS, x % BLOCK_COLUMNS
+        count = min(BLOCK_COLUMNS - c, line.size - done)
+        start = r * BLOCK_COLUMNS + c
+        part = line[done : done + count]
+        plane0 = pool[slots[0, by, bx], start : start + count]
+        w0 = weights[0]
+        if weights.size == 4:
+            plane1 = pool[slots[1, by, bx], start : start + count]
+            plane2 = pool[slots[2, by, bx], start : start + count]
+            plane3 = pool[slots[3, by, bx], start : start + count]
+            w1, w2, w3 = weights[1], weights[2], weights[3]
+            for i in range(count):
+                part[i] = w0 * plane0[i] + w1 * plane1[i] + w2 * plane2[i] + w3 * plane3[i]
+        else:
+            for i in range(count):
+                part[i] = w0 * plane0[i]
+        done += count
+        x += count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _blend_hashed(planes: Any, weights: Any, y: Any, x: Any, line: Any, scratch: Any) -> None:
+    """Blend the time planes of scattered nodes ``x`` (N,) of row ``y``, generated on the spot."""
+    values, work, bits = scratch[0], scratch[1], scratch[2].view(np.uint32)
+    for p in range(planes.size):
+        fill_scattered(planes[p], y, x, values, bits, work)
+        weight = weights[p]
+        if p == 0:
+            for i in range(line.size):
+                line[i] = weight * values[i]
+        else:
+            for i in range(line.size):
+                line[i] += weight * values[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gather(line: Any, index: Any, weights: Any, gathered: Any) -> None:
+    """Interpolate a line of nodes at the columns: nodes ``index`` (N,) to ``index + 3``, weights (4, N)."""
+    w0, w1, w2, w3 = weights[0], weights[1], weights[2], weights[3]
+    for c in range(gathered.size):
+        i = index[c]
+        gathered[c] = (
+            w0[c] * line[_u8(i)]
+            + w1[c] * line[_u8(i + _u4(1))]
+            + w2[c] * line[_u8(i + _u4(2))]
+            + w3[c] * line[_u8(i + _u4(3))]
+        )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _combine(
+    row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, w3: Any, result: Any
+) -> None:
+    for c in range(result.size):
+        result[c] = w0 * row0[c] + w1 * row1[c] + w2 * row2[c] + w3 * row3[c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add(row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, w3: Any, total: Any) -> None:
+    for c in range(total.size):
+        total[c] += w0 * row0[c] + w1 * row1[c] + w2 * row2[c] + w3 * row3[c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_octave(
+    total: NDArray[np.float32],
+    pool: NDArray[np.float32],
+    slots: NDArray[np.int32],
+    planes: NDArray[np.uint64],
+    time_weights: NDArray[np.float32],
+    corner: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    row_weights: NDArray[np.float32],
+    nodes: NDArray[np.int64],
+    columns: NDArray[np.uint32],
+    column_weights: NDArray[np.float32],
+    gathers_first: bool,
+) -> None:
+    """Add one octave to a tile.
+
+    Parameters
+    ----------
+    total : ndarray of float32 (M, N)
+        The tile.
+    pool, slots
+        Stored nodes and where they are (see :class:`BlockCache`); without slots, shape (0, 0, 0), nodes are
+        generated from their indices.
+    planes : ndarray of uint64 (P,)
+        Keys of the time planes, 1 or 4.
+    time_weights : ndarray of float32 (P,)
+        Weights of the planes, times the amplitude.
+    corner : ndarray of int64 (2,)
+        Row and column of the first node of ``slots``.
+    rows : ndarray of int64 (M,)
+        First row of nodes of each pixel row, ascending.
+    row_weights : ndarray of float32 (M, 4) or (M, 1)
+        Weights of that row and those after it; a single one: the nearest row.
+    nodes : ndarray of int64 (K,)
+        Columns of nodes needed, ascending; contiguous where nodes are stored.
+    columns : ndarray of uint32 (N,)
+        For each pixel column the first of its nodes, as an index of ``nodes``; empty where ``nodes`` are the
+        nearest nodes of the columns, one by one.
+    column_weights : ndarray of float32 (4, N) or (0, 0)
+        Weights of four nodes.
+    gathers_first : bool
+        Whether rows of nodes are gathered at the columns before they are summed; a property of the octave
+        and not of the tile, because it decides the order of sums.
+    """
+    width, count = total.shape[1], nodes.size
+    is_stored, interpolates_x, taps = slots.size > 0, columns.size > 0, row_weights.shape[1]
+    ring = np.empty((4, width if gathers_first else count), dtype=np.float32)
+    line = np.empty(count, dtype=np.float32)
+    gathered = np.empty(width, dtype=np.float32)
+    scratch = np.empty((3, 0 if is_stored else count), dtype=np.float32)
+    have = rows[0] - 1
+    for r in range(total.shape[0]):
+        base = rows[r]
+        have = max(have, base - 1)
+        while have < base + taps - 1:
+            have += 1
+            target = line if gathers_first else ring[have & 3]
+            if is_stored:
+                _blend_stored(pool, slots, time_weights, have - corner[0], nodes[0] - corner[1], target)
+            else:
+                _blend_hashed(planes, time_weights, have, nodes, target, scratch)
+            if gathers_first:
+                _gather(line, columns, column_weights, ring[have & 3])
+        row0 = ring[base & 3]
+        if taps == 4:
+            row1, row2, row3 = ring[(base + 1) & 3], ring[(base + 2) & 3], ring[(base + 3) & 3]
+            w0, w1, w2, w3 = row_weights[r, 0], row_weights[r, 1], row_weights[r, 2], row_weights[r, 3]
+            if gathers_first or not interpolates_x:
+                _add(row0, row1, row2, row3, w0, w1, w2, w3, total[r])
+                continue
+            _combine(row0, row1, row2, row3, w0, w1, w2, w3, line)
+            row0 = line
+        if interpolates_x:
+            _gather(row0, columns, column_weights, gathered)
+            row0 = gathered
+        row_total = total[r]
+        for c in range(width):
+            row_total[c] += row0[c]
