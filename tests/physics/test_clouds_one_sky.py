@@ -93,7 +93,7 @@ def test_a_tile_too_large_to_be_stored_at_once_equals_its_parts(monkeypatch):
     import hcss_twin.clouds.fractal.field as module
 
     whole_tile = whole(clouds(TYPES["stratus"], 300), 5.0, 300)
-    monkeypatch.setattr(module, "_MOST_BLOCKS", 1)
+    monkeypatch.setattr(module, "MOST_BLOCKS", 1)
     np.testing.assert_array_equal(whole(clouds(TYPES["stratus"], 300), 5.0, 300), whole_tile)
 
 

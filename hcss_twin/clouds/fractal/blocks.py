@@ -5,6 +5,7 @@ A cache of a pure function: what it holds or drops never changes a value.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,6 +18,9 @@ from hcss_twin.clouds.fractal.lattice import fill_row
 
 BLOCK_ROWS, BLOCK_COLUMNS = 64, 256
 """Nodes of one block: 64 KiB. Powers of two, so that aligned blocks never straddle a multiple of 2**32."""
+
+MOST_BLOCKS = 1 << 12
+"""Kept at a time: 256 MiB."""
 
 _FEWEST_SLOTS = 16
 
@@ -47,15 +51,13 @@ class NodeWindow:
         """Blocks along x."""
         return range(self.columns[0] // BLOCK_COLUMNS, (self.columns[1] - 1) // BLOCK_COLUMNS + 1)
 
-    @property
-    def count(self) -> int:
-        """Number of blocks."""
-        return len(self.planes) * len(self.block_rows) * len(self.block_columns)
-
 
 @dataclass
 class BlockCache:
-    """Blocks of lattice nodes by (plane, block row, block column); the least recently used go first.
+    """Blocks of lattice nodes by (plane, block row, block column).
+
+    Blocks that neither this frame nor the one before has used make room for new ones; without such the
+    pool grows, up to :data:`MOST_BLOCKS`, and then the least recently used go.
 
     Attributes
     ----------
@@ -69,18 +71,25 @@ class BlockCache:
     _slot_of: dict[tuple[int, int, int], int] = field(default_factory=dict)
     _key_of: list[tuple[int, int, int] | None] = field(default_factory=list)
     _last_use: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    _clock: int = 0
+    _loads: int = 0
+    _frame_s: float = math.nan
+    _frame_loads: tuple[int, int] = (0, 0)
     _tables: dict[NodeWindow, NDArray[np.int32]] = field(default_factory=dict)
 
     def load(
-        self, windows: Iterable[NodeWindow], each: Callable[[Callable[[int, int], None], int], None]
+        self,
+        time_s: float,
+        windows: Iterable[NodeWindow],
+        each: Callable[[Callable[[int, int], None], int], None],
     ) -> list[NDArray[np.int32]]:
         """Make sure that the nodes of all windows are in the pool, and say where.
 
         Parameters
         ----------
+        time_s : float
+            Tells frames apart.
         windows : iterable of NodeWindow
-            What one tile needs.
+            What one tile needs, at most :data:`MOST_BLOCKS` blocks or as many as there is memory for.
         each : callable
             Runs a function of (start, stop) over parts of a number of items, perhaps in several threads.
 
@@ -90,17 +99,15 @@ class BlockCache:
             For each window the slots of its blocks.
         """
         wanted = list(windows)
-        self._clock += 1
-        needed = sum(window.count for window in wanted)
-        if needed > len(self._key_of):
-            # Half as much again: a footprint that moves needs a column of new blocks beside the old ones.
-            self._grow(max(_FEWEST_SLOTS, needed + needed // 2))
+        self._loads += 1
+        if time_s != self._frame_s:
+            self._frame_s, self._frame_loads = time_s, (self._frame_loads[1], self._loads)
         known = {window: self._tables[window] for window in wanted if window in self._tables}
         for table in known.values():
-            self._last_use[table] = self._clock
+            self._last_use[table] = self._loads
         tables = {window: known.get(window) for window in wanted}
         missing: list[tuple[int, int, int]] = []
-        free = self._oldest_first()
+        free = self._free_slots()
         for window, found in tables.items():
             if found is None:
                 tables[window] = self._table(window, missing, free)
@@ -125,24 +132,29 @@ class BlockCache:
                         self._slot_of[key] = slot
                         self._key_of[slot] = key
                         missing.append(key)
-                    self._last_use[slot] = self._clock
+                    self._last_use[slot] = self._loads
                     table[p, i, j] = slot
         return table
 
-    def _oldest_first(self) -> Iterator[int]:
+    def _free_slots(self) -> Iterator[int]:
         """Yield slots whose blocks this load does not need, and forget the blocks."""
-        for number in np.argsort(self._last_use, kind="stable"):
-            slot = int(number)
-            if self._last_use[slot] == self._clock:  # taken meanwhile
-                continue
-            old = self._key_of[slot]
-            if old is not None:
-                del self._slot_of[old]
-            yield slot
+        while True:
+            size = len(self._key_of)
+            for number in np.argsort(self._last_use, kind="stable"):
+                slot = int(number)
+                last = self._last_use[slot]
+                if last == self._loads:  # taken meanwhile
+                    continue
+                if last >= self._frame_loads[0] and size < MOST_BLOCKS:
+                    break
+                old = self._key_of[slot]
+                if old is not None:
+                    del self._slot_of[old]
+                yield slot
+            self._grow(max(_FEWEST_SLOTS, size // 2))
 
-    def _grow(self, slots: int) -> None:
-        more = slots - len(self._key_of)
-        pool = np.empty((slots, BLOCK_ROWS * BLOCK_COLUMNS), dtype=np.float32)
+    def _grow(self, more: int) -> None:
+        pool = np.empty((self.pool.shape[0] + more, BLOCK_ROWS * BLOCK_COLUMNS), dtype=np.float32)
         pool[: self.pool.shape[0]] = self.pool
         self.pool = pool
         self._key_of += [None] * more

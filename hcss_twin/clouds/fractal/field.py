@@ -12,16 +12,13 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, BlockCache, NodeWindow
+from hcss_twin.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, MOST_BLOCKS, BlockCache, NodeWindow
 from hcss_twin.clouds.fractal.lattice import plane_key, unit_offset
 from hcss_twin.clouds.fractal.octaves import AxisScale, Octave
 from hcss_twin.clouds.fractal.rows import add_octave
 from hcss_twin.clouds.interpolation import cubic_weights, split
 
 _X, _Y, _T = 0, 1, 2
-
-_MOST_BLOCKS = 1 << 14
-"""Stored at a time, 256 MiB; a tile that needs more is done in strips."""
 
 _FEWEST_ROWS = 64
 """Of one thread: below that starting it costs more than it saves."""
@@ -129,7 +126,7 @@ class FractalField:
         with self._lock:
             for start, stop in self._strips(y, along_x):
                 strip = PixelWindow(y.first + start, stop - start, y.origin)
-                self._add(total[start:stop], strip, along_x, times)
+                self._add(total[start:stop], time_s, strip, along_x, times)
         return total
 
     def _strips(self, y: PixelWindow, along_x: list[_Axis]) -> list[tuple[int, int]]:
@@ -139,12 +136,13 @@ class FractalField:
             for octave, along in zip(self._octaves, along_x, strict=True)
             if _is_stored(octave)
         )
-        rows = max(BLOCK_ROWS, int(_MOST_BLOCKS * BLOCK_ROWS * BLOCK_COLUMNS / max(per_row, 1.0)))
+        rows = max(BLOCK_ROWS, int(MOST_BLOCKS * BLOCK_ROWS * BLOCK_COLUMNS / max(per_row, 1.0)))
         return [(start, min(start + rows, y.count)) for start in range(0, y.count, rows)]
 
     def _add(
         self,
         total: NDArray[np.float32],
+        time_s: float,
         y: PixelWindow,
         along_x: list[_Axis],
         times: list[tuple[list[int], NDArray[np.float32]]],
@@ -161,7 +159,7 @@ class FractalField:
             for index, octave in enumerate(self._octaves)
             if _is_stored(octave)
         }
-        slots = dict(zip(windows, self._cache.load(windows.values(), self._each), strict=True))
+        slots = dict(zip(windows, self._cache.load(time_s, windows.values(), self._each), strict=True))
 
         def part(start: int, stop: int) -> None:
             total[start:stop] = 0.0

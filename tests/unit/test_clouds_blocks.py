@@ -1,0 +1,74 @@
+"""The store of lattice nodes: never another value, and no growth without need."""
+
+import numpy as np
+
+from hcss_twin.clouds.fractal import blocks
+from hcss_twin.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, BlockCache, NodeWindow
+from hcss_twin.clouds.fractal.lattice import lattice_normals, plane_key
+
+
+def at_once(part, count):
+    part(0, count)
+
+
+def window(t=0, rows=(-5, 70), columns=(-300, 30)):
+    return NodeWindow((plane_key(1, 2, t),), rows, columns)
+
+
+def nodes(cache, table, wanted):
+    """All nodes of the blocks of a window with one plane."""
+    block = cache.pool[table[0]].reshape(*table.shape[1:], BLOCK_ROWS, BLOCK_COLUMNS)
+    return np.concatenate(np.concatenate(block, axis=1), axis=1)
+
+
+def expected(t, wanted):
+    y = np.arange(wanted.block_rows[0] * BLOCK_ROWS, (wanted.block_rows[-1] + 1) * BLOCK_ROWS)
+    x = np.arange(wanted.block_columns[0] * BLOCK_COLUMNS, (wanted.block_columns[-1] + 1) * BLOCK_COLUMNS)
+    return lattice_normals(1, 2, t, y, x)
+
+
+def test_stored_nodes_are_those_of_the_lattice_whatever_was_loaded_before():
+    cache = BlockCache()
+    rng = np.random.default_rng(5)
+    for step in range(40):
+        top, left = (int(value) for value in rng.integers(-2000, 2000, 2))
+        t = step // 3
+        wanted = window(t, (top, top + 130), (left, left + 300))
+        (table,) = cache.load(float(t), [wanted], at_once)
+        np.testing.assert_array_equal(nodes(cache, table, wanted), expected(t, wanted))
+
+
+def test_blocks_of_this_frame_and_the_last_are_not_generated_again(monkeypatch):
+    cache, filled = BlockCache(), []
+    strips = [window(rows=(top, top + 60), columns=(0, 900)) for top in range(0, 1200, 60)]
+    fill = BlockCache._fill
+
+    def counting(self, keys, each):
+        filled.append(len(keys))
+        fill(self, keys, each)
+
+    monkeypatch.setattr(BlockCache, "_fill", counting)
+    for frame in range(3):
+        for strip in strips:
+            cache.load(float(frame), [strip], at_once)
+        if frame == 0:
+            once = sum(filled)
+    assert sum(filled) == once == 19 * 4
+
+
+def test_a_long_sequence_of_moving_frames_does_not_grow():
+    cache, sizes = BlockCache(), []
+    for frame in range(400):
+        cache.load(float(frame), [window(frame // 20, (0, 800), (50 * frame, 50 * frame + 800))], at_once)
+        sizes.append(cache.pool.shape[0])
+    assert sizes[-1] == sizes[30]
+
+
+def test_a_full_store_throws_out_the_oldest(monkeypatch):
+    monkeypatch.setattr(blocks, "MOST_BLOCKS", 16)
+    cache = BlockCache()
+    for top in range(0, 64 * 100, 64):
+        wanted = window(rows=(top, top + 64), columns=(0, 1024))
+        (table,) = cache.load(0.0, [wanted], at_once)
+        np.testing.assert_array_equal(nodes(cache, table, wanted), expected(0, wanted))
+    assert cache.pool.shape[0] == 16
