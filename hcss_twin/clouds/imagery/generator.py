@@ -10,8 +10,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.clouds.imagery.image import Image
 from hcss_twin.clouds.imagery.parameters import ImageryParameters
-from hcss_twin.clouds.imagery.reader import Image, read_image
+from hcss_twin.clouds.imagery.reader import read_image
 from hcss_twin.clouds.imagery.threshold import coverage_threshold, local_threshold, otsu_threshold
 from hcss_twin.clouds.windows import window_inside
 from hcss_twin.errors import Problem, ScenarioError
