@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -53,3 +54,44 @@ def checked_mask(name: str, mask: NDArray[Any], shape: tuple[int, ...]) -> NDArr
     if array.shape != shape:
         raise ImageError(f"{name}: shape {array.shape} given, allowed: that of the image, {shape}")
     return np.ascontiguousarray(array)
+
+
+def checked_levels(levels: int, fewest: int, grey: NDArray[np.uint8] | None = None) -> None:
+    """Check a number of grey levels and that all levels of ``grey`` lie below it.
+
+    Raises
+    ------
+    ImageError
+        If one of the two is not so.
+    """
+    if not fewest <= levels <= 256:
+        raise ImageError(
+            f"levels: {levels} given, allowed: {fewest} to 256; closest is {min(max(fewest, levels), 256)}"
+        )
+    if grey is not None and levels < 256 and int(grey.max()) >= levels:
+        raise ImageError(
+            f"grey: level {int(grey.max())} given, allowed: 0 to {levels - 1} (levels = {levels})"
+        )
+
+
+def finite_range(name: str, image: NDArray[Any]) -> tuple[NDArray[Any], float, float]:
+    """Return the image with its least and greatest value.
+
+    Numbers so large or so small that their differences leave the range of double precision are
+    multiplied by a power of two, which changes no digit.
+
+    Raises
+    ------
+    ImageError
+        If a pixel is not finite or all are equal.
+    """
+    low, high = float(image.min()), float(image.max())
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise ImageError(f"{name}: a pixel is not finite, allowed: finite numbers")
+    if low == high:
+        raise ImageError(f"{name}: all pixels are {low:g}, allowed: values that vary")
+    if max(abs(low), abs(high)) > 1e150 or high - low < 1e-150:
+        exponent = -math.frexp(max(abs(low), abs(high)))[1]
+        image = np.ldexp(image.astype(np.float64), exponent)
+        low, high = float(image.min()), float(image.max())
+    return image, low, high

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.checks import checked_image, checked_mask
+from hcss_twin.evaluation.checks import checked_image, checked_levels, checked_mask
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,7 @@ def to_grey_levels(
         If a cloudy value is not finite or outside ``low`` to ``high``, or an argument is not as described.
     """
     pixels = checked_image("values", values, smallest=1)
-    if not 3 <= levels <= 256:
-        raise ImageError(f"levels: {levels} given, allowed: 3 to 256; closest is {min(max(3, levels), 256)}")
+    checked_levels(levels, 3)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ImageError(f"low, high: {low} and {high} given, allowed: finite, low < high")
     cloudy = None if mask is None else checked_mask("mask", mask, pixels.shape)
@@ -104,11 +103,10 @@ def histogram_metrics(grey: NDArray[np.uint8], levels: int = 256) -> HistogramMe
     if image.dtype != np.uint8:
         raise ImageError(f"grey: {image.dtype} given, allowed: uint8, see to_grey_levels")
     if image.ndim != 2 or image.shape[0] < 1 or image.shape[1] < 2:
-        raise ImageError(f"grey: shape {image.shape} given, allowed: (rows, columns) with two columns or more")
-    if not 2 <= levels <= 256:
-        raise ImageError(f"levels: {levels} given, allowed: 2 to 256; closest is {min(max(2, levels), 256)}")
-    if levels < 256 and int(image.max()) >= levels:
-        raise ImageError(f"grey: level {int(image.max())} given, allowed: 0 to {levels - 1} (levels = {levels})")
+        raise ImageError(
+            f"grey: shape {image.shape} given, allowed: (rows, columns) with two columns or more"
+        )
+    checked_levels(levels, 2, image)
     entropy, density, equal = _measures(np.ascontiguousarray(image), levels)
     return HistogramMetrics(entropy, density, equal / (levels - 1))
 

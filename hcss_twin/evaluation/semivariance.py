@@ -84,7 +84,9 @@ def semivariances(
         # Not finite, constant, or so large or small that squares leave the range of double precision.
         counted = (pixels if valid is None else pixels[valid]).astype(np.float64)
         if not np.all(np.isfinite(counted)):
-            raise ImageError("image: a pixel is not finite, allowed: finite numbers wherever the mask is true")
+            raise ImageError(
+                "image: a pixel is not finite, allowed: finite numbers wherever the mask is true"
+            )
         largest = float(np.abs(counted).max()) if counted.size else 0.0
         if largest > 0.0:
             unit = float(2.0 ** np.frexp(largest)[1])
