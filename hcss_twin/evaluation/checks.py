@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ImageError
@@ -95,3 +96,35 @@ def finite_range(name: str, image: NDArray[Any]) -> tuple[NDArray[Any], float, f
         image = np.ldexp(image.astype(np.float64), exponent)
         low, high = float(image.min()), float(image.max())
     return image, low, high
+
+
+def range_within(name: str, image: NDArray[Any], mask: NDArray[np.bool_] | None) -> tuple[float, float]:
+    """Return the least and the greatest value of the pixels in a mask; None is all of them.
+
+    Without any pixel the range is empty: (inf, -inf).
+
+    Raises
+    ------
+    ImageError
+        If one of these pixels is not finite.
+    """
+    if mask is None:
+        low, high = float(image.min()), float(image.max())
+    else:
+        low, high = _range_within(image, mask)
+    if math.isnan(low) or low == -math.inf or high == math.inf:
+        raise ImageError(f"{name}: a cloudy pixel is not finite, allowed: finite numbers")
+    return low, high
+
+
+@njit(cache=True, nogil=True)
+def _range_within(image: Any, mask: Any) -> tuple[float, float]:
+    low, high = np.inf, -np.inf
+    broken = False
+    for i in range(image.shape[0]):
+        for j in range(image.shape[1]):
+            if mask[i, j]:
+                value = np.float64(image[i, j])
+                low, high = min(low, value), max(high, value)
+                broken |= value != value
+    return (np.nan, np.nan) if broken else (low, high)

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.checks import checked_image, checked_levels, checked_mask
+from hcss_twin.evaluation.checks import checked_image, checked_levels, checked_mask, range_within
 
 
 @dataclass(frozen=True)
@@ -64,23 +64,30 @@ def to_grey_levels(
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ImageError(f"low, high: {low} and {high} given, allowed: finite, low < high")
     cloudy = None if mask is None else checked_mask("mask", mask, pixels.shape)
-    counted = pixels if cloudy is None else pixels[cloudy]
-    grey = np.zeros(pixels.shape, dtype=np.uint8)
-    if counted.size == 0:
-        return grey
-    smallest, largest = float(counted.min()), float(counted.max())
-    if not (math.isfinite(smallest) and math.isfinite(largest)):
-        raise ImageError("values: a cloudy pixel is not finite, allowed: finite numbers")
+    smallest, largest = range_within("values", pixels, cloudy)
     if smallest < low or largest > high:
         raise ImageError(
             f"values: {smallest:g} to {largest:g} given, allowed: {low:g} to {high:g}, the limits of the levels"
         )
     # Halves: the difference of two large numbers of opposite sign may overflow.
-    scaled = (counted.astype(np.float64) * 0.5 - low * 0.5) / (high * 0.5 - low * 0.5)
-    steps = np.minimum(np.floor(scaled * (levels - 1)), levels - 2).astype(np.uint8) + np.uint8(1)
-    if cloudy is None:
-        return steps.reshape(pixels.shape)
-    grey[cloudy] = steps
+    per_half = (levels - 1) / (0.5 * high - 0.5 * low)
+    everywhere = np.ones((1, 1), dtype=np.bool_)
+    grey: NDArray[np.uint8] = _quantised(
+        pixels, everywhere if cloudy is None else cloudy, cloudy is None, low, per_half, levels
+    )
+    return grey
+
+
+@njit(cache=True, nogil=True)
+def _quantised(pixels: Any, cloudy: Any, everywhere: bool, low: float, per_half: float, levels: int) -> Any:
+    rows, columns = pixels.shape
+    grey = np.zeros((rows, columns), np.uint8)
+    top = np.int32(levels - 1)
+    for i in range(rows):
+        for j in range(columns):
+            if everywhere or cloudy[i, j]:
+                step = np.int32((0.5 * np.float64(pixels[i, j]) - 0.5 * low) * per_half)
+                grey[i, j] = min(step + np.int32(1), top)
     return grey
 
 
@@ -111,7 +118,7 @@ def histogram_metrics(grey: NDArray[np.uint8], levels: int = 256) -> HistogramMe
     return HistogramMetrics(entropy, density, equal / (levels - 1))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def _measures(grey: Any, levels: int) -> tuple[float, float, float]:
     """Return entropy in bits, density, and the number of pairs of equal levels."""
     rows, columns = grey.shape

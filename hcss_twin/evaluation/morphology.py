@@ -10,14 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.checks import checked_image, checked_mask, finite_range
+from hcss_twin.evaluation.checks import checked_image, checked_mask, range_within
 from hcss_twin.evaluation.fractal_dimension.body import body_dimension
 from hcss_twin.evaluation.fractal_dimension.boundary import boundary_dimension
 from hcss_twin.evaluation.histogram_metrics import histogram_metrics, to_grey_levels
 from hcss_twin.evaluation.semivariance import semivariances
 
-# Lags of the two slopes and of the ratio of axes, pixels.
-_LAGS = (1, 2)
+# Lags of the slope and of the ratio of axes, pixels: the finest there are.
+_SHORT_LAGS = 2
+
+# The ratio of lengths is taken at this many semivariances that both axes reach, which must span a factor 1.1.
+_LEVELS = 9
+_NARROWEST = math.log(1.1)
 
 # Fewer pairs of cloudy neighbours along an axis say nothing about a variogram.
 _FEWEST_PAIRS = 100
@@ -49,9 +53,10 @@ class Morphology:
         Semivariance along y over that along x, at equal lags (geometric mean over lags 1 and 2), over pairs
         of cloudy pixels: 1 where both axes are alike, greater where clouds are long along x.
     aspect : float
-        Length along x over length along y at which values have changed by as much:
-        anisotropy^(1 / (2 H)), H = 3 - surface_dimension, because semivariance grows as lag^(2 H). NaN where
-        H is not greater than 0.05: neighbours as unlike as any two pixels have no length.
+        Length along x over length along y at which values have changed by as much: the geometric mean of the
+        ratio of the lags at which the variograms along x and y have equal semivariance, over the
+        semivariances that both reach at lags 1, 2, 4, ... up to an eighth of the shorter side. For a field
+        f(x / a, y / b) it is a / b. NaN where they have no range in common, as white noise has none.
     """
 
     entropy: float
@@ -98,43 +103,65 @@ def morphology(values: NDArray[Any], mask: NDArray[np.bool_]) -> Morphology:
     """
     pixels = checked_image("values", values)
     cloudy = checked_mask("mask", mask, pixels.shape)
-    counted = pixels[cloudy]
-    if counted.size == 0:
+    count = int(np.count_nonzero(cloudy))
+    if count == 0:
         raise ImageError("mask: no pixel is cloudy, allowed: one or more cloudy pixels")
-    finite_range("values (cloudy pixels)", counted)
-    grey = to_grey_levels(pixels, float(counted.min()), float(counted.max()), mask=cloudy)
+    low, high = range_within("values", pixels, cloudy)
+    if low == high:
+        raise ImageError(f"values: all cloudy pixels are {low:g}, allowed: values that vary")
+    grey = to_grey_levels(pixels, low, high, mask=cloudy)
     histogram = histogram_metrics(grey)
-    surface, anisotropy = _surface(pixels, cloudy)
-    hurst = 3.0 - surface
-    whole = counted.size == pixels.size
+    surface, anisotropy, aspect = _surface(pixels, cloudy)
     return Morphology(
         entropy=histogram.entropy,
         density=histogram.density,
         diagonal_peak=histogram.diagonal_peak,
         fractal_dimension=body_dimension(grey).dimension,
-        coverage=counted.size / pixels.size,
+        coverage=count / pixels.size,
         surface_dimension=surface,
-        boundary_dimension=math.nan if whole else boundary_dimension(cloudy).dimension,
+        boundary_dimension=math.nan if count == pixels.size else boundary_dimension(cloudy).dimension,
         anisotropy=anisotropy,
-        aspect=anisotropy ** (0.5 / hurst) if hurst > 0.05 else math.nan,
+        aspect=aspect,
     )
 
 
-def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, float]:
-    """Return the surface dimension and the ratio of semivariances, y over x."""
-    found = semivariances(values, _LAGS, cloudy)
-    fewest = int(min(found.pairs_x.min(), found.pairs_y.min()))
-    if fewest < _FEWEST_PAIRS:
+def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, float, float]:
+    """Return the surface dimension, the ratio of semivariances y over x, and that of lengths x over y."""
+    lags = [1, 2]
+    while 2 * lags[-1] <= min(values.shape) // 8:
+        lags.append(2 * lags[-1])
+    found = semivariances(values, lags, cloudy)
+    pairs = np.minimum(found.pairs_x, found.pairs_y)
+    short = slice(0, _SHORT_LAGS)
+    if pairs[short].min() < _FEWEST_PAIRS:
         raise ImageError(
-            f"mask: {fewest} pairs of cloudy pixels along an axis, allowed: {_FEWEST_PAIRS} or more"
+            f"mask: {pairs[short].min()} pairs of cloudy pixels along an axis, allowed: {_FEWEST_PAIRS} or more"
         )
-    if min(found.along_x.min(), found.along_y.min()) <= 0.0:
+    if min(found.along_x[short].min(), found.along_y[short].min()) <= 0.0:
         raise ImageError(
             "values: cloudy values do not vary along an axis, allowed: values that vary along both"
         )
-    ratio = math.exp(float(np.mean(np.log(found.along_y) - np.log(found.along_x))))
-    first, second = np.log(found.pooled)
-    return 3.0 - 0.5 * float(second - first) / math.log(2.0), ratio
+    along_x, along_y = (
+        np.log(axis[: np.argmin(np.append(pairs >= _FEWEST_PAIRS, False))])
+        for axis in (found.along_x, found.along_y)
+    )
+    ratio = math.exp(float(np.mean(along_y[short] - along_x[short])))
+    first, second = np.log(found.pooled[short])
+    dimension = 3.0 - 0.5 * float(second - first) / math.log(2.0)
+    return dimension, ratio, _ratio_of_lengths(along_x, along_y)
+
+
+def _ratio_of_lengths(along_x: NDArray[np.float64], along_y: NDArray[np.float64]) -> float:
+    """Return the mean ratio of lags with equal semivariance, from its logarithms at lags 1, 2, 4, ..."""
+    # Where sampling noise lets a variogram fall it is continued level, so that it can be inverted.
+    rising_x, rising_y = np.maximum.accumulate(along_x), np.maximum.accumulate(along_y)
+    low, high = max(rising_x[0], rising_y[0]), min(rising_x[-1], rising_y[-1])
+    if high - low < _NARROWEST:
+        return math.nan
+    octave = np.arange(rising_x.size, dtype=np.float64)
+    shared = np.linspace(low, high, _LEVELS)
+    shift = np.interp(shared, rising_x, octave) - np.interp(shared, rising_y, octave)
+    return float(2.0 ** np.mean(shift))
 
 
 def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErrors:

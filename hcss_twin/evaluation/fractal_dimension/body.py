@@ -69,7 +69,7 @@ def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstim
     return DimensionEstimate(-slope, math.nan, f"box counting of the body, {levels} levels")
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def _sum(boxes: Any, greatest: Any) -> int:
     total = 0
     for i in range(greatest.shape[0]):

@@ -33,7 +33,7 @@ def box_extremes(
         least = least_of_four(least) if least_too else greatest
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def greatest_of_four(values: Any) -> Any:
     """Return the greatest value in boxes of 2 x 2, (rows // 2, columns // 2)."""
     rows, columns = values.shape[0] // 2, values.shape[1] // 2
@@ -46,7 +46,7 @@ def greatest_of_four(values: Any) -> Any:
     return result
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def least_of_four(values: Any) -> Any:
     """Return the least value in boxes of 2 x 2, (rows // 2, columns // 2)."""
     rows, columns = values.shape[0] // 2, values.shape[1] // 2

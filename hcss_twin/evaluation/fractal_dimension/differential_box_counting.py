@@ -85,7 +85,7 @@ def box_counting_dimension(
     return DimensionEstimate(dimension, error, "differential box counting, 256 levels, calibrated")
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def _stretched(pixels: Any, low: float, steps_per_unit: float, levels: int) -> Any:
     """Return grey levels 0 .. levels - 1 as uint8 (rows, columns)."""
     rows, columns = pixels.shape
@@ -98,7 +98,7 @@ def _stretched(pixels: Any, low: float, steps_per_unit: float, levels: int) -> A
     return grey
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def _difference(box: Any, greatest: Any, least: Any) -> int:
     total = 0
     for i in range(greatest.shape[0]):

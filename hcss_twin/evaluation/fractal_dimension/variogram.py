@@ -62,7 +62,7 @@ def variogram_dimension(
     pooled = found.pooled
     if not np.all(pooled > 0.0):
         lag = found.lags[pooled.argmin()]
-        raise ImageError(f"image: constant at lag {lag}, allowed: values that vary")
+        raise ImageError(f"image: semivariance 0 at lag {lag}, allowed: values that vary")
     slope = np.polyfit(np.log(found.lags.astype(np.float64)), np.log(pooled), 1)[0]
     listed = ", ".join(str(lag) for lag in found.lags)
     dimension = float(3.0 - slope / 2.0)
