@@ -173,10 +173,11 @@ def _profile(axis: Axes, columns: CloudColumns) -> None:
     sums = np.zeros(edges.size - 1)
     for start in range(0, columns.top_m.shape[0], _ROWS):
         rows = slice(start, start + _ROWS)
-        sums += occupancy(columns.base_m[rows], columns.top_m[rows], edges).sum(axis=(1, 2), dtype=np.float64)
-    shares = sums / columns.top_m.size
-    axis.stairs(shares, edges / 1e3, orientation="horizontal", fill=True, color="#5f6b7a")
-    axis.set_xlim(0.0, max(1e-3, 1.08 * float(shares.max())))
+        shares = occupancy(columns.base_m[rows], columns.top_m[rows], edges)
+        sums += np.sum(shares * columns.fraction[rows], axis=(1, 2))
+    shares_of_frame = sums / columns.top_m.size
+    axis.stairs(shares_of_frame, edges / 1e3, orientation="horizontal", fill=True, color="#5f6b7a")
+    axis.set_xlim(0.0, max(1e-3, 1.08 * float(shares_of_frame.max())))
     axis.set_xlabel("filled share of the area")
     axis.set_title("cloud in the frame, by altitude", fontsize=10)
     axis.grid(alpha=0.3)

@@ -51,6 +51,7 @@ def write_occupancy(columns: CloudColumns, path: Path, step_m: float) -> tuple[i
     except ValueError as error:
         raise CubeError(str(error)) from error
     shares = occupancy(columns.base_m, columns.top_m, edges)
+    shares *= columns.fraction.astype(np.float32)
     draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
     try:
         _write(draft, columns, edges, shares)
@@ -75,8 +76,8 @@ def _write(
                 "Conventions": "CF-1.11",
                 "title": f"Cloud occupancy of: {columns.title}",
                 "source": f"hcss_twin {__version__}, from cloud thickness and top altitude of a simulated cube",
-                "comment": "Simulated, not observed. One slab of cloud per column; volume in a column divided by "
-                "the area of the pixel is the geometric thickness of the cube.",
+                "comment": "Simulated, not observed. One slab of cloud per column, over the cloudy part of "
+                "the pixel; volume in a column divided by the area of the pixel is the cube's thickness.",
                 "history": f"{creation_time():%Y-%m-%dT%H:%M:%SZ} created by hcss_twin",
                 "frame": np.int32(columns.frame),
             }

@@ -1,6 +1,7 @@
 """``hcss volume`` draws the cloud of a cube in three dimensions and writes its occupancy."""
 
 import json
+import shutil
 import subprocess
 import sys
 
@@ -73,6 +74,43 @@ def test_the_answer_in_json_names_the_files(cube, tmp_path):
     files = {"picture": str(tmp_path / "v.png"), "occupancy": str(tmp_path / "v.nc")}
     done = run(cube, "-o", files["picture"], "--occupancy", files["occupancy"], "--step-m", 2000, "--json")
     assert json.loads(done.output) == {**files, "voxels": [1, 24, 32]}
+
+
+def test_the_cloudy_part_of_averaged_pixels_fills_their_voxels(cube, tmp_path):
+    """Thickness is then a mean over the pixel, the top one over its cloudy part."""
+    path = tmp_path / "c.nc"
+    shutil.copy(cube, path)
+    with netCDF4.Dataset(path, "a") as file:
+        before = file["cloud_thickness"][0]
+        if "cloud_fraction" not in file.variables:
+            file.createVariable("cloud_fraction", "f4", ("time", "y", "x"))
+        file["cloud_fraction"][:] = 0.25 * (file["cloud_thickness"][:] > 0)
+        file["cloud_thickness"][:] = 0.25 * file["cloud_thickness"][:]
+    columns = read_columns(path)
+    np.testing.assert_allclose(np.nan_to_num(columns.thickness_m), before, atol=1e-3)
+    assert run(path, "-o", tmp_path / "v.png", "--occupancy", tmp_path / "v.nc").exit_code == 0
+    with netCDF4.Dataset(tmp_path / "v.nc") as file:
+        shares, bounds = file["cloud_occupancy"][:], file["altitude_bounds"][:]
+    assert shares.max() <= 0.25
+    volume = np.sum(shares * np.diff(bounds, axis=1)[:, :, None], axis=0, dtype=np.float64)
+    np.testing.assert_allclose(volume, 0.25 * before, atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"clouds": {"layers": [{}, {}]}}, "the scene has 2 cloud layers; this needs a cube of one"),
+        ({"image": {"samples_per_pixel": 3}}, "lacks cloud_fraction; run the scenario with"),
+    ],
+)
+def test_columns_that_the_cube_does_not_determine_are_refused(cube, tmp_path, change, message):
+    shutil.copy(cube, tmp_path / "c.nc")
+    with netCDF4.Dataset(tmp_path / "c.nc", "a") as file:
+        file.hcss_scenario = json.dumps(change)
+        if "cloud_fraction" in file.variables:
+            file.renameVariable("cloud_fraction", "other")
+    with pytest.raises(CubeError, match=message):
+        read_columns(tmp_path / "c.nc")
 
 
 def test_an_existing_occupancy_file_is_kept(cube, tmp_path):
