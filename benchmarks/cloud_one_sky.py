@@ -25,7 +25,8 @@ def one_sky() -> None:
     """Print rms and mean difference of coarse pixels from block means of fine ones."""
     print(
         f"{GROUND_M / 1e3:g} km of one sky, coverage {COVERAGE:g}; coarse pixels minus block means of {FINE_M:g} m "
-        "pixels: mean +- rms. Volume is thickness averaged over the whole pixel.\n"
+        "pixels: mean +- rms. Volume is thickness averaged over the whole pixel. With 4 samples "
+        f"a side, 20 m pixels are made of the very points of {FINE_M:g} m pixels: 0 there says that it is one sky.\n"
     )
     print("| type | pixel, m | samples per side | volume, m | of the mean | cloud fraction |")
     print("|---|---|---|---|---|---|")
