@@ -9,7 +9,6 @@ from scipy import constants
 
 from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
-from hcss_twin.errors import ProviderError
 from hcss_twin.providers import (
     CloudLayer,
     Declares,
@@ -107,7 +106,7 @@ def test_clear_column_is_eq_19():
 
 def test_cloudy_column_is_eq_20():
     thickness = 400.0
-    terms = model().cloudy(WAVENUMBER, np.array([thickness]), SUN)
+    terms = model().cloudy(WAVENUMBER, np.array([[thickness]]), SUN)
     top = 1400.0
     profile = load_profile("us-standard-1976", Catalog())
     temperature = float(np.interp(top, profile.altitude_m, profile.temperature_K))
@@ -128,7 +127,7 @@ def test_cloudy_column_is_eq_20():
 
 
 def test_path_emission_counts_the_air_above_the_cloud_top_only():
-    terms = model(layers=(layer(anchor="top"),)).cloudy(WAVENUMBER, np.array([100.0, 2000.0]), None)
+    terms = model(layers=(layer(anchor="top"),)).cloudy(WAVENUMBER, np.array([[100.0], [2000.0]]), None)
     clear = model().clear(WAVENUMBER, None)
     assert np.all(terms["path_emission"] < clear["path_emission"])
     assert terms["path_emission"][0] == terms["path_emission"][1]
@@ -146,13 +145,15 @@ def test_isothermal_air_over_nothing_emits_what_it_absorbs():
 @pytest.mark.parametrize("sun", [None, Sun(90.0, 200.0, 1.0), Sun(140.0, 200.0, 1.0)])
 def test_no_sun_no_solar_term(sun):
     tested = model()
-    for terms in (tested.clear(WAVENUMBER, sun), tested.cloudy(WAVENUMBER, np.array([10.0, 100.0]), sun)):
+    for terms in (tested.clear(WAVENUMBER, sun), tested.cloudy(WAVENUMBER, np.array([[10.0], [100.0]]), sun)):
         for name in tested.solar_terms:
             assert np.all(terms[name] == 0.0)
 
 
 def test_thickness_to_infinity_is_an_opaque_cloud():
-    thick = model(layers=(layer(anchor="top", temperature_K=260.0),)).cloudy(WAVENUMBER, np.array([1e6]), SUN)
+    thick = model(layers=(layer(anchor="top", temperature_K=260.0),)).cloudy(
+        WAVENUMBER, np.array([[1e6]]), SUN
+    )
     above = math.exp(-0.1 * (1 - 3000 / 2e4))
     assert thick["cloud_emission"][0, 0] == pytest.approx(above * planck(2500.0, 260.0), rel=1e-9)
     assert thick["sea_emission"][0, 0] == thick["sea_reflected_sun"][0, 0] == 0.0
@@ -160,23 +161,23 @@ def test_thickness_to_infinity_is_an_opaque_cloud():
 
 def test_emission_of_a_vanishing_cloud_is_that_of_clear_sky():
     tested = model(layers=(layer(anchor="top"),))
-    thin, clear = tested.cloudy(WAVENUMBER, np.array([1e-9]), None), tested.clear(WAVENUMBER, None)
+    thin, clear = tested.cloudy(WAVENUMBER, np.array([[1e-9]]), None), tested.clear(WAVENUMBER, None)
     assert thin["cloud_emission"][0, 0] == pytest.approx(0.0, abs=1e-12)
     assert thin["sea_emission"][0, 0] == pytest.approx(clear["sea_emission"][0], rel=1e-9)
 
 
 def test_literal_switches_restore_the_printed_forms():
-    plain = model().cloudy(WAVENUMBER, np.array([400.0]), SUN)
+    plain = model().cloudy(WAVENUMBER, np.array([[400.0]]), SUN)
     clear = model().clear(WAVENUMBER, SUN)
-    twice = model({"literal_eq20": True}).cloudy(WAVENUMBER, np.array([400.0]), SUN)
+    twice = model({"literal_eq20": True}).cloudy(WAVENUMBER, np.array([[400.0]]), SUN)
     np.testing.assert_allclose(twice["sea_emission"], plain["sea_emission"] + clear["sea_emission"])
-    full = model({"literal_eq19": True}).cloudy(WAVENUMBER, np.array([400.0, 500.0]), SUN)
+    full = model({"literal_eq19": True}).cloudy(WAVENUMBER, np.array([[400.0], [500.0]]), SUN)
     np.testing.assert_allclose(full["path_emission"], np.tile(clear["path_emission"], (2, 1)))
     once = model({"literal_eq18": True}).clear(WAVENUMBER, SUN)
     assert once["sea_reflected_sun"][0] / clear["sea_reflected_sun"][0] == pytest.approx(math.exp(0.1))
     mu, mu0 = math.cos(math.radians(40)), math.cos(math.radians(30))
     wrong = mu * mu0 - math.sqrt(1 - mu**2) * math.sqrt(1 - mu0**2) * math.cos(math.radians(150))
-    sign = model({"literal_eq14": True}).cloudy(WAVENUMBER, np.array([400.0]), SUN)
+    sign = model({"literal_eq14": True}).cloudy(WAVENUMBER, np.array([[400.0]]), SUN)
     ratio = (1 + ASYMMETRY**2 - 2 * ASYMMETRY * scattering_cosine(mu, mu0, 150)) / (
         1 + ASYMMETRY**2 - 2 * ASYMMETRY * wrong
     )
@@ -184,8 +185,10 @@ def test_literal_switches_restore_the_printed_forms():
 
 
 def test_fitted_scales_multiply_their_term_alone():
-    plain = model().cloudy(WAVENUMBER, np.array([400.0]), SUN)
-    scaled = model({"glint_scale": 0.162, "cloud_sun_scale": 0.5}).cloudy(WAVENUMBER, np.array([400.0]), SUN)
+    plain = model().cloudy(WAVENUMBER, np.array([[400.0]]), SUN)
+    scaled = model({"glint_scale": 0.162, "cloud_sun_scale": 0.5}).cloudy(
+        WAVENUMBER, np.array([[400.0]]), SUN
+    )
     for name, factor in {"sea_reflected_sun": 0.162, "cloud_reflected_sun": 0.5}.items():
         np.testing.assert_allclose(scaled[name], factor * plain[name])
     for name in ("cloud_emission", "sea_emission", "path_emission"):
@@ -197,8 +200,3 @@ def test_distance_of_the_sun_enters_squared():
         model().clear(WAVENUMBER, Sun(30.0, 200.0, au))["sea_reflected_sun"][0] for au in (1.0, 1.01)
     )
     assert near / far == pytest.approx(1.01**2)
-
-
-def test_more_than_one_layer_is_refused():
-    with pytest.raises(ProviderError, match="at most 1"):
-        model(layers=(layer(), layer()))
