@@ -75,13 +75,14 @@ def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
     size = nodes * quantities * len(plan.bands) * np.dtype(np.float32).itemsize
     if size <= LARGEST_TABLE_BYTES:
         return
-    # The number of nodes goes with accuracy^-1/2 along each axis.
-    possible = plan.scenario.accuracy * size / LARGEST_TABLE_BYTES
-    closest = np.format_float_scientific(np.ceil(possible * 1e7) / 1e7, precision=1, trim="-")
+    # The number of nodes goes with accuracy^-1/2 along each axis, roughly.
+    possible = 1.2 * plan.scenario.accuracy * size / LARGEST_TABLE_BYTES
+    digit = 10.0 ** np.floor(np.log10(possible))
+    closest = np.ceil(possible / digit) * digit
     message = (
         f"{plan.scenario.accuracy:g} needs a table of {size / 1e6:.0f} MB for two cloud layers, {len(plan.bands)} "
         f"bands and {quantities - 1} terms; allowed: up to {LARGEST_TABLE_BYTES / 1e6:.0f} MB; closest valid choice "
-        f"is about {closest}"
+        f"is about {closest:.0e}"
     )
     raise ScenarioError([Problem("accuracy", message)], plan.scenario.origin)
 

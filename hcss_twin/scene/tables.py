@@ -85,10 +85,10 @@ class DenseTable:
         """Interpolate linearly toward ``other``, which has the same nodes."""
         if weight == 0.0:
             return self
-        both = self.both
-        if both is not None and other.both is not None:
-            both = other.both - both  # in place from here: these tables are large
-            both *= np.float32(weight)
+        both: NDArray[np.float32] | None = None
+        if self.both is not None and other.both is not None:
+            both = other.both - self.both
+            both *= np.float32(weight)  # in place, as these tables are large
             both += self.both
         return DenseTable(
             (1 - weight) * self.clear + weight * other.clear,
