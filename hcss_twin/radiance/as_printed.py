@@ -72,7 +72,7 @@ class AsPrinted:
         self._mu = math.cos(math.radians(inputs.view.zenith_deg))
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
-            notes=_notes(parameters),
+            notes=_notes(parameters, len(inputs.layers)),
         )
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
@@ -228,8 +228,10 @@ def cloud_brdf(albedo: Array, asymmetry: Array, scattering_cosine_: float, mu: f
     return result
 
 
-def _notes(parameters: AsPrintedParameters) -> tuple[str, ...]:
+def _notes(parameters: AsPrintedParameters, layers: int) -> tuple[str, ...]:
     notes = ["as-printed radiance: single scattering, no slant factor in the cloud, no reflected sky"]
+    if layers > 1:
+        notes.append("as-printed radiance: the paper has one cloud layer; a second one extends its eq 20")
     if not parameters.literal_eq19:
         notes.append("as-printed radiance: emission of the air below a cloud is lost, however thin the cloud")
     if parameters.glint_scale != 1.0:

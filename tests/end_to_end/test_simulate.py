@@ -28,7 +28,7 @@ def test_three_lines_run():
     assert np.all(cube.radiance > 0)
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", [*SHIPPED, "cirrus-over-cumulus"])
 def test_shipped_scenarios_run(name):
     cube = simulate(Scenario.load(name, {**SMALL, "frames.count": 2, "output.variables": ["all"]}))
     assert set(cube.band.values) == {"swir-2.7-3.0", "mwir", "lwir"}
