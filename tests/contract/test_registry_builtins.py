@@ -1,7 +1,10 @@
 """Every built-in provider is held to the kit that plugin authors use, made through the registry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
@@ -22,7 +25,7 @@ from hcss_twin.testing import (
 )
 
 HELD_TO_THE_KIT = {
-    "clouds": {"fractal", "imagery"},
+    "clouds": {"fractal", "imagery", "surrogate"},
     "sea": {"cox-munk"},
     "optics": {"mie"},
     "atmosphere": {"band-model", "table"},
@@ -75,6 +78,24 @@ class TestImagery(CloudGeneratorContract):
         return create(
             "clouds", "imagery", inputs, image="image.npy", method="coverage", reinterpret_pixel_size=True
         )
+
+
+@pytest.mark.parametrize("mode", ["frame", "field"], scope="class")
+class TestSurrogate(CloudGeneratorContract):
+    coverage_tolerance = 1e-3
+    seeds = 2
+
+    @pytest.fixture(autouse=True)
+    def _image(self, tmp_path, mode):
+        self.folder, self.mode = tmp_path, mode
+        np.save(tmp_path / "image.npy", gaussian_filter(np.random.default_rng(6).random((90, 100)), 2.0))
+
+    def make_inputs(self, coverage=0.5, seed=1):
+        inputs = sample_cloud_inputs(coverage, seed, catalog=Catalog(base=self.folder))
+        return replace(inputs, layer=replace(inputs.layer, coverage_mode=self.mode))
+
+    def make_provider(self, inputs):
+        return create("clouds", "surrogate", inputs, image="image.npy", method="coverage")
 
 
 class TestCoxMunk(SeaModelContract):

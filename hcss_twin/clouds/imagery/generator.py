@@ -168,19 +168,26 @@ class ImageryClouds:
             "cloudy pixels of the whole image; what is brighter has the greatest thickness. Shapes do not "
             "change."
         )
-        size = self.image.pixel_size_m
-        if size is None:
-            notes.append(f"The image gives no pixel size; {self._grid.pixel_size_m:g} m is the scenario's.")
-        elif self.image.pixel_size_is_nominal:
-            notes.append(
-                f"The image's pixel size, {size:.5g} m, is nominal: that below the geostationary satellite; "
-                "pixels elsewhere are larger."
-            )
-        if size is not None and not _same_size(size, self._grid):
-            notes.append(f"Pixels of {size:.5g} m are taken for pixels of {self._grid.pixel_size_m:g} m.")
+        notes += pixel_size_notes(self.image, self._grid)
         if missing:
             notes.append(f"{missing} pixels of the scene are missing in the image and taken for clear sky.")
         return tuple(notes)
+
+
+def pixel_size_notes(image: Image, grid: Grid) -> tuple[str, ...]:
+    """Say where the pixel size of the scene is not, or not safely, that of the image."""
+    size = image.pixel_size_m
+    if size is None:
+        return (f"The image gives no pixel size; {grid.pixel_size_m:g} m is the scenario's.",)
+    notes = []
+    if image.pixel_size_is_nominal:
+        notes.append(
+            f"The image's pixel size, {size:.5g} m, is nominal: that below the geostationary satellite; "
+            "pixels elsewhere are larger."
+        )
+    if not _same_size(size, grid):
+        notes.append(f"Pixels of {size:.5g} m are taken for pixels of {grid.pixel_size_m:g} m.")
+    return tuple(notes)
 
 
 def _misfits(image: Image, grid: Grid, parameters: ImageryParameters) -> list[Problem]:
