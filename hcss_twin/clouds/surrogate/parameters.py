@@ -50,7 +50,7 @@ class SurrogateParameters(ImageryParameters):
         None,
         ge=0,
         le=1000,
-        description="Iterations of the amplitude adjustment: for every frame 5 by default; where shapes are "
+        description="Iterations of the amplitude adjustment: for every frame 4 by default; where shapes are "
         "frozen, once for all frames, at most 200 by default.",
     )
     tolerance: float = Field(
