@@ -201,11 +201,12 @@ class SurrogateClouds:
             else "exact in each frame, so that a pixel depends on the rest of its frame"
         )
         size = self._grid.pixel_size_m
+        rows, columns = self.period
         return (
             f"{found}; {where}.",
-            f"The cloud field repeats after {self.period[1]} columns ({self.period[1] * size / 1e3:.4g} km) "
-            f"and {self.period[0]} rows ({self.period[0] * size / 1e3:.4g} km): pixels further apart show the "
-            "same clouds, and a footprint that moves on by more sees them again, except for their evolution.",
+            f"The cloud field repeats after {columns} columns ({columns * size / 1e3:.4g} km) and {rows} rows "
+            f"({rows * size / 1e3:.4g} km): a footprint that moves by that much sees the same clouds again, "
+            "except for their evolution, and where the scene is as large its opposite edges fit together.",
             *self.template.notes,
         )
 
