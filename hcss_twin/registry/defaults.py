@@ -42,6 +42,17 @@ def hcss_register_cloud_generators() -> Sequence[ProviderSpec]:
             api_version=0,
             summary="cloud fields taken from an image",
         ),
+        ProviderSpec(
+            name="surrogate",
+            target="hcss_twin.clouds.surrogate.generator:SurrogateClouds",
+            parameters="hcss_twin.clouds.surrogate.parameters:SurrogateParameters",
+            api_version=0,
+            summary="evolving cloud fields with the amplitudes and the spectrum of an image",
+            references=(
+                "T. Schreiber and A. Schmitz, Improved Surrogate Data for Nonlinearity Tests, "
+                "Phys. Rev. Lett. 77, 635 (1996)",
+            ),
+        ),
     ]
 
 

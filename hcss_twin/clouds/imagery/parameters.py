@@ -13,34 +13,11 @@ _OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
 _OF_A_SCENE = ("row_origin", "column_origin", "missing")
 
 
-class ImageryParameters(BaseModel):
-    """Which image, which part of it, and what in it is cloud."""
+class ImageReading(BaseModel):
+    """Which part of an image, and what in it is cloud."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    image: str | None = Field(
-        None,
-        min_length=1,
-        description="Image file, relative to the scenario: NetCDF, GeoTIFF, PNG, JPEG or other picture, .npy "
-        "or .npz.",
-    )
-    entry: str | None = Field(
-        None,
-        min_length=1,
-        description="Entry of the cloud database instead of an image: name of a file in the folder clouds beside "
-        "the scenario, or a path.",
-    )
-    placement: Literal["scene", "single-clouds"] = Field(
-        "scene",
-        description='"scene": clouds where the image has them; "single-clouds": single clouds of an entry '
-        "scattered at random, without end, until the coverage is met.",
-    )
-    turned: bool = Field(
-        True, description="Whether scattered clouds are turned by quarters and mirrored at random."
-    )
-    cloud_pixels: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = Field(
-        None, description="Smallest and largest area of the clouds that are scattered, pixels; default: all."
-    )
     variable: str | None = Field(
         None,
         min_length=1,
@@ -78,6 +55,34 @@ class ImageryParameters(BaseModel):
     )
     missing: Literal["error", "clear"] = Field(
         "error", description='What missing pixels inside the scene are: an error, or "clear" sky.'
+    )
+
+
+class ImageryParameters(ImageReading):
+    """Which image, which part of it, and what in it is cloud."""
+
+    image: str | None = Field(
+        None,
+        min_length=1,
+        description="Image file, relative to the scenario: NetCDF, GeoTIFF, PNG, JPEG or other picture, .npy "
+        "or .npz.",
+    )
+    entry: str | None = Field(
+        None,
+        min_length=1,
+        description="Entry of the cloud database instead of an image: name of a file in the folder clouds beside "
+        "the scenario, or a path.",
+    )
+    placement: Literal["scene", "single-clouds"] = Field(
+        "scene",
+        description='"scene": clouds where the image has them; "single-clouds": single clouds of an entry '
+        "scattered at random, without end, until the coverage is met.",
+    )
+    turned: bool = Field(
+        True, description="Whether scattered clouds are turned by quarters and mirrored at random."
+    )
+    cloud_pixels: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = Field(
+        None, description="Smallest and largest area of the clouds that are scattered, pixels; default: all."
     )
 
     @model_validator(mode="after")
