@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from cloud_scenes import TYPES, cells_per_pixel, make_generator, shape_of
 
+from hcss_twin.clouds.fractal.octaves import NEAREST_FROM
+
 PIXELS = 800
 SEEDS = 12
-WHITE_FROM = 2.5  # cells per pixel; keep equal to the generator's own limit
 SIZES_M = (5.0, 20.0, 50.0, 100.0)
 _PHASES = 2000
 
@@ -23,8 +24,8 @@ _PHASES = 2000
 def accuracy() -> None:
     """Print the fractal dimension of the full sum, its change by skipping, and what the generator gives."""
     print(
-        f"Fractal dimension of V, variogram at lags 1 and 2. White: octaves of {WHITE_FROM:g} or more cells per pixel "
-        f"replaced by white noise of their variance; dropped: left out. Measured: {SEEDS} seeds of {PIXELS} x "
+        f"Fractal dimension of V, variogram at lags 1 and 2. White: octaves of {NEAREST_FROM:g} or more cells per "
+        f"pixel replaced by white noise of their variance; dropped: left out. Measured: {SEEDS} seeds of {PIXELS} x "
         f"{PIXELS} pixels, +- standard error.\n"
     )
     print("| type | pixel, m | full sum | white - full | dropped - full | measured - full |")
@@ -55,7 +56,7 @@ def expected(kind: str, pixel_m: float, how: str) -> tuple[float, float]:
             power = shape["gamma"] ** (-2.0 * shape["H"] * octave)
             for axis in (0, 1):
                 cells = cells_per_pixel(shape, octave, axis, pixel_m)
-                if cells >= WHITE_FROM and how != "full":
+                if cells >= NEAREST_FROM and how != "full":
                     total += power if how == "white" else 0.0
                 else:
                     total += power * (1.0 - correlation(lag * cells))

@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 from cloud_scenes import MOTION, PIXEL_M, cells_per_pixel, make_generator, shape_of
+from numba import njit
 
-# Octaves this fine would need lattices of gigabytes; they are made as white noise, as the generator may do.
-WHITE_FROM = 2.0
+from hcss_twin.clouds.fractal.lattice import fill_row, plane_key
+from hcss_twin.clouds.fractal.octaves import NEAREST_FROM
+
 GSTOOLS_PIXELS = 4096
 SLOW_FRAMES = 8
 
@@ -61,14 +63,13 @@ def contenders(kind: str, pixels: int, frames: int) -> tuple[list[Contender], li
 
 
 def field(kind: str, pixels: int, frames: int, threads: int = 1) -> Contender:
-    if make_generator(kind, 8, threads=threads) is None:
-        raise Missing(f"ours, {threads} threads: the generator takes no number of threads")
+    plane = np.empty((pixels, pixels), dtype=np.float32)
 
     def run() -> int:
         generator = make_generator(kind, pixels, threads=threads)
         window = slice(0, pixels)
         for frame in range(frames):
-            generator.field(frame * MOTION.frame_interval_s, window, window)
+            generator.field(frame * MOTION.frame_interval_s, window, window, plane)
         return frames * pixels * pixels
 
     return Contender(f"ours, field V, {threads} thread{'s' if threads > 1 else ''}", "", run)
@@ -91,7 +92,7 @@ def map_coordinates(kind: str, pixels: int, frames: int) -> Contender:
     frames = min(frames, SLOW_FRAMES)
     shape = shape_of(kind)
     octaves = list(range(shape["k"][0], shape["k"][1] + 1))
-    white = [k for k in octaves if max(cells_per_pixel(shape, k, axis) for axis in (0, 1)) >= WHITE_FROM]
+    white = [k for k in octaves if max(cells_per_pixel(shape, k, axis) for axis in (0, 1)) >= NEAREST_FROM]
     speed = (MOTION.platform_speed_m_s - MOTION.cloud_velocity_m_s[0]) / PIXEL_M
 
     def lattice(rng: np.random.Generator, octave: int) -> tuple[Any, tuple[float, float, float]]:
@@ -194,25 +195,21 @@ def standard_normal(kind: str, pixels: int, frames: int) -> Contender:
 
 
 def hashed_normal(kind: str, pixels: int, frames: int) -> Contender:
-    lattice_normals = find("lattice_normals", "hcss_twin.clouds.fractal.lattice")
-    nodes = np.arange(pixels, dtype=np.int64)
+    plane = np.empty((pixels, pixels), dtype=np.float32)
 
     def run() -> int:
         for frame in range(frames):
-            lattice_normals(1, 0, frame, nodes, nodes)
+            _fill(np.uint64(plane_key(1, 0, frame)), plane)
         return frames * pixels * pixels
 
     return Contender("floor: one lattice normal per pixel", "the project's own hash, no interpolation", run)
 
 
-def find(name: str, *modules: str) -> Any:
-    """Return a function from the first module that has it."""
-    for module in modules:
-        try:
-            return getattr(importlib.import_module(module), name)
-        except (ImportError, AttributeError):
-            continue
-    raise Missing(f"{name}: in none of {', '.join(modules)}")
+@njit(nogil=True)
+def _fill(key: Any, plane: Any) -> None:
+    bits, work = np.empty(plane.shape[1], np.uint32), np.empty(plane.shape[1], np.float32)
+    for row in range(plane.shape[0]):
+        fill_row(key, row, 0, plane[row], bits, work)
 
 
 def copied_plane(kind: str, pixels: int, frames: int) -> Contender:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from hcss_twin.catalog import Catalog
+from hcss_twin.clouds.fractal.generator import FractalClouds
+from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, Grid, Motion
-from hcss_twin.registry.kinds import Kind
-from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.models import Layer
 
@@ -26,29 +26,14 @@ def shape_of(kind: str) -> dict[str, Any]:
 
 def make_generator(
     kind: str, pixels: int, *, seed: int = 1, threads: int = 1, pixel_m: float = PIXEL_M
-) -> Any:
-    """Return a new generator of square frames, or None where it cannot use that many threads."""
-    catalog, registry = Catalog(), Registry.defaults_only()
+) -> FractalClouds:
+    """Return a new generator of square frames."""
+    catalog = Catalog()
     resolved = resolve_layer(Layer(type=kind, coverage=0.5), catalog, "clouds")
     inputs = CloudInputs(
         resolved.layer, Grid(pixels, pixels, pixel_m), MOTION, seed, catalog, resolved.type_parameters
     )
-    generator = registry.create(registry.resolve(Kind.CLOUDS, "fractal"), inputs)
-    return generator if set_threads(generator, threads) else None
-
-
-def set_threads(generator: Any, threads: int) -> bool:
-    """Give the generator a number of threads: THE ONE PLACE where the benchmarks do so.
-
-    Returns
-    -------
-    bool
-        Whether it now runs on that many.
-    """
-    if hasattr(generator, "threads"):
-        generator.threads = threads
-        return True
-    return threads == 1
+    return FractalClouds(inputs, FractalParameters(), threads)
 
 
 def cells_per_pixel(shape: dict[str, Any], octave: int, axis: int, pixel_m: float = PIXEL_M) -> float:

@@ -60,7 +60,7 @@ def test_a_long_sequence_of_moving_frames_does_not_grow():
     cache, sizes = BlockCache(), []
     for frame in range(400):
         cache.load(float(frame), [window(frame // 20, (0, 800), (50 * frame, 50 * frame + 800))], at_once)
-        sizes.append(cache.pool.shape[0])
+        sizes.append(cache.slots)
     assert sizes[-1] == sizes[30]
 
 
@@ -71,4 +71,4 @@ def test_a_full_store_throws_out_the_oldest(monkeypatch):
         wanted = window(rows=(top, top + 64), columns=(0, 1024))
         (table,) = cache.load(0.0, [wanted], at_once)
         np.testing.assert_array_equal(nodes(cache, table, wanted), expected(0, wanted))
-    assert cache.pool.shape[0] == 16
+    assert cache.slots == 16

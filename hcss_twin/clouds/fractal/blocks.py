@@ -62,7 +62,7 @@ class BlockCache:
     Attributes
     ----------
     pool : ndarray of float32 (slots, nodes of a block)
-        The nodes.
+        The nodes; slots beyond those in use hold nothing.
     """
 
     pool: NDArray[np.float32] = field(
@@ -75,6 +75,11 @@ class BlockCache:
     _frame_s: float = math.nan
     _frame_loads: tuple[int, int] = (0, 0)
     _tables: dict[NodeWindow, NDArray[np.int32]] = field(default_factory=dict)
+
+    @property
+    def slots(self) -> int:
+        """Slots in use."""
+        return len(self._key_of)
 
     def load(
         self,
@@ -139,7 +144,7 @@ class BlockCache:
     def _free_slots(self) -> Iterator[int]:
         """Yield slots whose blocks this load does not need, and forget the blocks."""
         while True:
-            size = len(self._key_of)
+            size = self.slots
             for number in np.argsort(self._last_use, kind="stable"):
                 slot = int(number)
                 last = self._last_use[slot]
@@ -154,9 +159,12 @@ class BlockCache:
             self._grow(max(_FEWEST_SLOTS, size // 2))
 
     def _grow(self, more: int) -> None:
-        pool = np.empty((self.pool.shape[0] + more, BLOCK_ROWS * BLOCK_COLUMNS), dtype=np.float32)
-        pool[: self.pool.shape[0]] = self.pool
-        self.pool = pool
+        kept = self.slots
+        if kept + more > self.pool.shape[0]:
+            # Memory that is never written is never given: all of it at once saves copies as the pool grows.
+            pool = np.empty((max(kept + more, MOST_BLOCKS), BLOCK_ROWS * BLOCK_COLUMNS), dtype=np.float32)
+            pool[:kept] = self.pool[:kept]
+            self.pool = pool
         self._key_of += [None] * more
         self._last_use = np.concatenate((self._last_use, np.full(more, -1, dtype=np.int64)))
 
