@@ -46,8 +46,13 @@ from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Mot
 
 HURST = [round(0.1 * i, 1) for i in range(1, 10)]
 
-# Side of the surfaces and how many of each; every second one makes the calibration.
-SURFACES = {32: 200, 64: 100, 128: 80, 256: 80, 512: 60, 800: 60, 1600: 10}
+# Side of the surfaces and how many of each; every second one makes the calibration. The largest box of the box
+# counting doubles at each power of two, and its raw value jumps: both sides of the jump are measured.
+SURFACES = {32: 200, 63: 100, 64: 100, 127: 80, 128: 80, 255: 80, 256: 80, 511: 60, 512: 60, 800: 60} | {
+    1023: 20,
+    1024: 20,
+    1600: 10,
+}
 
 RAW, CALIBRATED = "box counting, raw", "box counting, calibrated"
 ESTIMATORS = ("variogram", "variogram, 8 bit", RAW, CALIBRATED, "spectrum", "boundary")

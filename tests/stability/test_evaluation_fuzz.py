@@ -57,8 +57,9 @@ def test_a_dimension_is_finite_or_the_image_refused(estimator, case):
     assert min(image.shape) >= 32
     assert np.all(np.isfinite(image))
     assert -1.0 < found.dimension < 5.0
-    assert math.isnan(found.standard_error) == (not 2.0 <= found.dimension <= 3.0)
-    assert not found.standard_error <= 0.0
+    unsure = estimator is box_counting_dimension and min(image.shape) < 64
+    assert math.isnan(found.standard_error) == unsure
+    assert not found.standard_error <= max(0.0, 2.0 - found.dimension, found.dimension - 3.0)
 
 
 @settings(max_examples=120, deadline=None)

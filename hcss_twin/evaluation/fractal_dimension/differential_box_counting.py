@@ -18,6 +18,9 @@ from hcss_twin.evaluation.fractal_dimension.measured import Measured
 # The largest box is at most this part of the shorter side: larger ones are few and only add scatter.
 _LARGEST_BOX = 8
 
+# Below, there are two sizes of box.
+_SMALLEST_SURE = 64
+
 
 def box_counting_dimension(
     image: NDArray[Any], levels: int = 256, calibrated: bool = True
@@ -47,8 +50,8 @@ def box_counting_dimension(
     Returns
     -------
     DimensionEstimate
-        The error is NaN of raw values, of dimensions outside 2 to 3, and of images larger than those
-        of the calibration.
+        The error is NaN of raw values, of images larger than those of the calibration, and below 64
+        pixels, where two sizes of box leave the calibration next to no slope.
 
     Raises
     ------
@@ -81,7 +84,9 @@ def box_counting_dimension(
         return DimensionEstimate(raw, math.nan, f"differential box counting, {levels} levels, raw")
     measured = Measured.load()
     dimension = measured.calibrated("box counting, raw", raw, side)
-    error = measured.standard_error("box counting, calibrated", dimension, side, larger=False)
+    error = math.nan
+    if side >= _SMALLEST_SURE:
+        error = measured.standard_error("box counting, calibrated", dimension, side, larger=False)
     return DimensionEstimate(dimension, error, "differential box counting, 256 levels, calibrated")
 
 

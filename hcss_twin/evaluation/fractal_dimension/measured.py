@@ -41,21 +41,20 @@ class Measured:
         """Return the root mean square error of ``method`` for an estimate ``dimension``.
 
         Linear in D and in the logarithm of the size, and constant beyond the roughest, smoothest and
-        smallest surfaces measured.
+        smallest surfaces measured. An estimate outside 2 to 3 is wrong by that much at least, which is added
+        in quadrature.
 
         Parameters
         ----------
         method : str
             Name in the table.
         dimension : float
-            The estimate; outside 2 to 3 the error is NaN.
+            The estimate.
         size : float
             Shorter side of the image, or the root of its number of pixels.
         larger : bool
             Whether the error of the largest surfaces stands for still larger ones, or NaN.
         """
-        if not 2.0 <= dimension <= 3.0:
-            return math.nan
         place = math.log(size)
         if place > self.log_size[-1] + 1e-9 and not larger:
             return math.nan
@@ -63,7 +62,8 @@ class Measured:
         by_size = np.array(
             [np.interp(dimension, self.dimension, row) for row in np.hypot(bias, self.spread[method])]
         )
-        return float(np.interp(place, self.log_size, by_size))
+        outside = max(2.0 - dimension, 0.0, dimension - 3.0)
+        return math.hypot(float(np.interp(place, self.log_size, by_size)), outside)
 
     def calibrated(self, method: str, value: float, size: float) -> float:
         """Return the D whose mean value of ``method`` is ``value``, in images of side ``size``.
