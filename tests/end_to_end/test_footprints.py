@@ -31,6 +31,11 @@ def layers(kind, image):
     high = {"type": "cirrus", "coverage": 0.4}
     if kind == "whole frames":
         return [{"type": "cumulus", "coverage": 0.45}, high]
+    if kind == "one sky":
+        return [
+            {"type": "cumulus", "coverage": 0.45, "coverage_mode": "field"},
+            high | {"coverage_mode": "field"},
+        ]
     parameters = {"image": str(image), "method": "coverage", "cloud_is": "bright"}
     low = {"type": "cumulus", "coverage": 0.45, "generator": "imagery", "parameters": parameters}
     return [low] if kind == "windows" else [low, high]
@@ -58,7 +63,7 @@ def blocks(values, samples):
     return values.astype(np.float64).reshape(shape)
 
 
-@pytest.fixture(scope="module", params=["windows", "whole frames", "both"])
+@pytest.fixture(scope="module", params=["windows", "whole frames", "both", "one sky"])
 def pair(request, image):
     """A cube of pixels of n x n points, and one whose pixels are those points."""
     samples = 3 if request.param == "both" else 2
@@ -133,8 +138,9 @@ def test_more_points_of_a_homogeneous_scene_give_the_same_numbers(samples, cover
     np.testing.assert_array_equal(many.cloud_fraction, coverage)
 
 
-def test_windows_of_any_size_give_the_same_cube(image, monkeypatch):
-    asked = scenario(layers("both", image), 2)
+@pytest.mark.parametrize("kind", ["both", "one sky"])
+def test_windows_of_any_size_give_the_same_cube(image, monkeypatch, kind):
+    asked = scenario(layers(kind, image), 2)
     whole = simulate(asked)
     for most_points in (1, 100, 1000):
         monkeypatch.setattr("hcss_twin.scene.stream.windows", partial(windows, most_points=most_points))
