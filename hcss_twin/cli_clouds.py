@@ -10,6 +10,8 @@ from typing import Any
 
 import click
 
+from hcss_twin.errors import CatalogError
+
 
 def _metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
     """Read a length such as ``1 km``; a plain number is metres."""
@@ -134,7 +136,10 @@ def import_command(
         raise click.UsageError("--coverage goes with --method coverage, and only with it")
     if options["window"] is not None and options["method"] != "local":
         raise click.UsageError("--window goes with --method local only")
-    name = entry_name(name or image.stem)
+    try:
+        name = entry_name(name or image.stem)
+    except CatalogError as error:
+        raise click.BadParameter(str(error), param_hint="--name") from error
     path = folder / f"{name}{SUFFIX}"
     picture = folder / f"{name}.png"
     for file in (path, picture):
