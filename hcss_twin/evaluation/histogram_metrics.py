@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.checks import checked_image, checked_mask
+from hcss_twin.evaluation.checks import checked_image, checked_levels, checked_mask, range_within
 
 
 @dataclass(frozen=True)
@@ -60,28 +60,34 @@ def to_grey_levels(
         If a cloudy value is not finite or outside ``low`` to ``high``, or an argument is not as described.
     """
     pixels = checked_image("values", values, smallest=1)
-    if not 3 <= levels <= 256:
-        raise ImageError(f"levels: {levels} given, allowed: 3 to 256; closest is {min(max(3, levels), 256)}")
+    checked_levels(levels, 3)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ImageError(f"low, high: {low} and {high} given, allowed: finite, low < high")
     cloudy = None if mask is None else checked_mask("mask", mask, pixels.shape)
-    counted = pixels if cloudy is None else pixels[cloudy]
-    grey = np.zeros(pixels.shape, dtype=np.uint8)
-    if counted.size == 0:
-        return grey
-    smallest, largest = float(counted.min()), float(counted.max())
-    if not (math.isfinite(smallest) and math.isfinite(largest)):
-        raise ImageError("values: a cloudy pixel is not finite, allowed: finite numbers")
+    smallest, largest = range_within("values", pixels, cloudy)
     if smallest < low or largest > high:
         raise ImageError(
             f"values: {smallest:g} to {largest:g} given, allowed: {low:g} to {high:g}, the limits of the levels"
         )
     # Halves: the difference of two large numbers of opposite sign may overflow.
-    scaled = (counted.astype(np.float64) * 0.5 - low * 0.5) / (high * 0.5 - low * 0.5)
-    steps = np.minimum(np.floor(scaled * (levels - 1)), levels - 2).astype(np.uint8) + np.uint8(1)
-    if cloudy is None:
-        return steps.reshape(pixels.shape)
-    grey[cloudy] = steps
+    per_half = (levels - 1) / (0.5 * high - 0.5 * low)
+    everywhere = np.ones((1, 1), dtype=np.bool_)
+    grey: NDArray[np.uint8] = _quantised(
+        pixels, everywhere if cloudy is None else cloudy, cloudy is None, low, per_half, levels
+    )
+    return grey
+
+
+@njit(cache=True, nogil=True)
+def _quantised(pixels: Any, cloudy: Any, everywhere: bool, low: float, per_half: float, levels: int) -> Any:
+    rows, columns = pixels.shape
+    grey = np.zeros((rows, columns), np.uint8)
+    top = np.int32(levels - 1)
+    for i in range(rows):
+        for j in range(columns):
+            if everywhere or cloudy[i, j]:
+                step = np.int32((0.5 * np.float64(pixels[i, j]) - 0.5 * low) * per_half)
+                grey[i, j] = min(step + np.int32(1), top)
     return grey
 
 
@@ -104,16 +110,15 @@ def histogram_metrics(grey: NDArray[np.uint8], levels: int = 256) -> HistogramMe
     if image.dtype != np.uint8:
         raise ImageError(f"grey: {image.dtype} given, allowed: uint8, see to_grey_levels")
     if image.ndim != 2 or image.shape[0] < 1 or image.shape[1] < 2:
-        raise ImageError(f"grey: shape {image.shape} given, allowed: (rows, columns) with two columns or more")
-    if not 2 <= levels <= 256:
-        raise ImageError(f"levels: {levels} given, allowed: 2 to 256; closest is {min(max(2, levels), 256)}")
-    if levels < 256 and int(image.max()) >= levels:
-        raise ImageError(f"grey: level {int(image.max())} given, allowed: 0 to {levels - 1} (levels = {levels})")
+        raise ImageError(
+            f"grey: shape {image.shape} given, allowed: (rows, columns) with two columns or more"
+        )
+    checked_levels(levels, 2, image)
     entropy, density, equal = _measures(np.ascontiguousarray(image), levels)
     return HistogramMetrics(entropy, density, equal / (levels - 1))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def _measures(grey: Any, levels: int) -> tuple[float, float, float]:
     """Return entropy in bits, density, and the number of pairs of equal levels."""
     rows, columns = grey.shape

@@ -38,8 +38,9 @@ class Semivariances:
     @property
     def pooled(self) -> NDArray[np.float64]:
         """Mean over the pairs of both axes (lags,); NaN where no pair exists."""
-        total = np.where(self.pairs_x > 0, self.along_x, 0.0) * self.pairs_x
-        total += np.where(self.pairs_y > 0, self.along_y, 0.0) * self.pairs_y
+        total: NDArray[np.float64] = np.zeros(self.lags.size)
+        for axis, pairs in ((self.along_x, self.pairs_x), (self.along_y, self.pairs_y)):
+            total += np.where(pairs > 0, axis, 0.0) * pairs
         return _mean(total, self.pairs_x + self.pairs_y)
 
 
@@ -66,13 +67,16 @@ def semivariances(
     Raises
     ------
     ImageError
-        If a counting pixel is not finite, or image, mask or lags are not as described.
+        If a counting pixel or the square of a difference is not finite, or image, mask or lags are not as described.
     """
     pixels = checked_image("image", image, smallest=2)
+    if pixels.dtype == np.uint8:
+        pixels = pixels.astype(np.float32)  # exact, and free of wrapping differences
     longest = max(pixels.shape) - 1
-    distances = np.array(list(lags))
+    distances: NDArray[Any] = np.array(list(lags))
     if distances.ndim != 1 or distances.size == 0 or distances.dtype.kind not in "iu":
         raise ImageError(f"lags: {lags!r} given, allowed: one or more whole numbers of pixels")
+    distances = distances.astype(np.int64)
     for lag in distances:
         if not 1 <= lag <= longest:
             raise ImageError(
@@ -80,21 +84,14 @@ def semivariances(
             )
     valid = None if mask is None else checked_mask("mask", mask, pixels.shape)
     sums, pairs = _sums(pixels, distances, valid)
-    if not np.all(np.isfinite(sums)) or np.any((sums < 1e-280) & (pairs > 0)):
-        # Not finite, constant, or so large or small that squares leave the range of double precision.
-        counted = (pixels if valid is None else pixels[valid]).astype(np.float64)
-        if not np.all(np.isfinite(counted)):
-            raise ImageError("image: a pixel is not finite, allowed: finite numbers wherever the mask is true")
-        largest = float(np.abs(counted).max()) if counted.size else 0.0
-        if largest > 0.0:
-            unit = float(2.0 ** np.frexp(largest)[1])
-            scaled = np.where(True if valid is None else valid, pixels, 0.0) / unit
-            sums, pairs = _sums(scaled, distances, valid)
-            with np.errstate(over="ignore", under="ignore"):
-                sums = sums * unit * unit
-    halves = 0.5 * sums
+    if not np.all(np.isfinite(sums)):
+        raise ImageError(
+            "image: a pixel is not finite, or the square of a difference is not, allowed: finite numbers "
+            "wherever the mask is true"
+        )
+    halves: NDArray[np.float64] = 0.5 * sums
     return Semivariances(
-        distances.astype(np.int64),
+        distances,
         _mean(halves[0], pairs[0]),
         _mean(halves[1], pairs[1]),
         pairs[0],
@@ -119,55 +116,39 @@ def _sums(
     return sums, pairs
 
 
-# Four partial sums: without reassociation a single one is bound by the latency of the addition.
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _row_squares(here: Any, there: Any) -> float:
-    a = b = c = d = 0.0
-    size = here.size
-    whole = size - size % 4
-    for j in range(0, whole, 4):
-        p = np.float64(there[j]) - np.float64(here[j])
-        q = np.float64(there[j + 1]) - np.float64(here[j + 1])
-        r = np.float64(there[j + 2]) - np.float64(here[j + 2])
-        s = np.float64(there[j + 3]) - np.float64(here[j + 3])
-        a += p * p
-        b += q * q
-        c += r * r
-        d += s * s
-    for j in range(whole, size):
-        p = np.float64(there[j]) - np.float64(here[j])
-        a += p * p
-    return (a + b) + (c + d)
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def _squares(image: Any, lag: int) -> tuple[float, float]:
     rows, columns = image.shape
-    x = y = 0.0
+    # One sum per column: a single one would wait for its own last addition.
+    x, y = np.zeros(columns), np.zeros(columns)
     for i in range(rows):
-        if columns > lag:
-            x += _row_squares(image[i, : columns - lag], image[i, lag:])
+        for j in range(columns - lag):
+            step = np.float64(image[i, j + lag] - image[i, j])
+            x[j] += step * step
         if i + lag < rows:
-            y += _row_squares(image[i], image[i + lag])
-    return x, y
+            for j in range(columns):
+                step = np.float64(image[i + lag, j] - image[i, j])
+                y[j] += step * step
+    return x.sum(), y.sum()
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def _masked_squares(image: Any, valid: Any, lag: int) -> tuple[float, float, int, int]:
     rows, columns = image.shape
-    x = y = 0.0
-    pairs_x = pairs_y = 0
+    x, y = np.zeros(columns), np.zeros(columns)
+    pairs_x, pairs_y = np.zeros(columns, np.int64), np.zeros(columns, np.int64)
+    nothing = image.dtype.type(0)
+    # No branches: the loops stay vectors, and a ragged mask costs no more than a smooth one.
     for i in range(rows):
-        for j in range(columns):
-            if not valid[i, j]:
-                continue
-            here = np.float64(image[i, j])
-            if j + lag < columns and valid[i, j + lag]:
-                step = np.float64(image[i, j + lag]) - here
-                x += step * step
-                pairs_x += 1
-            if i + lag < rows and valid[i + lag, j]:
-                step = np.float64(image[i + lag, j]) - here
-                y += step * step
-                pairs_y += 1
-    return x, y, pairs_x, pairs_y
+        for j in range(columns - lag):
+            both = valid[i, j] & valid[i, j + lag]
+            step = np.float64(image[i, j + lag] - image[i, j] if both else nothing)
+            x[j] += step * step
+            pairs_x[j] += both
+        if i + lag < rows:
+            for j in range(columns):
+                both = valid[i, j] & valid[i + lag, j]
+                step = np.float64(image[i + lag, j] - image[i, j] if both else nothing)
+                y[j] += step * step
+                pairs_y[j] += both
+    return x.sum(), y.sum(), pairs_x.sum(), pairs_y.sum()

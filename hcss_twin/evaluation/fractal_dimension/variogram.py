@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.errors import ImageError
 from hcss_twin.evaluation.checks import checked_image
 from hcss_twin.evaluation.fractal_dimension.estimate import DimensionEstimate
+from hcss_twin.evaluation.fractal_dimension.measured import Measured
 from hcss_twin.evaluation.semivariance import semivariances
 
 # Fewer pairs say nothing about a slope.
@@ -54,11 +56,18 @@ def variogram_dimension(
     pairs = found.pairs_x + found.pairs_y
     if pairs.min() < _FEWEST_PAIRS:
         lag = found.lags[pairs.argmin()]
-        raise ImageError(f"mask: {pairs.min()} pairs of pixels at lag {lag}, allowed: {_FEWEST_PAIRS} or more")
+        raise ImageError(
+            f"mask: {pairs.min()} pairs of pixels at lag {lag}, allowed: {_FEWEST_PAIRS} or more"
+        )
     pooled = found.pooled
     if not np.all(pooled > 0.0):
         lag = found.lags[pooled.argmin()]
-        raise ImageError(f"image: constant at lag {lag}, allowed: values that vary")
+        raise ImageError(f"image: semivariance 0 at lag {lag}, allowed: values that vary")
     slope = np.polyfit(np.log(found.lags.astype(np.float64)), np.log(pooled), 1)[0]
     listed = ", ".join(str(lag) for lag in found.lags)
-    return DimensionEstimate(float(3.0 - slope / 2.0), float("nan"), f"variogram, lags {listed}")
+    dimension = float(3.0 - slope / 2.0)
+    if tuple(found.lags) == (1, 2):
+        error = Measured.load().standard_error("variogram", dimension, math.sqrt(float(pairs.min()) / 2.0))
+    else:
+        error = math.nan
+    return DimensionEstimate(dimension, error, f"variogram, lags {listed}")
