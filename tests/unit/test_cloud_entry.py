@@ -119,6 +119,8 @@ def test_fractal_dimension_of_cloudy_pixels_is_near_3_for_white_noise(image):
     # The drawn clouds are white noise.
     assert facts.fractal_dimension == pytest.approx(3.0, abs=0.1)
     assert facts.fractal_dimension_method.startswith("variogram")
+    assert 2.0 < facts.box_counting_dimension < 3.0
+    assert facts.box_counting_method.startswith("differential box counting")
 
 
 def test_an_image_too_small_for_a_dimension_says_so(tmp_path):

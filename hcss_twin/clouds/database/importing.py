@@ -179,7 +179,7 @@ def _dimension(estimate: Callable[[], DimensionEstimate]) -> DimensionEstimate:
     """Return an estimate, or NaN with the reason in place of the method: small images have no dimension."""
     try:
         return estimate()
-    except (ImageError, NotImplementedError) as error:
+    except ImageError as error:
         return DimensionEstimate(math.nan, math.nan, f"not estimated: {error}")
 
 
