@@ -60,23 +60,38 @@ class Catalog:
         """List the names in one catalog folder, without their suffix."""
         return sorted(path.name.removesuffix(suffix) for path in (self.root / folder).glob(f"*{suffix}"))
 
-    def find(self, name: str, folder: str, suffix: str) -> Path:
+    def find(self, name: str, folder: str, suffix: str, *, beside: bool = False) -> Path:
         """Resolve a catalog name, or the path of a user's file that ends in ``suffix``.
+
+        Parameters
+        ----------
+        name : str
+            What the user gave.
+        folder, suffix : str
+            Where named files lie in the catalog, and how they end.
+        beside : bool
+            Whether names of files in a folder of the same name beside the scenario count too; of equal
+            names the shipped one is taken.
 
         Raises
         ------
         CatalogError
             If neither exists; the message gives the names there are and the closest one.
         """
-        named = self.root / folder / f"{name}{suffix}"
-        if "/" not in name and _is_file(named):
-            return self._record(named)
+        roots = [self.root, self.base] if beside else [self.root]
+        for root in roots:
+            named = root / folder / f"{name}{suffix}"
+            if "/" not in name and _is_file(named):
+                return self._record(named)
         own = self._own(name)
         if own.suffix and _is_file(own):
             return self._record(own)
-        raise CatalogError(
-            f"'{name}' is neither in catalogs/{folder} nor a file; {choose_from(name, self.names(folder, suffix))}"
-        )
+        known = set(self.names(folder, suffix))
+        where = f"in catalogs/{folder}"
+        if beside:
+            known |= {path.name.removesuffix(suffix) for path in (self.base / folder).glob(f"[!.]*{suffix}")}
+            where += f", in {self.base / folder}"
+        raise CatalogError(f"'{name}' is neither {where} nor a file; {choose_from(name, known)}")
 
     def file(self, path: str | Path) -> Path:
         """Resolve a path given by the user and record the file.

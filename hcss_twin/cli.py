@@ -13,6 +13,7 @@ from typing import Any
 import click
 
 from hcss_twin.cli_atmosphere import atmosphere
+from hcss_twin.cli_clouds import clouds, import_command
 from hcss_twin.errors import HcssError, ScenarioError
 from hcss_twin.version import __version__
 
@@ -205,6 +206,8 @@ def schema() -> None:
 
 
 cli.add_command(atmosphere)
+cli.add_command(import_command)
+cli.add_command(clouds)
 
 
 def _progress(stop: _Stop, frames: Iterable[Any], count: int) -> Iterator[Any]:

@@ -23,6 +23,10 @@ class CubeError(HcssError):
     """A cube file cannot be written or read."""
 
 
+class ImageError(HcssError):
+    """An image cannot be judged: its shape, its type or its values do not allow it."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """One thing that is wrong with a scenario.

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.atmosphere.netcdf_format import open_format
 from hcss_twin.errors import CatalogError
+from hcss_twin.netcdf_format import open_format
 from hcss_twin.physics.profile import Profile
 
 Array = NDArray[np.float64]

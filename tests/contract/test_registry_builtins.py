@@ -7,6 +7,9 @@ import pytest
 
 from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
+from hcss_twin.clouds.database.entry_file import write_entry
+from hcss_twin.clouds.database.importing import ImportOptions, import_image
+from hcss_twin.clouds.database.segmentation import Cleaning
 from hcss_twin.providers import Motion
 from hcss_twin.registry import Kind, Registry
 from hcss_twin.registry.guard import guard
@@ -88,6 +91,34 @@ class TestImagery(CloudGeneratorContract):
         return create(
             "clouds", "imagery", inputs, image="image.npy", method="coverage", reinterpret_pixel_size=True
         )
+
+
+class TestScatteredClouds(CloudGeneratorContract):
+    coverage_tolerance = 0.02
+
+    def make_inputs(self, coverage=0.5, seed=1):
+        return sample_cloud_inputs(coverage, seed, catalog=Catalog(base=self.folder))
+
+    @pytest.fixture(autouse=True)
+    def _entry(self, tmp_path):
+        self.folder = tmp_path
+        image = np.zeros((128, 160))
+        for number in range(12):
+            top, left = 5 + 40 * (number // 4), 5 + 38 * (number % 4)
+            image[top : top + 3 + number % 5, left : left + 2 + number % 7] = 0.5 + 0.04 * number
+        np.save(tmp_path / "image.npy", image)
+        (tmp_path / "clouds").mkdir()
+        entry = import_image(tmp_path / "image.npy", ImportOptions(pixel_size_m=200.0, cleaning=Cleaning(1)))
+        write_entry(tmp_path / "clouds" / "squares.nc", entry)
+
+    def make_provider(self, inputs):
+        return create("clouds", "imagery", inputs, entry="squares", placement="single-clouds")
+
+
+class TestScatteredCloudsOfAField(TestScatteredClouds):
+    def make_inputs(self, coverage=0.5, seed=1):
+        inputs = super().make_inputs(coverage, seed)
+        return replace(inputs, layer=replace(inputs.layer, coverage_mode="field"))
 
 
 class TestCoxMunk(SeaModelContract):

@@ -143,7 +143,7 @@ def test_several_planes_need_a_choice(tmp_path):
     assert read_image(path).long_name == "data"
     with netCDF4.Dataset(path, "a") as dataset:
         dataset.createVariable("other", "f8", ("y", "x"))[:] = 2 * VALUES
-    with pytest.raises(CatalogError, match=r"parameters\.variable to one of: data, other"):
+    with pytest.raises(CatalogError, match=r"set variable to one of: data, other"):
         read_image(path)
     np.testing.assert_array_equal(read_image(path, "other").values, 2 * VALUES)
     with pytest.raises(CatalogError, match="no variable 'othr'; allowed: data, other; closest is 'other'"):

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.band_model.aerosol_tables import AerosolTables, read_aerosol
-from hcss_twin.atmosphere.netcdf_format import open_format
 from hcss_twin.errors import CatalogError
+from hcss_twin.netcdf_format import open_format
 
 Array = NDArray[np.float64]
 

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+# What only an image needs: an entry has been cut out already.
+_OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
+
+# What only a scene with a border and gaps has.
+_OF_A_SCENE = ("row_origin", "column_origin", "missing")
 
 
 class ImageryParameters(BaseModel):
@@ -12,14 +18,34 @@ class ImageryParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    image: str = Field(
+    image: str | None = Field(
+        None,
         min_length=1,
-        description="Image file, relative to the scenario: NetCDF, PNG, JPEG or other picture, .npy or .npz.",
+        description="Image file, relative to the scenario: NetCDF, GeoTIFF, PNG, JPEG or other picture, .npy "
+        "or .npz.",
+    )
+    entry: str | None = Field(
+        None,
+        min_length=1,
+        description="Entry of the cloud database instead of an image: name of a file in the folder clouds beside "
+        "the scenario, or a path.",
+    )
+    placement: Literal["scene", "single-clouds"] = Field(
+        "scene",
+        description='"scene": clouds where the image has them; "single-clouds": single clouds of an entry '
+        "scattered at random, without end, until the coverage is met.",
+    )
+    turned: bool = Field(
+        True, description="Whether scattered clouds are turned by quarters and mirrored at random."
+    )
+    cloud_pixels: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = Field(
+        None, description="Smallest and largest area of the clouds that are scattered, pixels; default: all."
     )
     variable: str | None = Field(
         None,
         min_length=1,
-        description="Variable of a NetCDF or .npz file; may be left out where there is only one.",
+        description="Variable of a NetCDF or .npz file, or number of a GeoTIFF's band; may be left out where there "
+        "is only one.",
     )
     method: Literal["otsu", "local", "coverage"] = Field(
         "otsu",
@@ -53,3 +79,28 @@ class ImageryParameters(BaseModel):
     missing: Literal["error", "clear"] = Field(
         "error", description='What missing pixels inside the scene are: an error, or "clear" sky.'
     )
+
+    @model_validator(mode="after")
+    def _one_kind_of_source(self) -> Self:
+        """Refuse what would be ignored."""
+        if (self.image is None) is (self.entry is None):
+            given = "neither" if self.image is None else "both"
+            raise ValueError(f"{given} given of image and entry; allowed: one of them")
+        scattered = self.placement == "single-clouds"
+        if scattered and self.entry is None:
+            raise ValueError('placement "single-clouds" needs an entry; make one with hcss import')
+        refused = {
+            "with an entry": _OF_AN_IMAGE if self.entry is not None else (),
+            'with the placement "single-clouds"': _OF_A_SCENE if scattered else (),
+            'without the placement "single-clouds"': () if scattered else ("turned", "cloud_pixels"),
+        }
+        for why, names in refused.items():
+            ignored = [name for name in names if name in self.model_fields_set]
+            if ignored:
+                raise ValueError(f"{', '.join(ignored)}: has no meaning {why}; allowed: leave it out")
+        if self.cloud_pixels is not None and self.cloud_pixels[0] > self.cloud_pixels[1]:
+            low, high = self.cloud_pixels
+            raise ValueError(
+                f"cloud_pixels: {low} is greater than {high}; allowed: ascending, closest is [{high}, {low}]"
+            )
+        return self

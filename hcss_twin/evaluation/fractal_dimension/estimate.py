@@ -14,8 +14,8 @@ class DimensionEstimate:
     dimension : float
         Fractal dimension: 2 to 3 of a grey-level surface, 1 to 2 of a boundary.
     standard_error : float
-        Spread of the estimator on surfaces of known dimension and this size, as documented; NaN where
-        it was not measured.
+        Root mean square error (bias and spread) of the estimator on surfaces of this dimension and size, as
+        measured in docs/fractal-dimension.md; NaN where it was not measured.
     method : str
         Name of the estimator and its settings.
     """

@@ -1,0 +1,111 @@
+"""Fractal dimension from the slope of the power spectrum."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import fftfreq, rfft2, rfftfreq
+
+from hcss_twin.errors import ImageError
+from hcss_twin.evaluation.checks import checked_image, finite_range
+from hcss_twin.evaluation.fractal_dimension.estimate import DimensionEstimate
+from hcss_twin.evaluation.fractal_dimension.measured import Measured
+
+# The window spreads what is slower than three waves per image.
+_FEWEST_WAVES = 3.0
+
+# Sampling folds the spectrum beyond the Nyquist wavenumber of .5 back; above this it is too much.
+_HIGHEST = 0.15
+
+# Small images go higher, to keep three octaves, but not beyond this.
+_HIGHEST_OF_SMALL = 0.25
+
+_RINGS_PER_OCTAVE = 4
+
+
+def default_band(side: int) -> tuple[float, float]:
+    """Return the band of wavenumbers for a shorter side, cycles per pixel."""
+    low = _FEWEST_WAVES / side
+    return low, max(_HIGHEST, min(8.0 * low, _HIGHEST_OF_SMALL))
+
+
+def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = None) -> DimensionEstimate:
+    """Estimate D = 4 - beta / 2 from a radially averaged power spectrum k^(-beta).
+
+    A self-affine surface with Hurst exponent H has beta = 2 H + 2 and D = 3 - H. The image less its
+    plane of least squares is multiplied by a Hann window along each axis; power is averaged over
+    rings, four per octave of wavenumber; the slope is that of least squares in logarithms, weighted
+    with the number of waves in each ring.
+
+    Parameters
+    ----------
+    image : ndarray of float32, float64 or integers (rows, columns)
+        At least 32 x 32 pixels, any unit.
+    band : tuple of float, optional
+        Lowest and highest wavenumber, cycles per pixel, up to .5. By default 3 waves per shorter side to
+        .15; in images of less than 160 pixels to 24 waves, at most .25.
+
+    Returns
+    -------
+    DimensionEstimate
+        The error is NaN for other than the default band.
+
+    Raises
+    ------
+    ImageError
+        If the image is too small, constant, flat but for a slope, or not finite, or if the band holds
+        fewer than three rings with waves in them.
+    """
+    pixels = checked_image("image", image)
+    side = min(pixels.shape)
+    low, high = default_band(side) if band is None else band
+    if not 0.0 < low < high <= 0.5:
+        raise ImageError(f"band: {low} to {high} given, allowed: 0 < low < high <= 0.5 cycles per pixel")
+    pixels, least, greatest = finite_range("image", pixels)
+    span = greatest - least
+    surface = _without_plane((pixels.astype(np.float64) - least) / span)
+    if np.abs(surface).max() < 1e-9:
+        raise ImageError("image: a plane, allowed: values that vary otherwise")
+    rows, columns = surface.shape
+    surface *= _hann(rows)[:, None] * _hann(columns)
+    power = np.abs(rfft2(surface, overwrite_x=True)) ** 2
+    wavenumber = np.hypot(fftfreq(rows)[:, None], rfftfreq(columns)).ravel()
+    rings = max(3, round(_RINGS_PER_OCTAVE * math.log2(high / low)))
+    inside = np.flatnonzero((wavenumber >= low) & (wavenumber < high))
+    logs = np.log(wavenumber[inside])
+    ring = ((logs - math.log(low)) * (rings / math.log(high / low))).astype(np.int64)
+    ring = np.minimum(ring, rings - 1)
+    waves = np.bincount(ring, minlength=rings)
+    full = waves > 0
+    if np.count_nonzero(full) < 3:
+        raise ImageError(
+            f"band: {low:g} to {high:g} has waves in {np.count_nonzero(full)} rings, allowed: 3 or more"
+        )
+    mean_power = np.bincount(ring, power.ravel()[inside], rings)[full] / waves[full]
+    if not np.all(mean_power > 0.0):
+        raise ImageError("image: no power in part of the band, allowed: power at all wavenumbers")
+    place = np.bincount(ring, logs, rings)[full] / waves[full]
+    slope = float(np.polyfit(place, np.log(mean_power), 1, w=np.sqrt(waves[full]))[0])
+    dimension = 4.0 + slope / 2.0
+    error = Measured.load().standard_error("spectrum", dimension, side) if band is None else math.nan
+    return DimensionEstimate(dimension, error, f"spectrum, {low:.3g} to {high:.3g} cycles per pixel")
+
+
+def _hann(size: int) -> NDArray[np.float64]:
+    """Return a Hann window (size,) without its zeros, which would waste the outer pixels."""
+    window: NDArray[np.float64] = np.sin(np.pi * np.arange(1, size + 1) / (size + 1)) ** 2
+    return window
+
+
+def _without_plane(surface: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Subtract the plane of least squares (rows, columns); on a full grid its terms are orthogonal."""
+    rows, columns = surface.shape
+    y = np.arange(rows) - (rows - 1) / 2.0
+    x = np.arange(columns) - (columns - 1) / 2.0
+    slope_y = float(surface.sum(axis=1) @ y) / (columns * float(y @ y))
+    slope_x = float(surface.sum(axis=0) @ x) / (rows * float(x @ x))
+    result: NDArray[np.float64] = surface - surface.mean() - slope_y * y[:, None] - slope_x * x
+    return result
