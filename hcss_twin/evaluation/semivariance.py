@@ -37,11 +37,17 @@ class Semivariances:
 
     @property
     def pooled(self) -> NDArray[np.float64]:
-        """Mean over the pairs of both axes (lags,); NaN where no pair exists."""
-        total: NDArray[np.float64] = np.zeros(self.lags.size)
-        for axis, pairs in ((self.along_x, self.pairs_x), (self.along_y, self.pairs_y)):
-            total += np.where(pairs > 0, axis, 0.0) * pairs
-        return _mean(total, self.pairs_x + self.pairs_y)
+        """Mean of both axes (lags,), weighted with their pairs at the first lag.
+
+        The weights are the same at all lags, so that unlike axes make no slope of their own. An
+        axis without pairs at the first lag does not count.
+        """
+        x, y = self.pairs_x[0], self.pairs_y[0]
+        if x == 0 or y == 0:
+            return self.along_y if x == 0 else self.along_x
+        share = float(x) / float(x + y)
+        result: NDArray[np.float64] = share * self.along_x + (1.0 - share) * self.along_y
+        return result
 
 
 def _mean(total: NDArray[np.float64], pairs: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -136,7 +142,7 @@ def _squares(image: Any, lag: int) -> tuple[float, float]:
 def _masked_squares(image: Any, valid: Any, lag: int) -> tuple[float, float, int, int]:
     rows, columns = image.shape
     x, y = np.zeros(columns), np.zeros(columns)
-    pairs_x, pairs_y = np.zeros(columns, np.int64), np.zeros(columns, np.int64)
+    pairs_x, pairs_y = np.zeros(columns, np.int32), np.zeros(columns, np.int32)
     nothing = image.dtype.type(0)
     # No branches: the loops stay vectors, and a ragged mask costs no more than a smooth one.
     for i in range(rows):
@@ -144,11 +150,11 @@ def _masked_squares(image: Any, valid: Any, lag: int) -> tuple[float, float, int
             both = valid[i, j] & valid[i, j + lag]
             step = np.float64(image[i, j + lag] - image[i, j] if both else nothing)
             x[j] += step * step
-            pairs_x[j] += both
+            pairs_x[j] += np.int32(both)
         if i + lag < rows:
             for j in range(columns):
                 both = valid[i, j] & valid[i + lag, j]
                 step = np.float64(image[i + lag, j] - image[i, j] if both else nothing)
                 y[j] += step * step
-                pairs_y[j] += both
+                pairs_y[j] += np.int32(both)
     return x.sum(), y.sum(), pairs_x.sum(), pairs_y.sum()

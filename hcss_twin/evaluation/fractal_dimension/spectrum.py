@@ -78,16 +78,22 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     logs = np.log(wavenumber[inside])
     ring = ((logs - math.log(low)) * (rings / math.log(high / low))).astype(np.int64)
     ring = np.minimum(ring, rings - 1)
-    waves = np.bincount(ring, minlength=rings)
+    # Of a real image half the waves are stored; those along y only are stored in full.
+    multiplicity = np.full(columns // 2 + 1, 2.0)
+    multiplicity[0] = 1.0
+    if columns % 2 == 0:
+        multiplicity[-1] = 1.0
+    share = multiplicity[inside % multiplicity.size]
+    waves = np.bincount(ring, share, rings)
     full = waves > 0
     if np.count_nonzero(full) < 3:
         raise ImageError(
             f"band: {low:g} to {high:g} has waves in {np.count_nonzero(full)} rings, allowed: 3 or more"
         )
-    mean_power = np.bincount(ring, power.ravel()[inside], rings)[full] / waves[full]
+    mean_power = np.bincount(ring, share * power.ravel()[inside], rings)[full] / waves[full]
     if not np.all(mean_power > 0.0):
         raise ImageError("image: no power in part of the band, allowed: power at all wavenumbers")
-    place = np.bincount(ring, logs, rings)[full] / waves[full]
+    place = np.bincount(ring, share * logs, rings)[full] / waves[full]
     slope = float(np.polyfit(place, np.log(mean_power), 1, w=np.sqrt(waves[full]))[0])
     dimension = 4.0 + slope / 2.0
     error = Measured.load().standard_error("spectrum", dimension, side) if band is None else math.nan

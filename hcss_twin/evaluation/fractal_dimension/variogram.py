@@ -25,7 +25,7 @@ def variogram_dimension(
     """Estimate D = 3 - slope / 2, the slope that of log semivariance against log lag.
 
     A self-affine surface with Hurst exponent H has the variogram |h|^(2 H) and D = 3 - H. The
-    semivariances are pooled over the pairs along both axes, the slope is that of least squares.
+    semivariances of both axes are averaged, the slope is that of least squares.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def variogram_dimension(
         )
     pooled = found.pooled
     if not np.all(pooled > 0.0):
-        lag = found.lags[pooled.argmin()]
+        lag = found.lags[np.argmin(pooled > 0.0)]
         raise ImageError(f"image: semivariance 0 at lag {lag}, allowed: values that vary")
     slope = np.polyfit(np.log(found.lags.astype(np.float64)), np.log(pooled), 1)[0]
     listed = ", ".join(str(lag) for lag in found.lags)
