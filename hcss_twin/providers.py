@@ -81,7 +81,11 @@ class Declares:
 
 @dataclass(frozen=True)
 class Grid:
-    """The image plane: ``rows`` x ``columns`` square pixels of ``pixel_size_m``; x along columns."""
+    """The image plane: ``rows`` x ``columns`` square pixels of ``pixel_size_m``; x along columns.
+
+    A cloud generator gets the plane of the points it is asked for: with n x n points per pixel of the image there
+    are n times the rows and columns, of an n-th of the size, and each point is the centre of its square.
+    """
 
     rows: int
     columns: int
@@ -351,6 +355,7 @@ class Sun:
 class RadianceInputs:
     """What a radiance model is built from: the scene's providers and states.
 
+    ``layers`` run from the lowest to the highest and do not overlap; there may be none.
     ``solar_irradiance`` maps wavenumbers (V,) to W m-2 (cm-1)-1 at 1 au.
     """
 
@@ -389,5 +394,9 @@ class RadianceModel(Protocol):
         ...
 
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
-        """Return each term (N, V) of columns whose cloud is ``thickness_m`` (N,) > 0 thick."""
+        """Return each term (N, V) of cloudy columns.
+
+        ``thickness_m`` (N, L) has one column per layer, in the order of ``inputs.layers``; 0 means that the
+        layer has no cloud there, and no row is all 0.
+        """
         ...

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.cube.footprint import footprint
 from hcss_twin.cube.header import CubeHeader
-from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M
 
 BOUND = "bound"
@@ -91,6 +91,25 @@ COORDINATES: tuple[VariableSpec, ...] = (
         "has no attributes of its own.",
     ),
     _coordinate(
+        "layer_name", (LAYER,), None, "name of the cloud layer", "Cloud type given in the scenario.", dtype="str",
+    ),
+    _coordinate(
+        "layer_base",
+        (LAYER,),
+        "m",
+        "altitude of the layer's base",
+        "Altitude above the sea that the clouds of the layer nowhere reach below.",
+        positive="up",
+    ),
+    _coordinate(
+        "layer_top",
+        (LAYER,),
+        "m",
+        "altitude of the layer's highest top",
+        "Altitude above the sea that the clouds of the layer nowhere exceed.",
+        positive="up",
+    ),
+    _coordinate(
         "latitude",
         (),
         "degrees_north",
@@ -163,7 +182,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
 def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
     """Return the value of each coordinate variable, keyed and shaped as in the table.
 
-    ``time`` is in seconds since the start.
+    ``time`` is in seconds since the start. Coordinates of a dimension that no variable has are left out.
     """
     extent = footprint(header)
     times = np.array(header.frame_times_s, dtype=np.float64)
@@ -174,6 +193,9 @@ def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
         "band_name": np.array([band.name for band in header.bands], dtype=object),
         "wavelength": [band.central_um for band in header.bands],
         "wavelength_bounds": [(band.lower_um, band.upper_um) for band in header.bands],
+        "layer_name": np.array([layer.name for layer in header.layers], dtype=object),
+        "layer_base": [layer.base_m for layer in header.layers],
+        "layer_top": [layer.top_m for layer in header.layers],
         "latitude": header.latitude,
         "longitude": header.longitude,
         "footprint_latitude": [latitude for latitude, _ in extent.outline],
@@ -188,6 +210,7 @@ def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
     return {
         spec.name: np.asarray(values[spec.name], dtype=object if spec.dtype == "str" else spec.dtype)
         for spec in COORDINATES
+        if LAYER not in spec.dims or LAYER in header.sizes
     }
 
 

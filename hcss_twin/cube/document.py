@@ -35,15 +35,21 @@ print(scenario_text("cube.nc"))
 * Azimuths are bearings from the surface point toward sensor or sun, clockwise from north; zenith angles are
   those at the surface point.
 * x points east and y north from the centre of each frame; `{GRID_MAPPING}` describes the plane.
+* A pixel is the mean over `image.samples_per_pixel` squared points of its footprint; by default it is the one
+  point at its centre. Radiance and its terms are averaged, not the state they are computed from.
+* `cloud_layer_thickness`, the dimension `layer` and its coordinates are in a cube only if asked for: by name, or by
+  `all` or `truth` where the scene has two layers (with one they would repeat `cloud_thickness`). Layers run from the
+  lowest to the highest, whatever their order in the scenario, and can be selected by cloud type like bands:
+  `cube.cloud_layer_thickness.sel(layer="cirrus")`.
 * NaN occurs only in the variables marked below, and negative radiance never.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.
 """
 
 _WORDS = {
-    "all": "every variable below and every term",
+    "all": "every variable above and every term; those by layer where there are two",
     "terms": "every term of the radiance model in use",
-    "truth": "every variable of kind truth",
+    "truth": "every variable of kind truth; those by layer where there are two",
 }
 
 

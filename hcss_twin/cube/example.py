@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cube.frames import frame_shape
-from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, BandInfo, CubeHeader
+from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, BandInfo, CubeHeader, LayerInfo
 from hcss_twin.cube.variables import expand
 
 EXAMPLE_TERMS = {"sea_emission": "Emission of the sea.", "sun_glint": "Sunlight reflected by the sea."}
 
 
 def example_header(**changes: Any) -> CubeHeader:
-    """Return the header of a cube with three frames of 5 x 7 pixels in two bands and every variable.
+    """Return the header of a cube with three frames of 5 x 7 pixels, two bands, two layers and every variable.
 
     Parameters
     ----------
@@ -36,8 +36,9 @@ def example_header(**changes: Any) -> CubeHeader:
         "view_azimuth_deg": 120.0,
         "solar_zenith_deg": (24.0, 24.1, 24.2),
         "solar_azimuth_deg": (180.0, 180.1, 180.2),
-        "variables": tuple(expand(["all"], EXAMPLE_TERMS)),
+        "variables": tuple(expand(["all"], EXAMPLE_TERMS, layer_count=2)),
         "attributes": {SCENARIO_ATTRIBUTE: "[scene]\nname = 'example'\n", "seed": 1},
+        "layers": (LayerInfo("cumulus", 66.0, 3000.0), LayerInfo("cirrus", 6000.0, 10_000.0)),
         **changes,
     }
     return CubeHeader(**fields)

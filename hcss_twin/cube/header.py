@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
-from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.errors import CubeError
 
 FORMAT_ATTRIBUTE = "hcss_cube_format"
@@ -25,6 +25,15 @@ class BandInfo:
     lower_um: float
     upper_um: float
     central_um: float
+
+
+@dataclass(frozen=True)
+class LayerInfo:
+    """One cloud layer: its name, and the altitudes between which its clouds lie."""
+
+    name: str
+    base_m: float
+    top_m: float
 
 
 @dataclass(frozen=True)
@@ -56,6 +65,8 @@ class CubeHeader:
         replacements for the defaults of the discovery metadata.
     platform_speed_m_s : float
         Speed of the image centre over the ground along +x.
+    layers : tuple of LayerInfo
+        Cloud layers in the order of the ``layer`` dimension; needed where a variable has it.
 
     Raises
     ------
@@ -78,6 +89,7 @@ class CubeHeader:
     variables: tuple[VariableSpec, ...]
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     platform_speed_m_s: float = 0.0
+    layers: tuple[LayerInfo, ...] = ()
 
     def __post_init__(self) -> None:
         if self.start.utcoffset() is None:
@@ -85,6 +97,7 @@ class CubeHeader:
         _check_sizes(self)
         _check_ranges(self)
         _check_bands(self.bands)
+        _check_layers(self.layers)
         _check_attributes(self.attributes)
 
     @property
@@ -99,8 +112,11 @@ class CubeHeader:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Length of each dimension of the data variables."""
-        return {"time": self.frames, "band": len(self.bands), "y": self.rows, "x": self.columns}
+        """Length of each dimension of the data variables; ``layer`` only where one of them has it."""
+        sizes = {"time": self.frames, "band": len(self.bands), "y": self.rows, "x": self.columns}
+        if any(LAYER in spec.dims for spec in self.variables):
+            sizes[LAYER] = len(self.layers)
+        return sizes
 
 
 def _check_sizes(header: CubeHeader) -> None:
@@ -151,6 +167,15 @@ def _check_bands(bands: tuple[BandInfo, ...]) -> None:
             raise CubeError(
                 f"band '{band.name}': {band.lower_um}, {band.central_um}, {band.upper_um} um; "
                 "lower limit, centre and upper limit increase"
+            )
+
+
+def _check_layers(layers: tuple[LayerInfo, ...]) -> None:
+    for layer in layers:
+        if not layer.name or not -math.inf < layer.base_m < layer.top_m < math.inf:
+            raise CubeError(
+                f"layer '{layer.name}': {layer.base_m} to {layer.top_m} m; a layer has a name, and its base is below "
+                "its top"
             )
 
 

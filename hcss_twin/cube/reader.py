@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from hcss_twin.cube.coordinates import COORDINATES
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
+from hcss_twin.cube.variables import LAYER
 from hcss_twin.errors import CubeError
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a finished cube; values are read from the file when they are used.
 
-    Bands can be selected by name: ``open_cube(path).radiance.sel(band="mwir")``. Close the dataset
+    Bands and cloud layers can be selected by name: ``open_cube(path).radiance.sel(band="mwir")``. Close the dataset
     after use, or use it in a ``with`` block.
 
     Raises
@@ -43,7 +44,10 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
         )
     dataset = dataset.set_coords([spec.name for spec in COORDINATES if spec.name in dataset])
-    return dataset.assign_coords(band=("band", dataset["band_name"].to_numpy().astype(str)))
+    names = {dim: f"{dim}_name" for dim in ("band", LAYER) if f"{dim}_name" in dataset}
+    return dataset.assign_coords(
+        {dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()}
+    )
 
 
 def scenario_text(path: str | os.PathLike[str]) -> str:

@@ -21,6 +21,8 @@ Kind = Literal["radiance", "truth", "derived", "coordinate"]
 
 FRAME = ("time", "y", "x")
 BAND_FRAME = ("time", "band", "y", "x")
+LAYER = "layer"
+LAYER_FRAME = ("time", LAYER, "y", "x")
 TERM_PREFIX = "radiance_"
 
 _TERM = re.compile(r"[a-z][a-z0-9_]*\Z")
@@ -103,9 +105,23 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="cloud mask",
         kind="truth",
-        description="1 where the pixel holds cloud of any thickness, 0 where it is clear.",
+        description="1 where the pixel holds cloud of any thickness in any layer, on whatever part of its "
+        "footprint; 0 where it is clear.",
         standard_name="cloud_binary_mask",
         attributes={"flag_values": np.array([0, 1], dtype=np.uint8), "flag_meanings": "clear cloudy"},
+        lowest=0.0,
+        highest=1.0,
+    ),
+    VariableSpec(
+        name="cloud_fraction",
+        dims=FRAME,
+        dtype="float32",
+        units="1",
+        long_name="cloudy part of the pixel",
+        kind="truth",
+        description="Part of the pixel's points that hold cloud of any layer; with one point per pixel the "
+        "cloud mask.",
+        standard_name="cloud_area_fraction",
         lowest=0.0,
         highest=1.0,
     ),
@@ -116,7 +132,19 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="m",
         long_name="geometric thickness of the cloud",
         kind="truth",
-        description="Vertical extent of the cloud in the pixel; 0 where clear.",
+        description="Vertical extent of the cloud, summed over layers and averaged over the footprint of the pixel "
+        "including its clear part; 0 where clear.",
+        lowest=0.0,
+    ),
+    VariableSpec(
+        name="cloud_layer_thickness",
+        dims=LAYER_FRAME,
+        dtype="float32",
+        units="m",
+        long_name="geometric thickness of the cloud in each layer",
+        kind="truth",
+        description="Vertical extent of the cloud of one layer, averaged over the footprint of the pixel including "
+        "its clear part; 0 where clear. Layers run from the lowest to the highest.",
         lowest=0.0,
     ),
     VariableSpec(
@@ -127,7 +155,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         long_name="optical thickness of the cloud",
         kind="truth",
         description="Vertical extinction optical thickness of the cloud particles at the central wavelength "
-        "of the band; 0 where clear.",
+        "of the band, summed over layers and averaged over the footprint of the pixel including its clear part; "
+        "0 where clear.",
         standard_name="atmosphere_optical_thickness_due_to_cloud",
         lowest=0.0,
     ),
@@ -138,7 +167,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="m",
         long_name="altitude of the cloud top",
         kind="truth",
-        description="Altitude of the cloud top above the sea; missing where clear.",
+        description="Altitude above the sea of the top of the highest cloud, averaged over the cloudy points of the "
+        "pixel; missing where clear.",
         standard_name="cloud_top_altitude",
         lowest=0.0,
         may_be_missing=True,
@@ -150,7 +180,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="K",
         long_name="temperature at the cloud top",
         kind="truth",
-        description="Temperature of the cloud at its top; missing where clear.",
+        description="Temperature of the highest cloud at its top, averaged over the cloudy points of the pixel; "
+        "missing where clear.",
         standard_name="air_temperature_at_cloud_top",
         attributes=_ON_SCALE,
         lowest=0.0,
@@ -183,8 +214,10 @@ def term_variable(name: str, description: str) -> VariableSpec:
     )
 
 
-def expand(requested: Iterable[str], terms: Mapping[str, str]) -> list[VariableSpec]:
+def expand(requested: Iterable[str], terms: Mapping[str, str], layer_count: int = 1) -> list[VariableSpec]:
     """Turn what a scenario asks for into variables, in the order of the table, terms last.
+
+    Variables by layer belong to the groups where there are several layers; elsewhere they repeat others.
 
     Parameters
     ----------
@@ -193,23 +226,30 @@ def expand(requested: Iterable[str], terms: Mapping[str, str]) -> list[VariableS
         variable of that kind).
     terms : mapping of str to str
         Description of each term of the radiance model in use, by its name.
+    layer_count : int
+        Number of cloud layers of the scene.
 
     Raises
     ------
     ValueError
-        If a name is unknown, with the allowed names and the closest one, or if nothing is asked for.
+        If a name is unknown, with the allowed names and the closest one, if nothing is asked for, or if a variable
+        by layer is asked for without a layer.
     """
     known = {spec.name: spec for spec in VARIABLES}
     known.update((spec.name, spec) for spec in (term_variable(name, text) for name, text in terms.items()))
+    by_layer = {spec.name for spec in VARIABLES if LAYER in spec.dims}
+    repeated = by_layer if layer_count < 2 else set[str]()
     groups = {
-        "all": set(known),
+        "all": set(known) - repeated,
         "terms": {TERM_PREFIX + name for name in terms},
-        "truth": {spec.name for spec in VARIABLES if spec.kind == "truth"},
+        "truth": {spec.name for spec in VARIABLES if spec.kind == "truth"} - repeated,
     }
     wanted: set[str] = set()
     for name in requested:
         if name not in groups and name not in known:
             raise ValueError(f"unknown output variable '{name}'; {choose_from(name, [*groups, *known])}")
+        if name in by_layer and layer_count == 0:
+            raise ValueError(f"'{name}': the scene has no cloud layer; allowed: with one or two layers")
         wanted |= groups.get(name, {name})
     if not wanted:
         raise ValueError(f"no output variable is asked for; {choose_from('', [*groups, *known])}")

@@ -203,7 +203,8 @@ class CubeWriter:
         plane.setncatts(grid_mapping_attributes(header))
         plane.assignValue(0)
         for spec in COORDINATES:
-            self._define_coordinate(spec, values[spec.name])
+            if spec.name in values:
+                self._define_coordinate(spec, values[spec.name])
         for spec in header.variables:
             self._define_data(spec)
 
@@ -252,8 +253,8 @@ class CubeWriter:
         """Return chunks of one plane of one frame, split by rows where the plane is very large."""
         row_bytes = self.header.columns * np.dtype(spec.dtype).itemsize
         rows = min(self.header.rows, max(1, _LARGEST_CHUNK_BYTES // row_bytes))
-        sizes = {"time": 1, "band": 1, "y": rows, "x": self.header.columns}
-        return tuple(sizes[dim] for dim in spec.dims)
+        sizes = {"y": rows, "x": self.header.columns}
+        return tuple(sizes.get(dim, 1) for dim in spec.dims)
 
 
 def _attributes(spec: VariableSpec) -> dict[str, Any]:

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.path_radiance import path_radiance
-from hcss_twin.errors import ProviderError
 from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, scattering_cosine_literal
 from hcss_twin.physics.henyey_greenstein import henyey_greenstein
 from hcss_twin.physics.paths import to_space
@@ -26,13 +26,33 @@ from hcss_twin.radiance.parameters import AsPrintedParameters
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class _Cloud:
+    """What N columns of one cloud layer send to the sensor through the air above them.
+
+    Attributes
+    ----------
+    emissivity : ndarray (N, V)
+        Eq 8; what is left over passes through the cloud.
+    emitted, reflected : ndarray (N, V)
+        Eqs 15 and 16 at the sensor, without other clouds.
+    air_above : ndarray (N, V)
+        Path radiance from the cloud top.
+    """
+
+    emissivity: Array
+    emitted: Array
+    reflected: Array
+    air_above: Array
+
+
 class AsPrinted:
     """Single-scattering cloud over a rough sea, as the HCSS paper prints it.
 
     Parameters
     ----------
     inputs : RadianceInputs
-        At most one cloud layer.
+        Any number of cloud layers that do not overlap.
     parameters : AsPrintedParameters
         Glint scale and literal switches.
     """
@@ -42,19 +62,17 @@ class AsPrinted:
         "cloud_reflected_sun": "sunlight reflected by the cloud (eqs 12-14, 16)",
         "sea_emission": "thermal emission of the sea, through the cloud where there is one (eq 17)",
         "sea_reflected_sun": "sun glint of the sea, through the cloud where there is one (eq 18)",
-        "path_emission": "thermal emission of the air above sea or cloud top",
+        "path_emission": "thermal emission of the air above sea or highest cloud top",
     }
     solar_terms = frozenset({"cloud_reflected_sun", "sea_reflected_sun"})
 
     def __init__(self, inputs: RadianceInputs, parameters: AsPrintedParameters) -> None:
-        if len(inputs.layers) > 1:
-            raise ProviderError(f"as-printed: {len(inputs.layers)} cloud layers; allowed: at most 1")
         self._inputs = inputs
         self._parameters = parameters
         self._mu = math.cos(math.radians(inputs.view.zenith_deg))
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
-            notes=_notes(parameters),
+            notes=_notes(parameters, len(inputs.layers)),
         )
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
@@ -75,14 +93,53 @@ class AsPrinted:
         }
 
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
-        """Terms (N, V) of cloudy columns, eq 20: tau_c L_c + tau_sc L_s + L_atm (above the cloud top)."""
-        inputs, layer = self._inputs, self._layer()
-        if np.any(thickness_m <= 0):
-            raise ValueError("thickness_m: allowed > 0; a column without cloud is clear()")
+        """Terms (N, V) of cloudy columns, eq 20: tau_c L_c + tau_sc L_s + L_atm (above the highest cloud top).
+
+        The paper has one layer. With several, each cloud sends what eqs 15 and 16 give it through the clouds
+        above, which transmit 1 - emissivity as they do in eq 20 for the sea.
+        """
+        layers = self._inputs.layers
+        if thickness_m.ndim != 2 or thickness_m.shape[1] != len(layers):
+            raise ValueError(f"thickness_m: shape {thickness_m.shape}; allowed (N, {len(layers)})")
+        if np.any(thickness_m < 0) or not np.all(np.any(thickness_m > 0, axis=1)):
+            raise ValueError(
+                "thickness_m: allowed 0 or more, and a layer > 0; a column without cloud is clear()"
+            )
+        clear = self.clear(wavenumber_cm1, sun)
+        shape = thickness_m.shape[0], wavenumber_cm1.size
+        emitted, reflected, air = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        through = np.ones(shape)
+        seen_first = np.ones(shape[0], dtype=bool)
+        for index in sorted(range(len(layers)), key=lambda each: layers[each].base_m, reverse=True):
+            rows = np.flatnonzero(thickness_m[:, index] > 0)
+            if rows.size == 0:
+                continue
+            cloud = self._cloud(layers[index], wavenumber_cm1, thickness_m[rows, index], sun)
+            emitted[rows] += through[rows] * cloud.emitted
+            reflected[rows] += through[rows] * cloud.reflected
+            highest = seen_first[rows]
+            air[rows[highest]] = cloud.air_above[highest]
+            through[rows] *= 1.0 - cloud.emissivity
+            seen_first[rows] = False
+        if self._parameters.literal_eq20:
+            through = through + 1.0
+        return {
+            "cloud_emission": emitted,
+            "cloud_reflected_sun": reflected,
+            "sea_emission": through * clear["sea_emission"],
+            "sea_reflected_sun": through * clear["sea_reflected_sun"],
+            "path_emission": air,
+        }
+
+    def _cloud(self, layer: CloudLayer, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> _Cloud:
+        """Clouds of one layer, ``thickness_m`` (N,) > 0 thick, seen through nothing but air."""
+        inputs = self._inputs
         scattering = inputs.optics.single_scattering(layer.microphysics, wavenumber_cm1)
-        emissivity = cloud_emissivity(scattering.extinction_m1, scattering.albedo, thickness_m)
-        # Columns of equal cloud-top altitude share their paths; with a fixed top there is only one.
-        tops, column = np.unique(layer.cloud_top_m(thickness_m), return_inverse=True)
+        # Columns of equal thickness, of which the product of two layers has many, share everything, and those of
+        # equal cloud-top altitude their paths; with a fixed top there is only one.
+        thickness, same = np.unique(thickness_m, return_inverse=True)
+        tops, column = np.unique(layer.cloud_top_m(thickness), return_inverse=True)
+        emissivity = cloud_emissivity(scattering.extinction_m1, scattering.albedo, thickness)
         zenith = inputs.view.zenith_deg
         above = [to_space(float(top), zenith) for top in tops]
         transmittance = inputs.transmittance.transmittance(wavenumber_cm1, above)[column]
@@ -90,28 +147,15 @@ class AsPrinted:
         air = path_radiance(
             inputs.transmittance, inputs.profile, wavenumber_cm1, [float(top) for top in air_from], zenith
         )
-        air = np.repeat(air, thickness_m.size, axis=0) if self._parameters.literal_eq19 else air[column]
-        temperature = self._cloud_temperature(layer, thickness_m)
+        air = np.repeat(air, thickness.size, axis=0) if self._parameters.literal_eq19 else air[column]
+        temperature = self._cloud_temperature(layer, thickness)
         emission = planck(wavenumber_cm1[None, :], temperature[:, None])
         reflected = self._cloud_reflection(
             wavenumber_cm1, tops, scattering.albedo, scattering.moments[1], sun
         )[column]
-        clear = self.clear(wavenumber_cm1, sun)
-        through = 1.0 - emissivity
-        if self._parameters.literal_eq20:
-            through = through + 1.0
-        return {
-            "cloud_emission": transmittance * emissivity * emission,
-            "cloud_reflected_sun": reflected,
-            "sea_emission": through * clear["sea_emission"],
-            "sea_reflected_sun": through * clear["sea_reflected_sun"],
-            "path_emission": air,
-        }
-
-    def _layer(self) -> CloudLayer:
-        if not self._inputs.layers:
-            raise ValueError("the scene has no cloud layer")
-        return self._inputs.layers[0]
+        return _Cloud(
+            emissivity[same], (transmittance * emissivity * emission)[same], reflected[same], air[same]
+        )
 
     def _cloud_temperature(self, layer: CloudLayer, thickness_m: Array) -> Array:
         if layer.temperature_K is not None:
@@ -184,8 +228,10 @@ def cloud_brdf(albedo: Array, asymmetry: Array, scattering_cosine_: float, mu: f
     return result
 
 
-def _notes(parameters: AsPrintedParameters) -> tuple[str, ...]:
+def _notes(parameters: AsPrintedParameters, layers: int) -> tuple[str, ...]:
     notes = ["as-printed radiance: single scattering, no slant factor in the cloud, no reflected sky"]
+    if layers > 1:
+        notes.append("as-printed radiance: the paper has one cloud layer; a second one extends its eq 20")
     if not parameters.literal_eq19:
         notes.append("as-printed radiance: emission of the air below a cloud is lost, however thin the cloud")
     if parameters.glint_scale != 1.0:

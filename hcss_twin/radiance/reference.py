@@ -24,8 +24,9 @@ def reference_radiance(
 
     Parameters
     ----------
-    thickness_m : sequence of float (N,)
-        Cloud thickness of each pixel, 0 for clear sky.
+    thickness_m : sequence of float (N,) or array (N, L)
+        Cloud thickness of each pixel, 0 for clear sky; with one column per layer of the scene. (N,) is short for a
+        single layer.
     sun : Sun or None
         Where the sun is at that pixel's time.
 
@@ -34,10 +35,12 @@ def reference_radiance(
     ndarray (N, B)
         W m-2 sr-1.
     """
-    result = np.empty((len(thickness_m), len(grid.nodes)))
-    for pixel, thickness in enumerate(thickness_m):
-        if thickness > 0:
-            terms = model.cloudy(grid.wavenumber_cm1, np.array([float(thickness)]), sun)
+    thickness = np.asarray(thickness_m, dtype=np.float64)
+    columns = thickness[:, None] if thickness.ndim == 1 else thickness
+    result = np.empty((columns.shape[0], len(grid.nodes)))
+    for pixel, column in enumerate(columns):
+        if np.any(column > 0):
+            terms = model.cloudy(grid.wavenumber_cm1, column[None, :], sun)
             spectrum = sum(np.asarray(term)[0] for term in terms.values())
         else:
             terms = model.clear(grid.wavenumber_cm1, sun)

@@ -215,7 +215,7 @@ class GuardedRadiance(_Guard):
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return each term (N, V) of cloudy columns."""
         value = self._call("cloudy", self._provider.cloudy, wavenumber_cm1, thickness_m, sun)
-        return self._terms("cloudy()", value, (thickness_m.size, wavenumber_cm1.size), sun)
+        return self._terms("cloudy()", value, (thickness_m.shape[0], wavenumber_cm1.size), sun)
 
     def _terms(self, what: str, value: Any, shape: tuple[int, ...], sun: Sun | None) -> dict[str, Array]:
         names = tuple(self._provider.terms)

@@ -16,6 +16,9 @@ def _lines(plan: Plan) -> Iterator[str]:
     scenario, grid = plan.scenario, plan.grid
     yield scenario.title or scenario.origin
     yield f"  frames      {plan.frame_times_s.size} x {grid.rows} x {grid.columns} pixels of {grid.pixel_size_m:g} m"
+    points = plan.samples_per_pixel
+    if points > 1:
+        yield f"  pixel       mean of {points} x {points} points, {grid.pixel_size_m / points:g} m apart"
     for band in plan.bands:
         yield f"  band        {band.name}: {band.lower_um:g}-{band.upper_um:g} um"
     yield f"  view        zenith {plan.view.zenith_deg:g} deg, azimuth {plan.view.azimuth_deg:g} deg"
@@ -23,6 +26,8 @@ def _lines(plan: Plan) -> Iterator[str]:
         f"  sun         zenith {plan.sun_zenith_deg[0]:.3f}..{plan.sun_zenith_deg[-1]:.3f} deg, "
         f"azimuth {plan.sun_azimuth_deg[0]:.3f}..{plan.sun_azimuth_deg[-1]:.3f} deg"
     )
+    for layer in plan.layers if len(plan.layers) > 1 else ():
+        yield f"  layer       {layer.name}: {layer.base_m:g}-{layer.top_m:g} m, coverage {layer.coverage:g}"
     for kind, entry in plan.assembly.entries.items():
         yield f"  {kind:<11} {entry.name} [{entry.origin}]"
     if plan.needs_radiance:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, field_validator, model_validator
@@ -163,6 +165,41 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometr
         )
         raise ScenarioError([Problem(f"{field}.thickness_min", message)])
     return Geometry(base, top, thinnest)
+
+
+def overlap_problems(layers: Mapping[str, tuple[Layer, Geometry]]) -> Iterator[Problem]:
+    """Yield a problem for each two layers of which neither lies wholly above the other.
+
+    The problem is named at the base of the upper layer, or at the top of the lower one if that is what the
+    user gave.
+
+    Parameters
+    ----------
+    layers : mapping of str to (Layer, Geometry)
+        Field, section and merged altitudes of each layer; layers may touch.
+    """
+    ascending = sorted(layers.items(), key=lambda each: (each[1][1].base, each[1][1].top))
+    for (lower, (low, below)), (upper, (high, above)) in pairwise(ascending):
+        if below.top <= above.base:
+            continue
+        if low.top is not None and high.base is None:
+            yield Problem(
+                f"{lower}.top",
+                f"{below.top:g} m lies above the base of {upper}, {above.base:g} m{_of_type(high)}; layers must not "
+                f"overlap; allowed: up to {above.base:g}, or {upper}.base from {below.top:g}",
+            )
+        else:
+            whose = "" if high.base is not None else _of_type(high)
+            yield Problem(
+                f"{upper}.base",
+                f"{above.base:g} m{whose} lies below the top of {lower}, {below.top:g} m"
+                f"{'' if low.top is not None else _of_type(low)}; layers must not overlap; "
+                f"allowed: from {below.top:g}, or {lower}.top up to {above.base:g}",
+            )
+
+
+def _of_type(section: Layer) -> str:
+    return f" (that of type '{section.type}')"
 
 
 def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer:

@@ -74,6 +74,12 @@ class Image(Section):
     rows: Whole = Field(800, ge=1, le=16384, description="Number of rows (y).")
     columns: Whole = Field(800, ge=1, le=16384, description="Number of columns (x).")
     pixel_size: Length = Field(20.0, gt=0, le=100_000, description="Side of the square ground pixel, m.")
+    samples_per_pixel: Whole = Field(
+        1,
+        ge=1,
+        le=64,
+        description="n: each pixel is the mean over n x n points of its footprint; 1 takes the point at its centre.",
+    )
 
 
 class Frames(Section):
@@ -196,11 +202,17 @@ class Layer(Section):
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the generator.")
 
 
+MOST_LAYERS = 2
+"""Cloud layers that a scene can have."""
+
+
 class Clouds(Section):
-    """Cloud layers; keys of a single layer may stand in `[clouds]` itself."""
+    """Cloud layers, at most two and one above the other; keys of a single layer may stand in `[clouds]` itself."""
 
     layers: tuple[Layer, ...] = Field(
-        (), max_length=1, description="`[[clouds.layers]]`: one layer in this version."
+        (),
+        max_length=MOST_LAYERS,
+        description="`[[clouds.layers]]`: up to two layers, one above the other, in either order.",
     )
 
     @model_validator(mode="before")

@@ -17,7 +17,7 @@ from hcss_twin.errors import CatalogError, HcssError, Problem, ScenarioError, ch
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.bands import named_bands, read_response
-from hcss_twin.scenario.cloud_types import layer_geometry, load_cloud_type
+from hcss_twin.scenario.cloud_types import Geometry, layer_geometry, load_cloud_type, overlap_problems
 from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, Sea, own, single_layer
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.section import Section
@@ -72,7 +72,7 @@ def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog)
         if isinstance(section, Mapping):
             yield from _provider_problems(path, section, key, kind, registry)
     yield from _catalog_problems(data, layers, catalog)
-    yield from _variable_problems(data, registry)
+    yield from _variable_problems(data, registry, len(layers) if isinstance(layers, list) else 0)
 
 
 def _provider_problems(
@@ -109,9 +109,11 @@ def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) ->
         elif isinstance(band, Mapping) and isinstance(band.get("response"), str):
             file = band["response"]
             yield from _file_problems(f"bands[{index}].response", partial(read_response, file, catalog))
+    sound: dict[str, tuple[Layer, Geometry]] = {}
     for index, layer in enumerate(layers if isinstance(layers, list) else []):
         if isinstance(layer, Mapping):
-            yield from _layer_problems(f"clouds.layers[{index}]", layer, catalog)
+            yield from _layer_problems(f"clouds.layers[{index}]", layer, catalog, sound)
+    yield from overlap_problems(sound)
     atmosphere = data.get("atmosphere", {})
     if isinstance(atmosphere, Mapping):
         yield from _profile_problems(atmosphere, catalog)
@@ -128,8 +130,8 @@ def _profile_problems(atmosphere: Mapping[str, Any], catalog: Catalog) -> Iterat
         yield from _file_problems("atmosphere.profile", partial(load_profile, profile, catalog, above))
 
 
-def _variable_problems(data: Mapping[str, Any], registry: Registry) -> Iterator[Problem]:
-    """Check the names of output variables against the terms of the radiance model."""
+def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count: int) -> Iterator[Problem]:
+    """Check the names of output variables against the terms of the radiance model and the cloud layers."""
     output, radiance = data.get("output", {}), data.get("radiance", {})
     names = output.get("variables") if isinstance(output, Mapping) else None
     model = (
@@ -145,14 +147,17 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry) -> Iterator[
         return
     try:
         terms = registry.provider_class(registry.resolve(Kind.RADIANCE, model)).terms
-        expand(names, terms)
+        expand(names, terms, layer_count)
     except (HcssError, AttributeError):  # reported at radiance.model
         return
     except ValueError as error:
         yield Problem("output.variables", str(error))
 
 
-def _layer_problems(field: str, layer: Mapping[str, Any], catalog: Catalog) -> Iterator[Problem]:
+def _layer_problems(
+    field: str, layer: Mapping[str, Any], catalog: Catalog, sound: dict[str, tuple[Layer, Geometry]]
+) -> Iterator[Problem]:
+    """Check type and altitudes of a layer, and add it to ``sound`` where they have no problem."""
     name = layer.get("type", Layer.model_fields["type"].default)
     if not isinstance(name, str):
         return
@@ -162,7 +167,8 @@ def _layer_problems(field: str, layer: Mapping[str, Any], catalog: Catalog) -> I
         return
     geometry = {key: layer[key] for key in ("type", "base", "top", "thickness_min") if key in layer}
     try:
-        layer_geometry(Layer.model_validate(geometry), load_cloud_type(name, catalog), field)
+        section = Layer.model_validate(geometry)
+        sound[field] = section, layer_geometry(section, load_cloud_type(name, catalog), field)
     except ScenarioError as error:
         yield from error.problems
     except ValidationError:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import Problem, ScenarioError
@@ -14,7 +16,6 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import (
     AtmosphereInputs,
     CloudGenerator,
-    CloudInputs,
     CloudLayer,
     Declares,
     Grid,
@@ -32,15 +33,16 @@ from hcss_twin.radiance.solar_spectrum import SolarSpectrum
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid, dense_grid
 from hcss_twin.registry.discovery import Entry
-from hcss_twin.registry.guard import guard
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.bands import spectral_band
-from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.blame import blamed_on
+from hcss_twin.scene.builder import Builder
+from hcss_twin.scene.cloud_assembly import assemble_clouds
 from hcss_twin.scene.surroundings import FilledIn, Surroundings, surroundings
+
+Array = NDArray[np.float64]
 
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """A sea that is made only to be checked, because the scene is refused anyway."""
@@ -84,10 +86,26 @@ class Assembly:
         return tuple(dict.fromkeys((*self.profile.notes, *notes)))
 
     @property
+    def cloudy_layers(self) -> tuple[bool, ...]:
+        """Of each layer whether any pixel can have its cloud; an image's own coverage may ignore a 0."""
+        return tuple(
+            layer.coverage > 0.0 or getattr(generator, "image_coverage", None) is not None
+            for layer, generator in zip(self.layers, self.generators, strict=True)
+        )
+
+    @property
     def has_cloud(self) -> bool:
-        """Whether any pixel can be cloudy; a generator whose coverage is its image's own may ignore a 0."""
-        exact = all(getattr(generator, "image_coverage", None) is None for generator in self.generators)
-        return bool(self.layers) and not (exact and self.layers[0].coverage == 0.0)
+        """Whether any pixel can be cloudy."""
+        return any(self.cloudy_layers)
+
+    @property
+    def extreme_thicknesses_m(self) -> Array:
+        """Columns (N, L) with the thinnest and the thickest cloud, or none, of each layer; not all without."""
+        choices = [
+            (0.0, layer.thickness_min_m, layer.thickness_max_m) if cloudy else (0.0,)
+            for layer, cloudy in zip(self.layers, self.cloudy_layers, strict=True)
+        ]
+        return np.array([each for each in product(*choices) if any(each)]).reshape(-1, len(self.layers))
 
 
 def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
@@ -98,7 +116,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     ScenarioError
         With every value that does not fit the data or provider it selects.
     """
-    builder = _Builder(Registry.discover())
+    builder = Builder(Registry.discover())
     around: Surroundings | None = None
     transmittance: TransmittanceProvider | None = None
     bands: list[SpectralBand] = []
@@ -129,21 +147,8 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
             _require_bands_inside(bands, optics.declares, "optics")
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
-    layers: list[CloudLayer] = []
-    generators: list[CloudGenerator] = []
-    for index, section in enumerate(scenario.clouds.layers):
-        field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
-        with builder.blaming(f"{field}.type"):
-            resolved = resolve_layer(section, catalog, field)
-            if around is not None:
-                _require_top_inside(resolved.layer, around.profile, field)
-            layers.append(resolved.layer)
-            cloud_inputs = CloudInputs(
-                resolved.layer, grid, motion, scenario.seed, catalog, resolved.type_parameters
-            )
-            with builder.blaming(f"{field}.generator", section.parameters):
-                name = selected(section, "generator")
-                generators.append(builder.build(Kind.CLOUDS, name, cloud_inputs, section.parameters))
+    clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around)
+    layers = tuple(layer for layer, _ in clouds)
     builder.raise_problems()
     assert around is not None
     assert transmittance is not None
@@ -155,7 +160,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         transmittance=transmittance,
         sea=sea,
         optics=optics,
-        layers=tuple(layers),
+        layers=layers,
         sea_temperature_K=temperature,
         view=view,
         solar_irradiance=SolarSpectrum(catalog),
@@ -174,8 +179,8 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         view=view,
         grid=grid,
         motion=motion,
-        layers=tuple(layers),
-        generators=tuple(generators),
+        layers=layers,
+        generators=tuple(generator for _, generator in clouds),
         transmittance=transmittance,
         sea=sea,
         optics=optics,
@@ -183,52 +188,6 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         sea_temperature_K=temperature,
         filled_in=around.filled_in,
     )
-
-
-class _Builder:
-    """Resolves, constructs and guards providers, remembers which were used, and gathers what is wrong."""
-
-    def __init__(self, registry: Registry) -> None:
-        self._registry = registry
-        self._problems: list[Problem] = []
-        self.entries: dict[str, Entry] = {}
-
-    def build(self, kind: Kind, name: str, inputs: Any, parameters: Mapping[str, Any]) -> Any:
-        entry, values = self._resolved(kind, name, parameters)
-        provider = guard(entry, self._registry.create(entry, inputs, values), inputs)
-        self.entries[str(kind)] = entry
-        return provider
-
-    def bound_profile(self, name: str, parameters: Mapping[str, Any], catalog: Catalog) -> Profile | None:
-        """Return the one profile a transmittance provider belongs to; None if it takes any."""
-        entry, values = self._resolved(Kind.ATMOSPHERE, name, parameters)
-        return self._registry.bound_profile(entry, values, catalog)
-
-    def _resolved(self, kind: Kind, name: str, parameters: Mapping[str, Any]) -> tuple[Entry, Any]:
-        entry = self._registry.resolve(kind, name)
-        model = self._registry.parameters_model(entry)
-        return entry, None if model is None else model.model_validate(dict(parameters))
-
-    @contextmanager
-    def blaming(self, field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
-        """Keep whatever a catalog or provider complains about, as :func:`blamed_on` words it."""
-        try:
-            with blamed_on(field, parameters):
-                yield
-        except ScenarioError as error:
-            self._problems += error.problems
-
-    def raise_problems(self) -> None:
-        """Raise everything gathered."""
-        if self._problems:
-            raise ScenarioError(self._problems)
-
-
-def _require_top_inside(layer: CloudLayer, profile: Profile, field: str) -> None:
-    top = float(profile.altitude_m[-1])
-    if layer.top_m > top:
-        message = f"{layer.top_m:g} m is above the profile '{profile.name}'; allowed: up to {top:g}"
-        raise ScenarioError([Problem(f"{field}.top", message)])
 
 
 def _motion(scenario: Scenario) -> Motion:

@@ -8,16 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import Sun
+from hcss_twin.scene.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.tables import TOTAL, RadianceTables, ThicknessTable
-from hcss_twin.scene.thickness_axis import ThicknessAxis, place_axis
+from hcss_twin.scene.tables import InstantTable, Quantities, RadianceTables
+from hcss_twin.scene.thickness_axis import Columns, ThicknessAxis, place_axis
 
 Array = NDArray[np.float64]
 
 TABLE_SHARE = 0.1
 """Share of the scenario's accuracy that interpolation between table nodes may use."""
 
+
+LARGEST_TABLE_BYTES = 128_000_000
+"""Of the table of two layers at one instant; three of them are held where the sun moves."""
 
 LONGEST_TIME_STEP_S = 3600.0
 """Time nodes are at most this far apart where the sun matters."""
@@ -27,34 +32,66 @@ def compile_tables(plan: Plan) -> RadianceTables:
     """Compute band radiance against thickness, and against time where the sun moves enough to matter.
 
     Nodes are added until interpolation, measured between the nodes, errs by less than
-    ``accuracy`` x ``TABLE_SHARE``, relative to the total radiance of the band.
+    ``accuracy`` x ``TABLE_SHARE``, relative to the total radiance of the band. There is a table for each layer
+    alone, and where two can have cloud one of both.
 
     Raises
     ------
     ProviderError
         If a provider fails at a state the scene needs.
+    ScenarioError
+        If the table of two layers would be too large for the accuracy asked for.
     """
     columns = _Columns(plan)
     tolerance = plan.scenario.accuracy * TABLE_SHARE
     sun = _sun(plan, float(plan.frame_times_s[plan.frame_times_s.size // 2]))
-    axis = None
-    if plan.layer is not None and plan.has_cloud:
-        axis = place_axis(
-            lambda thickness: columns.cloudy(thickness, sun),
-            plan.layer,
-            plan.profile.altitude_m,
-            0.5 * tolerance,
-        )
-    times, error = _time_nodes(columns, plan, 0.5 * tolerance)
-    tables = tuple(columns.table(axis, _sun(plan, time)) for time in times)
-    return RadianceTables(times, tables, error + (axis.estimated_error if axis else 0.0))
+    axes: tuple[ThicknessAxis | None, ...] = tuple(
+        place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, 0.5 * tolerance)
+        if plan.cloudy_layers[index]
+        else None
+        for index, layer in enumerate(plan.layers)
+    )
+    error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
+    pair: LayerPair | None = None
+    match axes:
+        case (ThicknessAxis() as low, ThicknessAxis() as high):
+            pair = place_pair(
+                lambda thickness: columns.cloudy(thickness, sun),
+                low,
+                high,
+                0.5 * tolerance,
+                columns.wavenumbers,
+            )
+            _require_room(plan, pair, len(columns.quantities.names))
+            axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
+    times, time_error = _time_nodes(columns, plan, 0.5 * tolerance)
+    tables = tuple(columns.table(axes, pair, _sun(plan, time)) for time in times)
+    return RadianceTables(columns.quantities, times, axes, pair, tables, time_error + error)
+
+
+def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
+    """Refuse an accuracy for which the table of two layers would not fit."""
+    nodes = pair.low.dense_m.size * pair.high.dense_m.size
+    size = nodes * quantities * len(plan.bands) * np.dtype(np.float32).itemsize
+    if size <= LARGEST_TABLE_BYTES:
+        return
+    # The number of nodes goes with accuracy^-1/2 along each axis, roughly.
+    possible = 1.2 * plan.scenario.accuracy * size / LARGEST_TABLE_BYTES
+    digit = 10.0 ** np.floor(np.log10(possible))
+    closest = np.ceil(possible / digit) * digit
+    message = (
+        f"{plan.scenario.accuracy:g} needs a table of {size / 1e6:.0f} MB for two cloud layers, {len(plan.bands)} "
+        f"bands and {quantities - 1} terms; allowed: up to {LARGEST_TABLE_BYTES / 1e6:.0f} MB; closest valid choice "
+        f"is about {closest:.0e}"
+    )
+    raise ScenarioError([Problem("accuracy", message)], plan.scenario.origin)
 
 
 def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[float, ...], float]:
     """Choose frames whose tables are computed, so that those between are their weighted means.
 
-    Judged on the clear column and on the thinnest and thickest clouds, which bound the weight of the
-    solar terms. One frame where the sun does not matter.
+    Judged on the clear column and on the thinnest and thickest clouds of each layer and of both, which bound the
+    weight of the solar terms. One frame where the sun does not matter.
     """
     times = plan.frame_times_s
     middle = times.size // 2
@@ -98,43 +135,61 @@ class _Columns:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._grid = plan.spectral_grid
-        self._terms = tuple(plan.model.terms)
+        terms = tuple(plan.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
-        self._requested = [name for name in self._terms if name in wanted]
+        self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
+
+    @property
+    def wavenumbers(self) -> int:
+        """Wavenumbers behind each column."""
+        return self._grid.wavenumber_cm1.size
 
     def clear(self, sun: Sun | None) -> Array:
         """Terms of the clear column, (K, B)."""
         return self._to_bands(self._plan.model.clear(self._grid.wavenumber_cm1, sun))
 
     def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
-        """Terms of cloudy columns, (N, K, B)."""
+        """Terms of cloudy columns, (N, K, B), from the thickness of each layer, (N, L)."""
         return self._to_bands(self._plan.model.cloudy(self._grid.wavenumber_cm1, thickness_m, sun))
+
+    def alone(self, index: int, sun: Sun | None) -> Columns:
+        """Columns with cloud in one layer only, as a function of its thickness (N,)."""
+
+        def columns(thickness_m: Array) -> Array:
+            layers = np.zeros((thickness_m.size, len(self._plan.layers)))
+            layers[:, index] = thickness_m
+            return self.cloudy(layers, sun)
+
+        return columns
 
     def probe(self, sun: Sun | None) -> Array:
         """Total of a few columns that bound the scene, (N, B)."""
         clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
-        layer = self._plan.layer
-        if layer is None or not self._plan.has_cloud:
+        extremes = self._plan.extreme_thicknesses_m
+        if extremes.shape[0] == 0:
             return clear
-        extremes = np.array([layer.thickness_min_m, layer.thickness_max_m])
         cloudy: Array = np.sum(self.cloudy(extremes, sun), axis=1)
         return np.concatenate((clear, cloudy))
 
-    def table(self, axis: ThicknessAxis | None, sun: Sun | None) -> ThicknessTable:
+    def table(
+        self, axes: tuple[ThicknessAxis | None, ...], pair: LayerPair | None, sun: Sun | None
+    ) -> InstantTable:
         """Table of one instant."""
-        clear = self._named(self.clear(sun))
-        if axis is None:
-            return ThicknessTable(np.empty(0), clear, {})
-        cloudy = axis.sample(lambda thickness: self.cloudy(thickness, sun))
-        return ThicknessTable(axis.dense_m, clear, self._named(cloudy))
-
-    def _named(self, terms: Array) -> dict[str, Array]:
-        """Total and requested terms by name, from (..., K, B) to (..., B)."""
-        named = {TOTAL: np.sum(terms, axis=-2)}
-        named.update({name: terms[..., self._terms.index(name), :] for name in self._requested})
-        return named
+        clear = self.quantities.of(self.clear(sun))
+        return InstantTable(
+            clear,
+            tuple(
+                np.empty((0, *clear.shape))
+                if axis is None
+                else self.quantities.of(axis.sample(self.alone(index, sun)))
+                for index, axis in enumerate(axes)
+            ),
+            None
+            if pair is None
+            else pair.exact(lambda thickness: self.cloudy(thickness, sun), self.wavenumbers),
+        )
 
     def _to_bands(self, terms: Mapping[str, Array]) -> Array:
         """Integrate spectra (..., V) over the bands and stack the terms: (..., K, B)."""
         weights = self._grid.weights_cm1.T
-        return np.stack([np.asarray(terms[name]) @ weights for name in self._terms], axis=-2)
+        return np.stack([np.asarray(terms[name]) @ weights for name in self.quantities.terms], axis=-2)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.catalog import Catalog
-from hcss_twin.cube.variables import VariableSpec, expand
+from hcss_twin.cube.variables import LAYER, VariableSpec, expand
 from hcss_twin.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, View
@@ -93,14 +93,24 @@ class Plan:
         return self.assembly.profile
 
     @property
-    def layer(self) -> CloudLayer | None:
-        """The cloud layer, None for a clear scene."""
-        return self.assembly.layers[0] if self.assembly.layers else None
+    def layers(self) -> tuple[CloudLayer, ...]:
+        """Cloud layers, from the lowest to the highest."""
+        return self.assembly.layers
 
     @property
-    def generator(self) -> CloudGenerator | None:
-        """The cloud generator, None for a clear scene."""
-        return self.assembly.generators[0] if self.assembly.generators else None
+    def generators(self) -> tuple[CloudGenerator, ...]:
+        """The cloud generator of each layer."""
+        return self.assembly.generators
+
+    @property
+    def cloudy_layers(self) -> tuple[bool, ...]:
+        """Of each layer whether any pixel can have its cloud."""
+        return self.assembly.cloudy_layers
+
+    @property
+    def extreme_thicknesses_m(self) -> Array:
+        """Columns (N, L) with the thinnest and the thickest cloud, or none, of each layer; not all without."""
+        return self.assembly.extreme_thicknesses_m
 
     @property
     def view(self) -> View:
@@ -109,13 +119,13 @@ class Plan:
 
     @property
     def grid(self) -> Grid:
-        """Image plane."""
+        """Image plane, in pixels."""
         return self.assembly.grid
 
     @property
-    def has_cloud(self) -> bool:
-        """Whether any pixel can be cloudy."""
-        return self.assembly.has_cloud
+    def samples_per_pixel(self) -> int:
+        """Points along each side of a pixel."""
+        return self.scenario.image.samples_per_pixel
 
     @property
     def needs_radiance(self) -> bool:
@@ -135,6 +145,7 @@ class Plan:
             "band": len(self.bands),
             "y": self.grid.rows,
             "x": self.grid.columns,
+            LAYER: len(self.layers),
         }
         return sum(
             math.prod(sizes[dim] for dim in spec.dims) * np.dtype(spec.dtype).itemsize
@@ -147,6 +158,17 @@ class Plan:
             "frames": int(self.frame_times_s.size),
             "rows": self.grid.rows,
             "columns": self.grid.columns,
+            "samples_per_pixel": self.samples_per_pixel,
+            "layers": [
+                {
+                    "name": layer.name,
+                    "base_m": layer.base_m,
+                    "top_m": layer.top_m,
+                    "coverage": layer.coverage,
+                    "coverage_mode": layer.coverage_mode,
+                }
+                for layer in self.layers
+            ],
             "bands": [
                 {"name": band.name, "lower_um": band.lower_um, "upper_um": band.upper_um}
                 for band in self.bands
@@ -211,7 +233,7 @@ def _make_plan(scenario: Scenario) -> Plan:
 
 def _variables(scenario: Scenario, assembly: Assembly) -> tuple[VariableSpec, ...]:
     try:
-        return tuple(expand(scenario.output.variables, assembly.model.terms))
+        return tuple(expand(scenario.output.variables, assembly.model.terms, len(assembly.layers)))
     except ValueError as error:
         raise ScenarioError([Problem("output.variables", str(error))]) from error
 
@@ -245,8 +267,8 @@ def _probe_lowest_sun(assembly: Assembly, track: SunTrack, times: Array, zenith_
     wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
     try:
         assembly.model.clear(wavenumber, sun)
-        for layer in assembly.layers:
-            assembly.model.cloudy(wavenumber, np.array([layer.thickness_min_m, layer.thickness_max_m]), sun)
+        if assembly.has_cloud:
+            assembly.model.cloudy(wavenumber, assembly.extreme_thicknesses_m, sun)
     except ProviderError as error:
         message = (
             f"with the sun at zenith {zenith_deg[frame]:.2f} deg (frame {frame}): {error}; allowed: times with the "
@@ -276,9 +298,14 @@ def _skipped(assembly: Assembly, variables: tuple[VariableSpec, ...], sun_zenith
         skipped.append(Skipped("cloud optics and cloudy columns", "the scenario has no cloud layer", 0.0))
     elif not assembly.has_cloud:
         skipped.append(Skipped("cloudy columns", "coverage is 0", 0.0))
-    for generator in assembly.generators:
+    several = len(assembly.layers) > 1
+    for layer, generator, cloudy in zip(
+        assembly.layers, assembly.generators, assembly.cloudy_layers, strict=True
+    ):
+        if several and assembly.has_cloud and not cloudy:
+            skipped.append(Skipped(f"columns with {layer.name}", "its coverage is 0", 0.0))
         for what, why in getattr(generator, "skipped", ()):
-            skipped.append(Skipped(what, why, None))
+            skipped.append(Skipped(f"{layer.name}: {what}" if several else what, why, None))
     skipped.append(
         Skipped("waves as shapes", "pixels average over waves; the sea is homogeneous at this scale", 0.0)
     )

@@ -45,12 +45,14 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
 
 
 def _summary(plan: Plan) -> str:
-    layer = plan.layer
-    clouds = f"{layer.name} clouds" if layer else "clear sky"
+    names = [layer.name for layer in reversed(plan.layers)]
+    clouds = f"{' over '.join(names)} clouds" if names else "clear sky"
     bands = ", ".join(f"{band.lower_um:g}-{band.upper_um:g} um" for band in plan.bands)
+    points = plan.samples_per_pixel
+    averaged = f", each pixel the mean of {points} x {points} points" if points > 1 else ""
     return (
-        f"Band-integrated radiance at the sensor of {clouds} over sea in {bands}, computed by hcss_twin with the "
-        f"radiance model '{plan.scenario.radiance.model}'."
+        f"Band-integrated radiance at the sensor of {clouds} over sea in {bands}{averaged}, computed by hcss_twin with "
+        f"the radiance model '{plan.scenario.radiance.model}'."
     )
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from hcss_twin.cube.header import BandInfo, CubeHeader
+from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.scenario.scenario import Scenario
@@ -121,4 +121,5 @@ def _header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
         variables=plan.variables,
         attributes=provenance(plan, tables),
         platform_speed_m_s=scenario.motion.platform_speed,
+        layers=tuple(LayerInfo(layer.name, layer.base_m, layer.top_m) for layer in plan.layers),
     )

@@ -1,24 +1,29 @@
-"""Frames: thickness from the generator, radiance by look-up, one after the other."""
+"""Frames: thickness from the generators, radiance by look-up, one after the other."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cube.variables import TERM_PREFIX
-from hcss_twin.providers import CloudLayer
 from hcss_twin.scene.brightness import BrightnessTemperature
+from hcss_twin.scene.footprint import points_of, windows
+from hcss_twin.scene.look_up import LookUp
 from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.tables import TOTAL, RadianceTables, look_up
+from hcss_twin.scene.tables import TOTAL, RadianceTables, TableReader
+from hcss_twin.scene.truth import Truth
 
 Frame = dict[str, NDArray[Any]]
+Thickness = NDArray[np.float32]
 
 
 def stream(plan: Plan, tables: RadianceTables | None) -> Iterator[Frame]:
     """Yield each frame's requested variables; memory does not depend on the number of frames.
+
+    Nor does it depend on the number of points per pixel, as far as cloud generators give windows.
 
     Parameters
     ----------
@@ -33,71 +38,52 @@ def stream(plan: Plan, tables: RadianceTables | None) -> Iterator[Frame]:
 class _FrameMaker:
     def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
         self._plan = plan
-        self._tables = tables
+        self._quantities = () if tables is None else tables.quantities.names
+        self._reader = None if tables is None else TableReader(tables)
+        self._truth = Truth(plan)
         self._names = {spec.name for spec in plan.variables}
         self._temperature = (
             BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
             if "brightness_temperature" in self._names
             else None
         )
-        self._extinction = _band_extinction(plan) if "cloud_optical_thickness" in self._names else None
 
     def frame(self, time_s: float) -> Frame:
-        thickness = self._thickness(time_s)
-        made: Frame = self._truth(thickness)
-        if self._tables is not None:
-            for name, values in look_up(self._tables.at(time_s), thickness).items():
-                made[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
-            if self._temperature is not None:
-                made["brightness_temperature"] = self._temperature(made[TOTAL])
+        plan, bands = self._plan, len(self._plan.bands)
+        look_up = None if self._reader is None else LookUp(self._reader.at(time_s))
+        shape = len(self._quantities) * bands, plan.grid.rows, plan.grid.columns
+        radiance = np.empty(shape, dtype=np.float32)
+        self._truth.start_frame()
+        whole = self._whole_frames(time_s)
+        for window in windows(plan.grid, plan.samples_per_pixel):
+            thickness = self._thickness(time_s, window, whole)
+            self._truth.fill(window, thickness)
+            if look_up is not None:
+                corner = window[0].start, window[1].start
+                look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
+        made: Frame = dict(self._truth.variables)
+        for index, name in enumerate(self._quantities):
+            values = radiance[index * bands : (index + 1) * bands]
+            made[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
+        if self._temperature is not None:
+            made["brightness_temperature"] = self._temperature(made[TOTAL])
         return {name: values for name, values in made.items() if name in self._names}
 
-    def _thickness(self, time_s: float) -> NDArray[np.float32]:
-        grid = self._plan.grid
-        if self._plan.generator is None:
-            return np.zeros((grid.rows, grid.columns), dtype=np.float32)
-        return self._plan.generator.thickness_m(time_s, slice(0, grid.rows), slice(0, grid.columns))
+    def _whole_frames(self, time_s: float) -> list[Thickness | None]:
+        """Frames of the generators that only make whole ones."""
+        plan, samples = self._plan, self._plan.samples_per_pixel
+        rows, columns = (slice(0, size * samples) for size in (plan.grid.rows, plan.grid.columns))
+        return [
+            None if generator.declares.tileable else generator.thickness_m(time_s, rows, columns)
+            for generator in plan.generators
+        ]
 
-    def _truth(self, thickness: NDArray[np.float32]) -> Frame:
-        names, layer = self._names, self._plan.layer
-        made: Frame = {}
-        if "cloud_mask" in names:
-            made["cloud_mask"] = (thickness > 0).astype(np.uint8)
-        if "cloud_thickness" in names:
-            made["cloud_thickness"] = thickness
-        if self._extinction is not None:
-            made["cloud_optical_thickness"] = self._extinction[:, None, None] * thickness
-        if "cloud_top_altitude" in names or "cloud_top_temperature" in names:
-            top = _cloud_top(layer, thickness)
-            made["cloud_top_altitude"] = top.astype(np.float32)
-            made["cloud_top_temperature"] = self._top_temperature(layer, top)
-        return made
-
-    def _top_temperature(self, layer: CloudLayer | None, top: NDArray[np.float64]) -> NDArray[np.float32]:
-        temperature = np.full(top.shape, np.nan, dtype=np.float32)
-        cloudy = np.isfinite(top)
-        if layer is not None and np.any(cloudy):
-            if layer.temperature_K is not None:
-                temperature[cloudy] = layer.temperature_K
-            else:
-                temperature[cloudy] = self._plan.profile.temperature_at(top[cloudy])
-        return temperature
-
-
-def _cloud_top(layer: CloudLayer | None, thickness: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Altitude of the cloud top, NaN where clear."""
-    top = np.full(thickness.shape, np.nan)
-    if layer is not None:
-        cloudy = thickness > 0
-        top[cloudy] = layer.cloud_top_m(thickness[cloudy].astype(np.float64))
-    return top
-
-
-def _band_extinction(plan: Plan) -> NDArray[np.float32]:
-    """Extinction at each band's central wavelength, (B,), m-1; 0 without cloud."""
-    centres = np.array([1e4 / band.central_um for band in plan.bands])
-    if plan.layer is None:
-        return np.zeros(centres.size, dtype=np.float32)
-    ascending, position = np.unique(centres, return_inverse=True)
-    properties = plan.optics.single_scattering(plan.layer.microphysics, ascending)
-    return properties.extinction_m1[position].astype(np.float32)
+    def _thickness(
+        self, time_s: float, window: tuple[slice, slice], whole: Sequence[Thickness | None]
+    ) -> list[Thickness]:
+        """Thickness of each layer at the points of a window."""
+        rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
+        return [
+            generator.thickness_m(time_s, rows, columns) if frame is None else frame[rows, columns]
+            for generator, frame in zip(self._plan.generators, whole, strict=True)
+        ]

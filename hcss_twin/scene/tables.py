@@ -1,117 +1,158 @@
-"""Radiance tables: band radiance against cloud thickness (and time, where the sun moves)."""
+"""Radiance tables: band radiance against the thickness of the cloud layers (and time, where the sun moves)."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.scene.layer_pair import LayerPair
+from hcss_twin.scene.thickness_axis import ThicknessAxis
 
 Array = NDArray[np.float64]
 
 TOTAL = "radiance"
 
-ROUNDING = 1e-6
-"""Thickness in a frame is float32: so much beyond the outermost nodes is rounding, and is taken for the node."""
-
 
 @dataclass(frozen=True)
-class ThicknessTable:
-    """Band radiance of one instant: the clear column, and cloudy columns at thickness nodes.
+class Quantities:
+    """What is looked up: the total of the radiance and the terms that were asked for.
 
     Attributes
     ----------
-    thickness_m : ndarray (N,)
-        Nodes, ascending, above 0; empty in a scene without cloud.
-    clear : mapping of str to ndarray (B,)
-        Total (``radiance``) and each requested term.
-    cloudy : mapping of str to ndarray (N, B)
-        The same for the nodes.
+    terms : tuple of str (K,)
+        All terms of the radiance model.
+    wanted : tuple of str
+        Those of them that are looked up beside the total.
     """
 
-    thickness_m: Array
-    clear: Mapping[str, Array]
-    cloudy: Mapping[str, Array]
+    terms: tuple[str, ...]
+    wanted: tuple[str, ...]
 
-    def blend(self, other: ThicknessTable, weight: float) -> ThicknessTable:
+    @property
+    def names(self) -> tuple[str, ...]:
+        """``radiance`` and the terms wanted, (Q,)."""
+        return TOTAL, *self.wanted
+
+    def of(self, terms: Array) -> Array:
+        """Pick from terms (..., K, B), or sum them, (..., Q, B)."""
+        picked = [terms[..., self.terms.index(name), :] for name in self.wanted]
+        return np.stack([np.sum(terms, axis=-2), *picked], axis=-2)
+
+
+@dataclass(frozen=True)
+class InstantTable:
+    """Band radiance at one instant.
+
+    Attributes
+    ----------
+    clear : ndarray (Q, B)
+        The clear column.
+    alone : tuple of ndarray (N, Q, B)
+        For each layer, columns with cloud in this layer only, at the dense nodes of its axis; N = 0 for a layer
+        that never has cloud.
+    both : ndarray (E, F, K, B) or None
+        Terms of columns with cloud in both layers, at the exact nodes of their axes; None unless there are two.
+    """
+
+    clear: Array
+    alone: tuple[Array, ...]
+    both: Array | None
+
+
+@dataclass(frozen=True)
+class DenseTable:
+    """Band radiance at one instant, ready to be looked up.
+
+    Attributes
+    ----------
+    clear : ndarray (C,)
+        The clear column; C = Q x B.
+    nodes_m : tuple of ndarray (N,)
+        Thickness nodes of each layer, ascending, above 0; empty for a layer that never has cloud.
+    alone : tuple of ndarray (N, C)
+    both : ndarray of float32 (N, M, C) or None
+    """
+
+    clear: Array
+    nodes_m: tuple[Array, ...]
+    alone: tuple[Array, ...]
+    both: NDArray[np.float32] | None
+
+    def blend(self, other: DenseTable, weight: float) -> DenseTable:
         """Interpolate linearly toward ``other``, which has the same nodes."""
         if weight == 0.0:
             return self
-        return ThicknessTable(
-            self.thickness_m,
-            {name: (1 - weight) * value + weight * other.clear[name] for name, value in self.clear.items()},
-            {name: (1 - weight) * value + weight * other.cloudy[name] for name, value in self.cloudy.items()},
+        both: NDArray[np.float32] | None = None
+        if self.both is not None and other.both is not None:
+            both = other.both - self.both
+            both *= np.float32(weight)  # in place, as these tables are large
+            both += self.both
+        return DenseTable(
+            (1 - weight) * self.clear + weight * other.clear,
+            self.nodes_m,
+            tuple((1 - weight) * a + weight * b for a, b in zip(self.alone, other.alone, strict=True)),
+            both,
         )
 
 
 @dataclass(frozen=True)
 class RadianceTables:
-    """Thickness tables at time nodes.
+    """Tables at time nodes.
 
     Attributes
     ----------
+    quantities : Quantities
     time_s : tuple of float (T,)
         Time nodes; a single one where the sun does not matter.
-    tables : tuple of ThicknessTable (T,)
+    axes : tuple of ThicknessAxis or None
+        Of each layer, from the lowest to the highest; None for a layer that never has cloud.
+    pair : LayerPair or None
+        Axes of both layers together, which then are ``axes``.
+    tables : tuple of InstantTable (T,)
         Tables at the nodes.
     estimated_error : float
         Largest relative error of the total found between the nodes while they were placed.
     """
 
+    quantities: Quantities
     time_s: tuple[float, ...]
-    tables: tuple[ThicknessTable, ...]
+    axes: tuple[ThicknessAxis | None, ...]
+    pair: LayerPair | None
+    tables: tuple[InstantTable, ...]
     estimated_error: float
 
-    def at(self, time_s: float) -> ThicknessTable:
-        """Table at a time within the nodes."""
-        if len(self.tables) == 1:
-            return self.tables[0]
-        index = int(np.clip(np.searchsorted(self.time_s, time_s, side="right") - 1, 0, len(self.time_s) - 2))
-        span = self.time_s[index + 1] - self.time_s[index]
-        return self.tables[index].blend(self.tables[index + 1], (time_s - self.time_s[index]) / span)
 
+class TableReader:
+    """Tables for the look-up at any time within the nodes.
 
-def look_up(table: ThicknessTable, thickness_m: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
-    """Radiance of one frame.
-
-    Parameters
-    ----------
-    thickness_m : ndarray (y, x)
-        Cloud thickness, 0 where clear.
-
-    Returns
-    -------
-    dict
-        ``radiance`` and each term, (B, y, x).
+    Dense tables of two layers are large: those of the two time nodes in use are kept, so that frames are best asked
+    for in the order of time.
     """
-    thickness = thickness_m.astype(np.float64).ravel()
-    cloudy = np.flatnonzero(thickness > 0)
-    nodes = table.thickness_m
-    index, fraction = _locate(nodes, thickness[cloudy])
-    result = {}
-    for name, clear in table.clear.items():
-        frame = np.empty((clear.size, thickness.size), dtype=np.float32)
-        frame[:] = clear[:, None]
-        if cloudy.size:
-            values = table.cloudy[name].T
-            for band, row in enumerate(values):
-                frame[band, cloudy] = row[index] + fraction * (row[index + 1] - row[index])
-        result[name] = frame.reshape(clear.size, *thickness_m.shape)
-    return result
 
+    def __init__(self, tables: RadianceTables) -> None:
+        self._tables = tables
+        self._dense = lru_cache(maxsize=2)(self._dense_at_node)
 
-def _locate(nodes: Array, thickness: Array) -> tuple[NDArray[np.intp], Array]:
-    """Interval and fraction of each thickness; shared by all bands and terms."""
-    if thickness.size == 0:
-        return np.zeros(0, dtype=np.intp), thickness
-    low, high = float(nodes[0]), float(nodes[-1])
-    if thickness.min() < low * (1 - ROUNDING) or thickness.max() > high * (1 + ROUNDING):
-        raise ProviderError(
-            f"cloud thickness {thickness.min():g} to {thickness.max():g} m; the layer allows {low:g} to {high:g} m"
+    def at(self, time_s: float) -> DenseTable:
+        """Table at a time within the nodes."""
+        nodes = self._tables.time_s
+        if len(nodes) == 1:
+            return self._dense(0)
+        index = int(np.clip(np.searchsorted(nodes, time_s, side="right") - 1, 0, len(nodes) - 2))
+        span = nodes[index + 1] - nodes[index]
+        return self._dense(index).blend(self._dense(index + 1), (time_s - nodes[index]) / span)
+
+    def _dense_at_node(self, index: int) -> DenseTable:
+        tables, table = self._tables, self._tables.tables[index]
+        both = None
+        if tables.pair is not None and table.both is not None:
+            both = tables.pair.dense(table.both, tables.quantities.of)
+        return DenseTable(
+            clear=table.clear.ravel(),
+            nodes_m=tuple(np.empty(0) if axis is None else axis.dense_m for axis in tables.axes),
+            alone=tuple(each.reshape(each.shape[0], table.clear.size) for each in table.alone),
+            both=both,
         )
-    inside = np.clip(thickness, low, high)
-    index = np.clip(np.searchsorted(nodes, inside, side="right") - 1, 0, nodes.size - 2)
-    return index, (inside - nodes[index]) / (nodes[index + 1] - nodes[index])

@@ -49,15 +49,44 @@ class ThicknessAxis:
     dense_m: Array
     estimated_error: float
 
+    @property
+    def exact_m(self) -> Array:
+        """Nodes of all segments, each once."""
+        return np.concatenate([self.segments[0], *(segment[1:] for segment in self.segments[1:])])
+
+    @property
+    def places(self) -> tuple[slice, ...]:
+        """Where the nodes of each segment lie among ``exact_m``."""
+        first = np.cumsum([0, *(segment.size - 1 for segment in self.segments)])
+        return tuple(
+            slice(int(start), int(start) + segment.size)
+            for start, segment in zip(first, self.segments, strict=False)
+        )
+
+    def interpolate(self, values: Array) -> Array:
+        """Interpolate values at ``exact_m``, (E, ...), onto the dense nodes, (N, ...)."""
+        return np.concatenate(
+            [
+                cubic(segment, values[place])(np.log(self.dense_of(index)))
+                for index, (segment, place) in enumerate(zip(self.segments, self.places, strict=True))
+            ]
+        )
+
+    def dense_of(self, index: int) -> Array:
+        """Dense nodes of one segment; of an end that two segments share, the lower one has it."""
+        segment = self.segments[index]
+        first = self.dense_m > segment[0] if index else self.dense_m >= segment[0]
+        dense: Array = self.dense_m[first & (self.dense_m <= segment[-1])]
+        return dense
+
     def sample(self, columns: Columns) -> Array:
         """Compute exact columns and interpolate every term onto the dense nodes, (N, K, B)."""
-        dense: list[Array] = []
-        for segment in self.segments:
-            # Neighbouring segments share an end; the lower one has it.
-            first = self.dense_m > segment[0] if dense else self.dense_m >= segment[0]
-            inside = first & (self.dense_m <= segment[-1])
-            dense.append(_cubic(segment, columns(segment))(np.log(self.dense_m[inside])))
-        return np.concatenate(dense)
+        return np.concatenate(
+            [
+                cubic(segment, columns(segment))(np.log(self.dense_of(index)))
+                for index, segment in enumerate(self.segments)
+            ]
+        )
 
 
 def place_axis(columns: Columns, layer: CloudLayer, level_m: Array, tolerance: float) -> ThicknessAxis:
@@ -81,7 +110,7 @@ def place_axis(columns: Columns, layer: CloudLayer, level_m: Array, tolerance: f
     for low, high in pairwise(_breakpoints(layer, level_m)):
         nodes, values, error = _segment(columns, low, high, (1 - LINEAR_SHARE) * tolerance)
         segments.append(nodes)
-        dense.append(_dense(nodes, values, LINEAR_SHARE * tolerance))
+        dense.append(dense_nodes(nodes, values, LINEAR_SHARE * tolerance))
         worst = max(worst, error)
     return ThicknessAxis(tuple(segments), np.unique(np.concatenate(dense)), worst + LINEAR_SHARE * tolerance)
 
@@ -94,7 +123,7 @@ def _segment(columns: Columns, low: float, high: float, tolerance: float) -> tup
     while True:
         middle = np.sqrt(nodes[:-1]) * np.sqrt(nodes[1:])
         exact = columns(middle)
-        error = _relative(_total(_cubic(nodes, values)(np.log(middle))), _total(exact))
+        error = relative(total(cubic(nodes, values)(np.log(middle))), total(exact))
         order = np.argsort(np.concatenate((nodes, middle)))
         nodes = np.concatenate((nodes, middle))[order]
         values = np.concatenate((values, exact))[order]
@@ -107,16 +136,22 @@ def _segment(columns: Columns, low: float, high: float, tolerance: float) -> tup
             )
 
 
-def _dense(nodes: Array, values: Array, tolerance: float) -> Array:
-    """Halve intervals of the linear look-up where it departs from the cubic."""
-    cubic = _cubic(nodes, values)
+def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
+    """Halve intervals of the linear look-up where it departs from the cubic through ``values`` (N, K, B).
+
+    Returns
+    -------
+    ndarray (D,)
+        The nodes and those between them.
+    """
+    curve = cubic(nodes, values)
     dense = nodes
     suspect = np.ones(dense.size - 1, dtype=bool)
     while np.any(suspect):
         left = np.flatnonzero(suspect)
         middle = 0.5 * (dense[left] + dense[left + 1])
-        ends = _total(cubic(np.log(dense[left]))), _total(cubic(np.log(dense[left + 1])))
-        exact = _total(cubic(np.log(middle)))
+        ends = total(curve(np.log(dense[left]))), total(curve(np.log(dense[left + 1])))
+        exact = total(curve(np.log(middle)))
         coarse = np.max(np.abs(0.5 * (ends[0] + ends[1]) / exact - 1.0), axis=1) > tolerance
         position = left[coarse] + 1
         dense = np.insert(dense, position, middle[coarse])
@@ -139,7 +174,7 @@ def _breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
     return [low, *inner, high]
 
 
-def _cubic(nodes: Array, values: Array) -> Callable[[Array], Array]:
+def cubic(nodes: Array, values: Array) -> Callable[[Array], Array]:
     """Cubic spline through the nodes that does not undershoot zero.
 
     A term that fades to nothing (the sea under a thick cloud) would swing below zero by less than the
@@ -155,11 +190,12 @@ def _cubic(nodes: Array, values: Array) -> Callable[[Array], Array]:
     return evaluate
 
 
-def _total(terms: Array) -> Array:
+def total(terms: Array) -> Array:
     """Sum over terms: (N, K, B) to (N, B)."""
     result: Array = np.sum(terms, axis=1)
     return result
 
 
-def _relative(guess: Array, exact: Array) -> float:
+def relative(guess: Array, exact: Array) -> float:
+    """Largest difference relative to ``exact``."""
     return float(np.max(np.abs(guess - exact) / np.maximum(np.abs(exact), np.finfo(float).tiny)))

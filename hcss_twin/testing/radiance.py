@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
 import pytest
 
+from hcss_twin.errors import ProviderError
 from hcss_twin.providers import Array, RadianceInputs, RadianceModel, Sun
 from hcss_twin.registry.creation import check_declares
-from hcss_twin.testing.samples import frozen, sample_radiance_inputs, sample_wavenumbers
+from hcss_twin.testing.samples import (
+    frozen,
+    sample_high_layer,
+    sample_layer,
+    sample_radiance_inputs,
+    sample_wavenumbers,
+)
 
-_THICKNESS_M = frozen([50.0, 120.0, 400.0, 800.0])
+_THICKNESS_M = frozen([[50.0], [120.0], [400.0], [800.0]])
+_TWO_LAYERS_M = frozen(
+    [[50.0, 0.0], [800.0, 0.0], [0.0, 100.0], [0.0, 2000.0], [50.0, 2000.0], [400.0, 150.0]]
+)
 
 
 class RadianceModelContract:
@@ -56,7 +67,7 @@ class RadianceModelContract:
         assert set(clear) == set(cloudy) == set(provider.terms)
         for name in provider.terms:
             assert clear[name].shape == (wavenumber_cm1.size,)
-            assert cloudy[name].shape == (_THICKNESS_M.size, wavenumber_cm1.size)
+            assert cloudy[name].shape == (_THICKNESS_M.shape[0], wavenumber_cm1.size)
             assert np.all(np.isfinite(clear[name]))
             assert np.all(np.isfinite(cloudy[name]))
 
@@ -80,10 +91,45 @@ class RadianceModelContract:
     ) -> None:
         """Each thickness alone gives what it gives among others."""
         together = provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)
-        for i in range(_THICKNESS_M.size):
+        for i in range(_THICKNESS_M.shape[0]):
             alone = provider.cloudy(wavenumber_cm1, _THICKNESS_M[i : i + 1], sun)
             for name in provider.terms:
                 np.testing.assert_allclose(alone[name][0], together[name][i], rtol=1e-10, atol=1e-18)
+
+    @pytest.fixture
+    def two_layers(self, inputs: RadianceInputs) -> RadianceModel:
+        """Provider of a scene with a low and a high layer; a model that takes only one says so when it is made."""
+        try:
+            return self.make_provider(
+                dataclasses.replace(inputs, layers=(sample_layer(), sample_high_layer()))
+            )
+        except ProviderError as error:
+            pytest.skip(str(error))
+
+    def test_columns_of_two_layers(
+        self, two_layers: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
+    ) -> None:
+        """All terms (N, V), finite, with a sum greater than 0 that does not depend on batching."""
+        together = two_layers.cloudy(wavenumber_cm1, _TWO_LAYERS_M, sun)
+        assert set(together) == set(two_layers.terms)
+        assert np.all(total(together) > 0.0)
+        for i in range(_TWO_LAYERS_M.shape[0]):
+            alone = two_layers.cloudy(wavenumber_cm1, _TWO_LAYERS_M[i : i + 1], sun)
+            for name in two_layers.terms:
+                assert np.all(np.isfinite(together[name]))
+                np.testing.assert_allclose(alone[name][0], together[name][i], rtol=1e-10, atol=1e-18)
+
+    def test_a_layer_without_cloud_has_no_influence(
+        self, two_layers: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array, sun: Sun | None
+    ) -> None:
+        """A column with cloud in one of two layers is that of a scene which has only this layer."""
+        for index, layer in enumerate((sample_layer(), sample_high_layer())):
+            rows = (_TWO_LAYERS_M[:, index] > 0) & (_TWO_LAYERS_M[:, 1 - index] == 0)
+            single = self.make_provider(dataclasses.replace(inputs, layers=(layer,)))
+            alone = single.cloudy(wavenumber_cm1, _TWO_LAYERS_M[rows, index : index + 1], sun)
+            among = two_layers.cloudy(wavenumber_cm1, _TWO_LAYERS_M[rows], sun)
+            for name in two_layers.terms:
+                np.testing.assert_allclose(among[name], alone[name], rtol=1e-10, atol=1e-18)
 
 
 def total(terms: Mapping[str, Array]) -> Array:

@@ -82,6 +82,20 @@ def sample_layer(coverage: float = 0.5) -> CloudLayer:
     )
 
 
+def sample_high_layer(coverage: float = 0.5) -> CloudLayer:
+    """Return a high ice cloud between 8000 m and 10 000 m, above that of :func:`sample_layer`."""
+    return CloudLayer(
+        name="sample high",
+        base_m=8000.0,
+        top_m=10_000.0,
+        anchor="base",
+        thickness_min_m=100.0,
+        coverage=coverage,
+        temperature_K=None,
+        microphysics=sample_microphysics("ice"),
+    )
+
+
 def sample_grid() -> Grid:
     """Return an image of 48 x 64 pixels of 200 m: not square, so that exchanged axes show."""
     return Grid(rows=48, columns=64, pixel_size_m=200.0)
@@ -131,15 +145,25 @@ def sample_atmosphere_inputs(profile: Profile | None = None) -> AtmosphereInputs
     return AtmosphereInputs(profile=profile or sample_profile(), catalog=Catalog())
 
 
-def sample_radiance_inputs(profile: Profile | None = None) -> RadianceInputs:
-    """Return inputs of a radiance model, made of the plain providers of this kit."""
+def sample_radiance_inputs(
+    profile: Profile | None = None, layers: tuple[CloudLayer, ...] | None = None
+) -> RadianceInputs:
+    """Return inputs of a radiance model, made of the plain providers of this kit.
+
+    Parameters
+    ----------
+    profile : Profile, optional
+        By default :func:`sample_profile`.
+    layers : tuple of CloudLayer, optional
+        From the lowest to the highest; by default :func:`sample_layer` alone.
+    """
     profile = profile or sample_profile()
     return RadianceInputs(
         profile=profile,
         transmittance=PlainGas(profile),
         sea=PlainSea(),
         optics=PlainOptics(),
-        layers=(sample_layer(),),
+        layers=(sample_layer(),) if layers is None else layers,
         sea_temperature_K=290.0,
         view=View(zenith_deg=30.0, azimuth_deg=90.0),
         solar_irradiance=_flat_sun,

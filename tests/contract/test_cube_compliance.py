@@ -68,11 +68,11 @@ def test_cf_finds_no_error(findings):
     assert findings["cf:1.11"]["high"] == []
 
 
-def test_cf_recommends_only_to_put_band_before_time(findings, header):
+def test_cf_recommends_only_to_put_band_and_layer_before_time(findings, header):
     """Time comes first so that a frame is one stretch of the file; CF only recommends the opposite."""
     left = findings["cf:1.11"]["medium"]
-    assert all(text.startswith("§2.4") and "band (" in text for text in left)
-    assert len(left) == sum("band" in spec.dims for spec in header.variables)
+    assert all(text.startswith("§2.4") and ("band (" in text or "layer (" in text) for text in left)
+    assert len(left) == sum(bool({"band", "layer"} & set(spec.dims)) for spec in header.variables)
 
 
 def test_acdd_misses_only_standard_names_that_cf_does_not_have(findings, header):

@@ -37,9 +37,20 @@ def test_values_come_back_exactly_with_dims_types_and_attributes(tmp_path, compr
         np.testing.assert_array_equal(cube.wavelength, [2.85, 4.0])
         np.testing.assert_array_equal(cube.wavelength_bounds, [[2.7, 3.0], [3.0, 5.0]])
         np.testing.assert_array_equal(cube.solar_zenith_angle, [24.0, 24.1, 24.2])
+        assert cube.layer_name.to_numpy().tolist() == cube.layer.to_numpy().tolist() == ["cumulus", "cirrus"]
+        np.testing.assert_array_equal(cube.layer_base, [66.0, 6000.0])
+        np.testing.assert_array_equal(cube.layer_top, [3000.0, 10_000.0])
         assert float(cube.sensor_azimuth_angle) == 120.0
         assert float(cube.centre_displacement[-1]) == 7000.0
         assert cube.attrs["seed"] == 1
+
+
+def test_a_cube_without_variables_by_layer_has_no_layers(tmp_path):
+    header = example_header(variables=tuple(expand(["radiance", "cloud_mask"], {})))
+    write(tmp_path / "c.nc", header)
+    with netCDF4.Dataset(tmp_path / "c.nc") as dataset:
+        assert "layer" not in dataset.dimensions
+        assert not [name for name in dataset.variables if name.startswith("layer")]
 
 
 def test_bands_are_selected_by_name_and_values_are_read_when_used(tmp_path):
@@ -48,6 +59,8 @@ def test_bands_are_selected_by_name_and_values_are_read_when_used(tmp_path):
         assert not cube.radiance.variable._in_memory
         band = cube.radiance.sel(band="MWIR").isel(time=2)
         np.testing.assert_array_equal(band, example_frame(header, 2)["radiance"][1])
+        high = cube.cloud_layer_thickness.sel(layer="cirrus").isel(time=2)
+        np.testing.assert_array_equal(high, example_frame(header, 2)["cloud_layer_thickness"][1])
 
 
 def test_the_order_of_frames_does_not_matter_to_a_single_byte(tmp_path, monkeypatch):

@@ -59,7 +59,7 @@ def test_all_that_does_not_fit_is_said_at_once():
 def test_the_highest_cloud_the_table_allows_runs():
     overrides = {**TINY, "clouds.top": 20_000.0, "clouds.anchor": "base"}
     plan = make_plan(Scenario.load("cirrus", overrides))
-    assert compile_tables(plan).tables[0].thickness_m[-1] == plan.layer.thickness_max_m
+    assert compile_tables(plan).axes[0].dense_m[-1] == plan.layers[0].thickness_max_m
 
 
 def test_two_frames_far_apart_need_two_tables():

@@ -38,7 +38,7 @@ def columns():
         )
         plan = make_plan(scenario)
         clear, opaque = reference_radiance(
-            plan.model, plan.spectral_grid, [0.0, plan.layer.thickness_max_m], plan.sun_track.at(0.0)
+            plan.model, plan.spectral_grid, [0.0, plan.layers[0].thickness_max_m], plan.sun_track.at(0.0)
         )
         result["mwir"].append((clear[0], opaque[0]))
         result["lwir"].append((clear[1], opaque[1]))
@@ -68,7 +68,7 @@ def test_mwir_rows_exclude_the_sunlight_that_eq_16_gives_the_cloud(columns):
         )
     )
     opaque = reference_radiance(
-        plan.model, plan.spectral_grid, [plan.layer.thickness_max_m], plan.sun_track.at(0.0)
+        plan.model, plan.spectral_grid, [plan.layers[0].thickness_max_m], plan.sun_track.at(0.0)
     )[0, 0]
     mixed = 0.715 * columns["mwir"][-1, 0] + 0.285 * opaque
     assert mixed / printed[-1] > 1.03

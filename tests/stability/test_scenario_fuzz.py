@@ -83,6 +83,18 @@ def layers(draw):
 
 
 @st.composite
+def pairs(draw):
+    """Two layers, one above the other, in either order; they may touch."""
+    low, high = draw(layers()), draw(layers())
+    base, depth = draw(numbers(0, 6_000)), draw(log_numbers(0.01, 3_000))
+    gap, height = draw(st.one_of(st.just(0.0), numbers(0, 3_000))), draw(log_numbers(0.01, 7_000))
+    above = base + depth + gap
+    for layer, bottom, top in ((low, base, base + depth), (high, above, above + height)):
+        layer |= {"base": bottom, "top": top, "thickness_min": (top - bottom) * draw(numbers(1e-3, 1))}
+    return {"layers": draw(st.permutations([low, high]))}
+
+
+@st.composite
 def sections(draw):
     """Every section of a valid scenario, over the whole allowed space, but of few pixels."""
     zone = timezone(timedelta(minutes=draw(st.integers(-14 * 60, 14 * 60))))
@@ -106,6 +118,7 @@ def sections(draw):
             "rows": draw(st.integers(1, 8)),
             "columns": draw(st.integers(1, 8)),
             "pixel_size": draw(log_numbers(0.01, 1e5)),
+            "samples_per_pixel": draw(st.sampled_from([1, 1, 2, 3, 64])),
         },
         "frames": {
             "count": draw(st.integers(1, 2)),
@@ -119,7 +132,7 @@ def sections(draw):
             "evolution_time": draw(st.one_of(st.just("frozen"), log_numbers(1e-3, 1e12))),
         },
         "bands": draw(st.lists(bands(), min_size=1, max_size=2, unique_by=str)),
-        "clouds": draw(st.one_of(layers(), layers(), st.just({}))),
+        "clouds": draw(st.one_of(layers(), layers(), pairs(), st.just({}))),
         "sea": {
             "temperature": draw(numbers(260, 330)),
             "wind_speed": draw(st.one_of(numbers(0, 60), st.sampled_from([0.0, 60.0]))),

@@ -8,7 +8,7 @@ import pytest
 from hcss_twin.cube.coordinates import coordinate_values, time_units
 from hcss_twin.cube.example import example_header
 from hcss_twin.cube.footprint import footprint
-from hcss_twin.cube.header import BandInfo
+from hcss_twin.cube.header import BandInfo, LayerInfo
 from hcss_twin.cube.metadata import creation_time, global_attributes
 from hcss_twin.errors import CubeError
 from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M, to_geographic
@@ -33,6 +33,8 @@ from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M, to_geographic
             "'A' is empty or used more",
         ),
         ({"variables": ()}, "variables: none"),
+        ({"layers": ()}, "dimension layer: length 0"),
+        ({"layers": (LayerInfo("low", 10.0, 10.0),)}, "layer 'low': 10.0 to 10.0 m"),
         ({"attributes": {"seed": True}}, "attribute seed: bool"),
         ({"attributes": {"seed": 2**63}}, "attribute seed: .* 64 bits"),
         ({"attributes": {"note": "a\0b"}}, "attribute note"),

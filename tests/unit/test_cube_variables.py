@@ -11,8 +11,8 @@ from hcss_twin.cube.variables import VARIABLES, expand, term_variable
 TERMS = {"sea_emission": "Emission of the sea.", "sun_glint": "Glint."}
 
 
-def names(requested):
-    return [spec.name for spec in expand(requested, TERMS)]
+def names(requested, layer_count=2):
+    return [spec.name for spec in expand(requested, TERMS, layer_count)]
 
 
 def test_names_are_unique_over_variables_and_coordinates():
@@ -35,6 +35,18 @@ def test_groups_and_names_combine_in_the_order_of_the_table_without_repetition()
     ]
     assert names(["truth"]) == [spec.name for spec in VARIABLES if spec.kind == "truth"]
     assert names(["radiance_sun_glint", "cloud_mask"]) == ["cloud_mask", "radiance_sun_glint"]
+
+
+@pytest.mark.parametrize("layer_count", [0, 1])
+def test_variables_by_layer_are_in_groups_only_where_there_are_two(layer_count):
+    for group in ("all", "truth"):
+        assert set(names([group])) - set(names([group], layer_count)) == {"cloud_layer_thickness"}
+
+
+def test_variables_by_layer_can_be_named_where_there_is_a_layer():
+    assert names(["cloud_layer_thickness"], 1) == ["cloud_layer_thickness"]
+    with pytest.raises(ValueError, match="no cloud layer"):
+        names(["cloud_layer_thickness"], 0)
 
 
 def test_an_unknown_name_is_refused_with_the_closest_one():

@@ -56,8 +56,9 @@ class GreyModel:
         return {"surface": ones, "glint": ones * (sun is not None)}
 
     def cloudy(self, wavenumber_cm1, thickness_m, sun):
-        ones = np.ones((thickness_m.size, wavenumber_cm1.size))
-        return {"surface": ones * np.exp(-thickness_m[:, None] / 100.0), "glint": ones * (sun is not None)}
+        ones = np.ones((thickness_m.shape[0], wavenumber_cm1.size))
+        depth = np.sum(thickness_m, axis=1, keepdims=True) / 100.0
+        return {"surface": ones * np.exp(-depth), "glint": ones * (sun is not None)}
 
 
 class TestPlainGas(TransmittanceContract):

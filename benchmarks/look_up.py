@@ -1,0 +1,89 @@
+"""Speed of the look-up kernels against the same look-up in numpy, in one run on one thread.
+
+::
+
+    python benchmarks/look_up.py
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from hcss_twin.scene.look_up import LookUp
+from hcss_twin.scene.tables import DenseTable
+
+SIDE = 800
+NODES, UPPER_NODES = 588, 150
+RANGE_M, UPPER_RANGE_M = (10.0, 2934.0), (50.0, 4000.0)
+
+Thickness = NDArray[np.float32]
+
+
+def best_s(call: Callable[[], object], repeats: int = 15) -> float:
+    """Shortest of some runs, in seconds."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def sky(range_m: tuple[float, float], blur: float, seed: int) -> Thickness:
+    """A frame, half of it cloudy."""
+    field = gaussian_filter(np.random.default_rng(seed).standard_normal((SIDE, SIDE)), blur)
+    low, high = range_m
+    scaled = np.minimum(field / (4 * field.std()), 1.0)
+    return np.where(field > 0, low + (high - low) * scaled, 0.0).astype(np.float32)
+
+
+def in_numpy(table: DenseTable, thickness_m: Thickness) -> NDArray[np.float32]:
+    """Search once, interpolate each channel: what the kernel replaced."""
+    thickness = thickness_m.astype(np.float64).ravel()
+    cloudy = np.flatnonzero(thickness > 0)
+    nodes, values = table.nodes_m[0], table.alone[0].T
+    inside = np.clip(thickness[cloudy], nodes[0], nodes[-1])
+    index = np.clip(np.searchsorted(nodes, inside, side="right") - 1, 0, nodes.size - 2)
+    part = (inside - nodes[index]) / (nodes[index + 1] - nodes[index])
+    radiance = np.empty((table.clear.size, thickness.size), dtype=np.float32)
+    radiance[:] = table.clear[:, None]
+    for plane, row in zip(radiance, values, strict=True):
+        plane[cloudy] = row[index] + part * (row[index + 1] - row[index])
+    return radiance.reshape(-1, *thickness_m.shape)
+
+
+def main() -> None:
+    random = np.random.default_rng(0)
+    nodes, upper = np.geomspace(*RANGE_M, NODES), np.geomspace(*UPPER_RANGE_M, UPPER_NODES)
+    low, high = sky(RANGE_M, 4.0, 1), sky(UPPER_RANGE_M, 8.0, 2)
+    print(f"{SIDE} x {SIDE} points; nanoseconds per point and channel")
+    print(
+        f"{'channels':>10}{'numpy':>10}{'kernel':>10}{'mean of 2 x 2':>16}{'mean of 8 x 8':>16}{'two layers':>14}"
+    )
+    for channels in (3, 18):
+        clear, alone = random.random(channels), random.random((NODES, channels))
+        one = DenseTable(clear, (nodes,), (alone,), None)
+        both = random.random((NODES, UPPER_NODES, channels)).astype(np.float32)
+        two = DenseTable(clear, (nodes, upper), (alone, random.random((UPPER_NODES, channels))), both)
+        radiance = np.empty((channels, SIDE, SIDE), dtype=np.float32)
+        LookUp(one).fill(radiance, [low])
+        np.testing.assert_array_equal(radiance, in_numpy(one, low))
+        LookUp(two).fill(radiance, [low, high])
+        seconds = [
+            best_s(lambda one=one: in_numpy(one, low), 5),
+            *(best_s(lambda one=one, n=n, out=radiance: LookUp(one).fill(out, [low], n)) for n in (1, 2, 8)),
+            best_s(lambda two=two, out=radiance: LookUp(two).fill(out, [low, high])),
+        ]
+        cells = [each / SIDE**2 / channels * 1e9 for each in seconds]
+        print(
+            f"{channels:10}{cells[0]:10.1f}{cells[1]:10.1f}{cells[2]:16.1f}{cells[3]:16.1f}{cells[4]:14.1f}"
+        )
+
+
+if __name__ == "__main__":
+    main()

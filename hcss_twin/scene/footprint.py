@@ -1,0 +1,69 @@
+"""Windows of the image that fit into memory, and means over the points of a pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hcss_twin.providers import Grid
+
+POINTS_AT_ONCE = 2**21
+"""Points whose thickness is asked for and looked up together; 8 MB for each layer."""
+
+
+def windows(grid: Grid, samples: int, most_points: int = POINTS_AT_ONCE) -> Iterator[tuple[slice, slice]]:
+    """Cut an image into windows (rows, columns), in pixels, of at most so many points: strips where a row fits.
+
+    Parameters
+    ----------
+    grid : Grid
+        The image, in pixels.
+    samples : int
+        Points along each side of a pixel.
+    """
+    pixels = max(1, most_points // samples**2)
+    columns = min(grid.columns, pixels)
+    rows = min(grid.rows, max(1, pixels // columns))
+    for row in range(0, grid.rows, rows):
+        for column in range(0, grid.columns, columns):
+            yield (
+                slice(row, min(row + rows, grid.rows)),
+                slice(column, min(column + columns, grid.columns)),
+            )
+
+
+def points_of(pixels: slice, samples: int) -> slice:
+    """Points, along one axis, of a range of pixels."""
+    return slice(pixels.start * samples, pixels.stop * samples)
+
+
+def pixel_sums(values: NDArray[Any], samples: int) -> NDArray[np.float64]:
+    """Sum over the points of each pixel.
+
+    Parameters
+    ----------
+    values : ndarray (y x samples, x x samples)
+        Numbers or truth values.
+
+    Returns
+    -------
+    ndarray (y, x)
+    """
+    sums: NDArray[np.float64] = _sums(np.ascontiguousarray(values), samples)
+    return sums
+
+
+@njit(cache=True, nogil=True)
+def _sums(values, samples):  # type: ignore[no-untyped-def]
+    rows, columns = values.shape[0] // samples, values.shape[1] // samples
+    sums = np.zeros((rows, columns))
+    for y in range(rows):
+        for i in range(y * samples, (y + 1) * samples):
+            for x in range(columns):
+                for j in range(x * samples, (x + 1) * samples):
+                    sums[y, x] += values[i, j]
+    return sums

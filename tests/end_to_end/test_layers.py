@@ -1,0 +1,177 @@
+"""Laws of scenes with two cloud layers."""
+
+import json
+
+import numpy as np
+import pytest
+
+from hcss_twin import Scenario, ScenarioError, make_plan, simulate
+from hcss_twin.radiance.reference import reference_radiance
+from hcss_twin.reporting.plan_text import plan_text
+from hcss_twin.scene.cloud_assembly import layer_seed
+from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.stream import stream
+
+BASE = {
+    "time": "2024-04-20T12:30:00+10:00",
+    "place": {"latitude": 35.0, "longitude": 150.0},
+    "image": {"rows": 48, "columns": 64},
+    "frames": {"count": 2},
+    "atmosphere": {"profile": "us-standard-1976", "parameters": {"aerosol": "none"}},
+    "sea": {"temperature": 291.4, "wind_speed": 10.0},
+    "bands": ["mwir-3.7", "lwir-10.8"],
+    "seed": 3,
+}
+BANDS = 2
+CUMULUS = {"type": "cumulus", "coverage": 0.4}
+CIRRUS = {"type": "cirrus", "coverage": 0.6}
+
+
+def scenario(*layers, **overrides):
+    return Scenario.from_dict({**BASE, "clouds": {"layers": list(layers)}}, overrides)
+
+
+def cube(*layers, **overrides):
+    return simulate(scenario(*layers, **{"output.variables": ["all"], **overrides}))
+
+
+@pytest.fixture(scope="module")
+def both():
+    return cube(CUMULUS, CIRRUS)
+
+
+def test_layers_in_either_order_of_the_file_give_the_same_cube(both):
+    other = cube(CIRRUS, CUMULUS)
+    assert set(other) == set(both)
+    for name in both.variables:
+        np.testing.assert_array_equal(other[name], both[name])
+
+
+def test_terms_sum_to_the_total(both):
+    total = sum(both[name].astype(np.float64) for name in both if name.startswith("radiance_"))
+    np.testing.assert_allclose(total, both.radiance, rtol=3e-7)
+
+
+def test_the_lowest_layer_is_that_of_a_scene_without_the_others(both):
+    alone = cube(CUMULUS)
+    np.testing.assert_array_equal(both.cloud_layer_thickness.sel(layer="cumulus"), alone.cloud_thickness)
+
+
+def test_seeds_of_layers_differ_and_the_first_is_that_of_the_scene():
+    seeds = {layer_seed(seed, index) for seed in (0, 1, 2, 2**63 - 1) for index in range(3)}
+    assert len(seeds) == 12
+    assert all(0 <= seed < 2**63 for seed in seeds)
+    assert layer_seed(17, 0) == 17
+
+
+def test_layers_of_the_same_type_are_independent_of_each_other():
+    twins = cube(
+        {"type": "stratus", "coverage": 0.5},
+        {"type": "stratus", "coverage": 0.5, "base": 4000, "top": 4967},
+        **{"output.variables": ["cloud_layer_thickness"]},
+    )
+    low, high = (twins.cloud_layer_thickness[0, index].values > 0 for index in (0, 1))
+    # Both cover half of the frame; were they the same field, half of the pixels would have both.
+    assert 0.05 < np.mean(low & high) < 0.45
+
+
+def test_where_one_layer_has_cloud_the_radiance_is_that_of_its_own_scene(both):
+    for layer, name in ((CUMULUS, "cumulus"), (CIRRUS, "cirrus")):
+        thickness = both.cloud_layer_thickness[0]
+        others = thickness.sum("layer") - thickness.sel(layer=name)
+        where = ((thickness.sel(layer=name) > 0) & (others == 0)).values
+        assert where.any()
+        plan = make_plan(scenario(layer))
+        exact = reference_radiance(
+            plan.model,
+            plan.spectral_grid,
+            thickness.sel(layer=name).values[where][:10],
+            plan.sun_track.at(0.0),
+        )
+        np.testing.assert_allclose(both.radiance[0].values[:, where][:, :10].T, exact, rtol=1e-4 + 3e-7)
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3, pytest.param(1e-4, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"time": "2024-04-20T00:30:00+10:00"},
+        {"view.zenith": 60.0, "frames.count": 3, "frames.interval": 1200.0},
+        {"clouds.layers.1.anchor": "top", "clouds.layers.0.temperature": 270.0},
+        {"radiance.parameters": {"literal_eq19": True, "literal_eq20": True}},
+    ],
+    ids=["day", "night", "slant", "anchored", "literal"],
+)
+def test_tables_of_two_layers_agree_with_the_reference_path(changes, accuracy):
+    plan = make_plan(scenario(CUMULUS, CIRRUS, **{"accuracy": accuracy, **changes}))
+    tables = compile_tables(plan)
+    random = np.random.default_rng(0)
+    for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
+        thickness = np.stack(
+            [
+                generator.thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel()
+                for generator in plan.generators
+            ],
+            axis=1,
+        )
+        chosen = random.choice(np.flatnonzero(np.all(thickness > 0, axis=1)), 12)
+        sun = plan.sun_track.at(float(time_s))
+        exact = reference_radiance(
+            plan.model, plan.spectral_grid, thickness[chosen], sun if sun.is_up else None
+        )
+        found = frame["radiance"].reshape(BANDS, -1)[:, chosen].T
+        np.testing.assert_allclose(found, exact, rtol=0.1 * accuracy + 3e-7)
+        np.testing.assert_allclose(found, exact, rtol=tables.estimated_error + 3e-7)
+
+
+def test_an_accuracy_that_needs_too_large_a_table_is_refused_with_one_that_does_not(monkeypatch):
+    monkeypatch.setattr("hcss_twin.scene.compile.LARGEST_TABLE_BYTES", 300_000)
+    with pytest.raises(
+        ScenarioError, match=r"accuracy: 0\.001 needs a table of \d+ MB for two cloud layers"
+    ) as caught:
+        compile_tables(make_plan(scenario(CUMULUS, CIRRUS)))
+    closest = float(str(caught.value).rpartition(" ")[2])
+    assert 1e-3 < closest < 1e-2
+    compile_tables(make_plan(scenario(CUMULUS, CIRRUS, accuracy=closest)))
+
+
+def test_truth_of_two_layers(both):
+    thickness = both.cloud_layer_thickness.values
+    low, high = thickness[:, 0], thickness[:, 1]
+    np.testing.assert_allclose(both.cloud_thickness, low + high, rtol=2e-7)
+    np.testing.assert_array_equal(both.cloud_mask, (low > 0) | (high > 0))
+    np.testing.assert_array_equal(both.cloud_fraction, both.cloud_mask)
+    top = np.where(high > 0, 6000.0 + high, np.where(low > 0, 66.0 + low, np.nan))
+    np.testing.assert_allclose(both.cloud_top_altitude, top, rtol=1e-6)
+    profile = make_plan(scenario(CUMULUS)).profile
+    temperature = np.interp(top, profile.altitude_m, profile.temperature_K)
+    np.testing.assert_allclose(both.cloud_top_temperature, temperature, rtol=1e-5)
+    depth = both.cloud_optical_thickness.values
+    for index, pick in ((0, (low > 0) & (high == 0)), (1, (low == 0) & (high > 0))):
+        per_metre = np.stack([depth[:, band][pick] / thickness[:, index][pick] for band in range(BANDS)])
+        np.testing.assert_allclose(per_metre, per_metre[:, :1].repeat(per_metre.shape[1], 1), rtol=1e-6)
+
+
+def test_a_layer_without_coverage_is_no_layer():
+    with_it = cube(CUMULUS, {**CIRRUS, "coverage": 0.0})
+    alone = cube(CUMULUS)
+    np.testing.assert_array_equal(with_it.radiance, alone.radiance)
+    plan = make_plan(scenario(CUMULUS, {**CIRRUS, "coverage": 0.0}))
+    assert compile_tables(plan).pair is None
+    assert any(item.what == "columns with cirrus" and item.bound == 0 for item in plan.skipped)
+
+
+def test_a_layer_is_named_as_the_file_has_it_whatever_its_altitude():
+    with pytest.raises(ScenarioError) as caught:
+        make_plan(scenario({**CIRRUS, "generator": "imagery", "parameters": {"image": "none.png"}}, CUMULUS))
+    assert [problem.field for problem in caught.value.problems] == ["clouds.layers[0].parameters.image"]
+
+
+def test_plan_and_provenance_name_both_layers(both):
+    plan = make_plan(scenario(CIRRUS, CUMULUS))
+    assert [layer["name"] for layer in plan.as_dict()["layers"]] == ["cumulus", "cirrus"]
+    assert "layer       cirrus: 6000-10000 m, coverage 0.6" in plan_text(plan)
+    assert set(json.loads(both.attrs["hcss_providers"])) >= {"clouds[0]", "clouds[1]"}
+    assert "cirrus over cumulus clouds" in both.attrs["summary"]
+    assert plan.uncompressed_bytes == 2 * 48 * 64 * (BANDS * 4 + 1)
