@@ -194,7 +194,7 @@ def standard_normal(kind: str, pixels: int, frames: int) -> Contender:
 
 
 def hashed_normal(kind: str, pixels: int, frames: int) -> Contender:
-    lattice_normals = find("lattice_normals", "hcss_twin.clouds.fractal.lattice", "hcss_twin.clouds.lattice")
+    lattice_normals = find("lattice_normals", "hcss_twin.clouds.fractal.lattice")
     nodes = np.arange(pixels, dtype=np.int64)
 
     def run() -> int:

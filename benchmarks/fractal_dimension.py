@@ -27,11 +27,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hcss_twin.clouds.parameters import FractalParameters
 
 from hcss_twin.catalog import Catalog, catalog_root
 from hcss_twin.clouds.coverage import cloud_fraction_value, cloudy_pixels
-from hcss_twin.clouds.fractal import FractalClouds
+from hcss_twin.clouds.fractal.generator import FractalClouds
+from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.evaluation.fractal_dimension import measured
 from hcss_twin.evaluation.fractal_dimension.body import body_dimension
 from hcss_twin.evaluation.fractal_dimension.boundary import boundary_dimension
