@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.clouds.fractal.octaves import Octave, separate_octaves
-from hcss_twin.clouds.interpolation import cubic_weights
 from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.clouds.interpolation import cubic_weights
 from hcss_twin.providers import Grid, Motion
 
 Array = NDArray[np.float64]

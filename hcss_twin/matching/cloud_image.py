@@ -49,6 +49,11 @@ class CloudImage:
         """Fraction of cloudy pixels."""
         return float(np.count_nonzero(self.level)) / self.level.size
 
+    @property
+    def mean_level(self) -> float:
+        """Mean grey level of the cloudy pixels."""
+        return float(np.sum(self.level, dtype=np.float64)) / max(1, int(np.count_nonzero(self.level)))
+
     def morphology(self) -> Morphology:
         """Measure it.
 
@@ -60,12 +65,15 @@ class CloudImage:
         return morphology(self.level, self.cloudy)
 
 
-def grey_inputs(coverage: float, rows: int, columns: int, pixel_size_m: float, seed: int) -> CloudInputs:
-    """Return the inputs with which a cloud generator makes grey levels instead of metres."""
+def grey_inputs(
+    coverage: float, rows: int, columns: int, pixel_size_m: float, seed: int = 0, base: Path | None = None
+) -> CloudInputs:
+    """Return the inputs with which a cloud generator makes grey levels instead of metres.
+
+    ``base`` is the folder of relative paths, the working directory by default.
+    """
     layer = CloudLayer("grey levels", 0.0, 255.0, "base", 1.0, coverage, None, _NO_MATTER)
-    # Generators of this package read no catalog but for the image, whose path is resolved here.
-    catalog = Catalog(root=Path(), base=Path.cwd())
-    return CloudInputs(layer, Grid(rows, columns, pixel_size_m), _STILL, seed, catalog)
+    return CloudInputs(layer, Grid(rows, columns, pixel_size_m), _STILL, seed, Catalog(base=base))
 
 
 def simulate_image(parameters: FractalParameters, coverage: float, like: CloudImage, seed: int) -> CloudImage:

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from hcss_twin.clouds.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
 from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.errors import ImageError
-from hcss_twin.matching.bounds import HURST, cells_per_frame, reference_cells
+from hcss_twin.matching.bounds import BRIGHTNESS_EXPONENT, HURST, cells_per_frame, reference_cells
 from hcss_twin.matching.cloud_image import CloudImage
 from hcss_twin.matching.structure import Structure
 
@@ -96,8 +96,17 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> Start:
     return min(good, key=lambda fit: (fit.parameters.k or (0, 0))[1])
 
 
+def brightness_exponent(image: CloudImage) -> float:
+    """Return the exponent s that is likeliest if scaled grey levels are C = p^s with uniform p.
+
+    Then -ln C is exponentially distributed with the mean s, and its mean is the estimate. It starts
+    the search: within one frame p is not quite uniform.
+    """
+    # Half a level, so that the thinnest pixel has a logarithm.
+    scaled = (image.level[image.cloudy].astype(np.float64) - 0.5) / 254.5
+    return float(np.clip(-np.mean(np.log(scaled)), *BRIGHTNESS_EXPONENT))
+
+
 def _parameters(unknowns: Array, gamma: float, last: int, image: CloudImage) -> FractalParameters:
     hurst, *cells = (float(value) for value in unknowns)
-    return FractalParameters(
-        gamma=gamma, H=hurst, L=reference_cells(np.exp(cells), image), k=(0, last)
-    )
+    return FractalParameters(gamma=gamma, H=hurst, L=reference_cells(np.exp(cells), image), k=(0, last))

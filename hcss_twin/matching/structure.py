@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,7 +43,17 @@ class Structure:
     @property
     def logarithm(self) -> Array:
         """Natural logarithm of both, one after the other (2 N,)."""
-        return np.log(np.concatenate([self.along_x, self.along_y]))
+        values: Array = np.log(np.concatenate([self.along_x, self.along_y]))
+        return values
+
+
+def mean_structure(structures: Sequence[Structure]) -> Structure:
+    """Return the mean of several images of one kind."""
+    return Structure(
+        structures[0].lags,
+        np.mean([each.along_x for each in structures], axis=0),
+        np.mean([each.along_y for each in structures], axis=0),
+    )
 
 
 def octave_lags(shape: tuple[int, ...]) -> list[int]:
