@@ -23,11 +23,13 @@ from hcss_twin.matching.structure import Structure, image_structure, mean_struct
 
 Array = NDArray[np.float64]
 
-# A variogram, an anisotropy or a mean grey level that is wrong by 10 % counts as much as an RMSE of 1 %.
-# Without them four numbers would be matched by four parameters, and anything else could be lost.
+# Weight w of the structure: a variogram, an anisotropy or a mean grey level that is wrong by 10 % counts as
+# much as an RMSE of 1.5 %. Without it four numbers would be matched by four parameters, and anything else
+# could be lost.
 STRUCTURE_WEIGHT = 0.15
 
-# A surface dimension that is wrong by .05 counts as much as a variogram that is wrong by 15 %.
+# Weight u of the surface dimension within the structure: one that is wrong by .05 counts as much as a
+# variogram that is wrong by 10 %.
 SURFACE_WEIGHT = 2.0
 
 # First steps of the simplex: H, ln L along x and y, ln s.
@@ -78,7 +80,9 @@ class _Search:
         variogram = float(np.mean((mean.logarithm - self._structure.logarithm) ** 2))
         anisotropy = _log_ratio([each.anisotropy for each in shapes], self._measured.anisotropy)
         level = _log_ratio([each.mean_level for each in images], self._image.mean_level)
-        surface = float(np.mean([each.surface_dimension for each in shapes])) - self._measured.surface_dimension
+        surface = (
+            float(np.mean([each.surface_dimension for each in shapes])) - self._measured.surface_dimension
+        )
         structure = variogram + anisotropy**2 + level**2 + (SURFACE_WEIGHT * surface) ** 2
         objective = math.sqrt(float(np.mean(np.square(errors))) + STRUCTURE_WEIGHT**2 * structure)
         if objective < self.objective:
@@ -105,10 +109,11 @@ def refine(
 ) -> Finish:
     """Refine H, L and the brightness exponent by Nelder and Mead's simplex with common random numbers.
 
-    Made small is sqrt(E + w^2 (v + a^2 + g^2 + 9 d^2)): E is the mean over seeds of the square of eq 24's RMSE, v
-    the mean square of ln(simulated / measured) semivariance, a and g those logarithms of anisotropy and of
-    the mean grey level, d the difference of surface dimensions, w = 0.1. The mean over seeds holds the scatter between realisations too, so that
-    parameters are preferred whose every image is like the measured one.
+    Made small is sqrt(E + w^2 (v + a^2 + g^2 + u^2 d^2)): E is the mean over seeds of the square of
+    eq 24's RMSE, v the mean square of ln(simulated / measured) semivariance, a and g those logarithms of
+    the anisotropy and of the mean grey level, d the difference of surface dimensions; w = 0.15 and u = 2.
+    E holds the scatter between realisations too, so that parameters are preferred whose every image is
+    like the measured one.
 
     The same seeds at every step make it a smooth function, whose minimum depends on them: judge the
     result with others.

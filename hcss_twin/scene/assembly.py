@@ -105,7 +105,8 @@ class Assembly:
             (0.0, layer.thickness_min_m, layer.thickness_max_m) if cloudy else (0.0,)
             for layer, cloudy in zip(self.layers, self.cloudy_layers, strict=True)
         ]
-        return np.array([each for each in product(*choices) if any(each)]).reshape(-1, len(self.layers))
+        columns = [each for each in product(*choices) if any(each)]
+        return np.array(columns, dtype=np.float64).reshape(len(columns), len(self.layers))
 
 
 def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:

@@ -104,12 +104,12 @@ def _require_few_points(points: Grid, samples: int, layer: CloudLayer, field: st
     count = points.rows * points.columns
     if count <= MOST_POINTS:
         return
-    fitting = math.floor(samples * math.sqrt(MOST_POINTS / count))
+    # One point per pixel is as large as the image itself, which is the user's choice.
+    fitting = max(1, math.floor(samples * math.sqrt(MOST_POINTS / count)))
     remedy = f'; or {field}.coverage_mode = "field", which needs no whole frames'
     message = (
         f"{samples} makes {points.rows} x {points.columns} points of each frame, which the cloud generator of "
-        f"'{layer.name}' makes at once; allowed: {MOST_POINTS} points"
-        f"{f', so that the closest valid choice is {fitting}' if fitting else ''}"
+        f"'{layer.name}' makes at once; allowed: {MOST_POINTS} points, so that the closest valid choice is {fitting}"
         f"{remedy if layer.coverage_mode == 'frame' else ''}"
     )
     raise ScenarioError([Problem("image.samples_per_pixel", message)])

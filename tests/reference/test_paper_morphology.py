@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 import pytest
-from hcss_twin.clouds.parameters import FractalParameters
 
 from hcss_twin.catalog import Catalog, catalog_root
 from hcss_twin.clouds.coverage import cloud_fraction_value, cloudy_pixels
-from hcss_twin.clouds.fractal import FractalClouds
+from hcss_twin.clouds.fractal.generator import FractalClouds
+from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.evaluation.morphology import morphology
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
