@@ -21,7 +21,10 @@ from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Mot
 
 # Nothing here looks at the particles, but a layer has some.
 _NO_MATTER = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
-_STILL = Motion(0.0, (0.0, 0.0), math.inf, 0.0)
+LEVELS = (1.0, 255.0)
+"""Least and greatest grey level of a cloudy pixel."""
+
+STILL = Motion(0.0, (0.0, 0.0), math.inf, 0.0)
 
 
 @dataclass(frozen=True)
@@ -72,8 +75,8 @@ def grey_inputs(
 
     ``base`` is the folder of relative paths, the working directory by default.
     """
-    layer = CloudLayer("grey levels", 0.0, 255.0, "base", 1.0, coverage, None, _NO_MATTER)
-    return CloudInputs(layer, Grid(rows, columns, pixel_size_m), _STILL, seed, Catalog(base=base))
+    layer = CloudLayer("grey levels", 0.0, LEVELS[1], "base", LEVELS[0], coverage, None, _NO_MATTER)
+    return CloudInputs(layer, Grid(rows, columns, pixel_size_m), STILL, seed, Catalog(base=base))
 
 
 def simulate_image(parameters: FractalParameters, coverage: float, like: CloudImage, seed: int) -> CloudImage:

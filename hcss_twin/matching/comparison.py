@@ -46,6 +46,8 @@ class Quantity:
         Largest |error| that counts as matched; infinity where the quantity is only shown.
     is_ratio : bool
         Whether the error is relative to the simulated value (eq 24) or a difference.
+    is_one_sided : bool
+        Whether an image with less than the simulations have is one of their own.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Quantity:
     spread: float
     tolerance: float
     is_ratio: bool = True
+    is_one_sided: bool = False
 
     @property
     def error(self) -> float:
@@ -65,7 +68,8 @@ class Quantity:
     @property
     def is_matched(self) -> bool:
         """Whether the error is within the tolerance; NaN, which nothing is compared with, is."""
-        return not abs(self.error) > self.tolerance
+        size = self.error if self.is_one_sided else abs(self.error)
+        return not size > self.tolerance
 
 
 def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Quantity, ...]:
@@ -102,19 +106,22 @@ def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Quant
         ("uneven", "scatter of the coverage of the four quarters", unevenness),
     ):
         values = [measure(each) for each in simulations]
-        # One-sided: an image that is less oblique or less uneven than most is one of the field's own.
-        limit = float(np.mean(values) + _FAR_OUTSIDE * np.std(values)) - float(np.mean(values))
-        quantity = _quantity(name, meaning, measure(image), values, limit, False)
-        quantities.append(quantity)
+        limit = _FAR_OUTSIDE * float(np.std(values))
+        quantities.append(_quantity(name, meaning, measure(image), values, limit, False, is_one_sided=True))
     return tuple(quantities)
 
 
 def _quantity(
-    name: str, meaning: str, image: float, simulated: Sequence[float], tolerance: float, is_ratio: bool
+    name: str,
+    meaning: str,
+    image: float,
+    simulated: Sequence[float],
+    tolerance: float,
+    is_ratio: bool,
+    is_one_sided: bool = False,
 ) -> Quantity:
-    return Quantity(
-        name, meaning, image, float(np.mean(simulated)), float(np.std(simulated)), tolerance, is_ratio
-    )
+    mean, spread = float(np.mean(simulated)), float(np.std(simulated))
+    return Quantity(name, meaning, image, mean, spread, tolerance, is_ratio, is_one_sided)
 
 
 def describe_unmatched(
@@ -123,7 +130,7 @@ def describe_unmatched(
     """Say in sentences what differs, and why where that is known."""
     lines = []
     for each in quantities:
-        if each.is_matched or (each.name in _ONE_SIDED and each.error < 0.0):
+        if each.is_matched:
             continue
         size = f"{each.error:+.1%}" if each.is_ratio else f"{each.error:+.3g}"
         why = _WHY.get(each.name, "")
@@ -143,7 +150,6 @@ def describe_unmatched(
     return tuple(lines)
 
 
-_ONE_SIDED = ("oblique", "uneven")
 _WHY = {
     "surface": "one exponent for all scales; real clouds are smoother or rougher at the scale of pixels",
     "boundary": "outlines and grey levels of a Gaussian field have one roughness, those of real clouds two",

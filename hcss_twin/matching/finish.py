@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ from hcss_twin.matching.cloud_image import CloudImage, simulate_image
 from hcss_twin.matching.structure import Structure, image_structure, mean_structure
 
 Array = NDArray[np.float64]
+
+Progress = Callable[[int], None]
 
 # Weight w of the structure: a variogram, an anisotropy or a mean grey level that is wrong by 10 % counts as
 # much as an RMSE of 1.5 %. Without it four numbers would be matched by four parameters, and anything else
@@ -59,13 +62,19 @@ class _Search:
     """Evaluates parameters and remembers the best: an optimiser may end elsewhere."""
 
     def __init__(
-        self, image: CloudImage, structure: Structure, start: FractalParameters, seeds: tuple[int, ...]
+        self,
+        image: CloudImage,
+        structure: Structure,
+        start: FractalParameters,
+        seeds: tuple[int, ...],
+        progress: Progress | None,
     ) -> None:
         self._image = image
         self._structure = structure
         self._measured: Morphology = image.morphology()
         self._start = start
         self._seeds = seeds
+        self._progress = progress
         self.best = start
         self.objective = math.inf
         self.simulations = 0
@@ -74,6 +83,8 @@ class _Search:
         parameters = self._parameters(unknowns)
         images = [simulate_image(parameters, self._image.coverage, self._image, seed) for seed in self._seeds]
         self.simulations += len(images)
+        if self._progress is not None:
+            self._progress(len(images))
         shapes = [each.morphology() for each in images]
         errors = [morphology_errors(self._measured, each).rmse for each in shapes]
         mean = mean_structure([image_structure(each.level, self._structure.lags.tolist()) for each in images])
@@ -105,7 +116,12 @@ def _log_ratio(simulated: list[float], measured: float) -> float:
 
 
 def refine(
-    image: CloudImage, structure: Structure, start: FractalParameters, seeds: tuple[int, ...], budget: int
+    image: CloudImage,
+    structure: Structure,
+    start: FractalParameters,
+    seeds: tuple[int, ...],
+    budget: int,
+    progress: Progress | None = None,
 ) -> Finish:
     """Refine H, L and the brightness exponent by Nelder and Mead's simplex with common random numbers.
 
@@ -130,6 +146,8 @@ def refine(
         Realisations per step.
     budget : int
         Images to simulate at most; one step at least.
+    progress : callable, optional
+        Is told after each step how many images it simulated.
 
     Raises
     ------
@@ -138,7 +156,7 @@ def refine(
     """
     if start.H is None or start.L is None:
         raise ValueError("start: H and L must be given")
-    search = _Search(image, structure, start, seeds)
+    search = _Search(image, structure, start, seeds, progress)
     fewest, most = cells_per_frame(image)
     low = np.array([HURST[0], *np.log(fewest), math.log(BRIGHTNESS_EXPONENT[0])])
     high = np.array([HURST[1], *np.log(most), math.log(BRIGHTNESS_EXPONENT[1])])

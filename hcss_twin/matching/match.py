@@ -10,10 +10,10 @@ import numpy as np
 from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.errors import ImageError
 from hcss_twin.evaluation.morphology import morphology_errors
-from hcss_twin.matching.bounds import FEWEST_CELLS, frame_cells
+from hcss_twin.matching.bounds import BRIGHTNESS_EXPONENT, FEWEST_CELLS, HURST, frame_cells
 from hcss_twin.matching.cloud_image import CloudImage, simulate_image
 from hcss_twin.matching.comparison import Quantity, compare, describe_unmatched
-from hcss_twin.matching.finish import refine
+from hcss_twin.matching.finish import Progress, refine
 from hcss_twin.matching.start import brightness_exponent, fit_variogram
 from hcss_twin.matching.structure import (
     Structure,
@@ -33,6 +33,9 @@ BUDGET = 360
 
 # Fresh seeds begin this far from those of the search.
 _APART = 1000
+
+# A parameter this near to a limit has been stopped by it.
+_NEAR = 1.02
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,7 @@ class Match:
         return simulate_image(self.parameters, self.coverage, self.target.image, seed)
 
 
-def match(target: Target, seed: int = 0, budget: int = BUDGET) -> Match:
+def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progress | None = None) -> Match:
     """Find parameters of the fractal generator for an image.
 
     The variogram of the normal field under the image gives gamma, H, L and k without any simulation;
@@ -109,6 +112,8 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET) -> Match:
         The search uses this seed and the five after it; the judgement, ten from 1000 later on.
     budget : int
         Images that the search may simulate; 0 keeps the start.
+    progress : callable, optional
+        Is told after each step how many images it simulated.
 
     Raises
     ------
@@ -125,7 +130,7 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET) -> Match:
     first = start.parameters.model_copy(update={"brightness_exponent": brightness_exponent(image)})
     found, simulations = first, 0
     if budget > 0:
-        finish = refine(image, structure, first, tuple(range(seed, seed + SEARCH_SEEDS)), budget)
+        finish = refine(image, structure, first, tuple(range(seed, seed + SEARCH_SEEDS)), budget, progress)
         found, simulations = finish.parameters, finish.simulations
     found = rounded(found)
     fresh = tuple(range(seed + _APART, seed + _APART + FRESH_SEEDS))
@@ -171,9 +176,15 @@ def _at_limits(parameters: FractalParameters, image: CloudImage) -> list[str]:
     cells = frame_cells(parameters.L or (math.nan, math.nan), image)
     lines = []
     for axis, number in zip("xy", cells, strict=True):
-        if number < 1.02 * FEWEST_CELLS:
+        if number < _NEAR * FEWEST_CELLS:
             lines.append(
                 f"L along {axis}: at its limit of {FEWEST_CELLS:g} cell per frame; the largest structures are as "
                 "large as the image or larger"
             )
+    for name, value, limits in (
+        ("H", parameters.H or math.nan, HURST),
+        ("brightness_exponent", parameters.brightness_exponent, BRIGHTNESS_EXPONENT),
+    ):
+        if not _NEAR * limits[0] < value < limits[1] / _NEAR:
+            lines.append(f"{name}: {value:g} is at the limit of the search, {limits[0]:g} to {limits[1]:g}")
     return lines
