@@ -9,6 +9,8 @@ from pathlib import Path
 from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.drafts import draft_of
 from hcss_twin.errors import CatalogError
+from hcss_twin.matching.cloud_image import CloudImage
+from hcss_twin.matching.dimension_range import DimensionMatch
 from hcss_twin.matching.match import Match
 
 _WIDTH = 110
@@ -17,20 +19,43 @@ _WIDTH = 110
 def match_fragment(match: Match, cloud_type: str) -> str:
     """Return TOML: the section ``[clouds]``, and as comments what it was made from and how good it is.
 
-    It may end any scenario file; the image's size and pixels, for which it was judged, are a comment.
+    It may end any scenario file without clouds; the image's size and pixels, for which it was judged, are
+    a comment.
     """
-    rows, columns = match.target.image.level.shape
     best, worst = min(match.rmse), max(match.rmse)
     comments = [
         f"Clouds like those of {match.target.source}, found by hcss match.",
         *match.target.notes,
         f"RMSE of eq 24 of the HCSS paper over {len(match.rmse)} seeds that the search had not seen: "
         f"{match.mean_rmse:.1%} ({best:.1%} to {worst:.1%}).",
-        *(f"Not matched: {line}" for line in match.unmatched),
-        f"Judged at: image = {{rows = {rows}, columns = {columns}, "
-        f"pixel_size = {match.target.image.pixel_size_m:g}}}",
+        *(f"Not matched: {line}." for line in match.unmatched),
+        _judged_at(match.target.image),
     ]
-    return clouds_fragment(match.parameters, round(match.coverage, 6), cloud_type, comments)
+    return clouds_fragment(match.parameters, match.coverage, cloud_type, comments)
+
+
+def dimension_fragment(
+    found: DimensionMatch, coverage: float, like: CloudImage, started_from: str, cloud_type: str
+) -> str:
+    """Return TOML as :func:`match_fragment`, for a range of the fractal dimension.
+
+    ``started_from`` says whose parameters were changed.
+    """
+    low, high = found.wanted
+    mean = sum(found.dimensions) / len(found.dimensions)
+    comments = [
+        f"Clouds with a {found.dimension} dimension of {low:g} to {high:g}, found by hcss match from the "
+        f"parameters of {started_from}; changed: {found.changed}.",
+        f"Over {len(found.seeds)} seeds that the search had not seen it is {mean:.3f} ({min(found.dimensions):.3f} "
+        f"to {max(found.dimensions):.3f}); {found.inside:.0%} of them lie in the range.",
+        _judged_at(like),
+    ]
+    return clouds_fragment(found.parameters, coverage, cloud_type, comments)
+
+
+def _judged_at(image: CloudImage) -> str:
+    rows, columns = image.level.shape
+    return f"Judged at: image = {{rows = {rows}, columns = {columns}, pixel_size = {image.pixel_size_m:g}}}"
 
 
 def clouds_fragment(
@@ -38,6 +63,10 @@ def clouds_fragment(
 ) -> str:
     """Return the section ``[clouds]`` of a scenario with complete parameters, under comments."""
     lines: list[str] = []
+    comments = [
+        *comments,
+        f"The type {cloud_type} gives height and particles, which grey levels do not tell.",
+    ]
     for comment in comments:
         # A comment in TOML holds no control characters, a file name may.
         plain = "".join(letter if letter.isprintable() else "?" for letter in comment)
@@ -46,7 +75,7 @@ def clouds_fragment(
         "",
         "[clouds]",
         f"type = {json.dumps(cloud_type)}",
-        f"coverage = {coverage!r}",
+        f"coverage = {round(coverage, 9)!r}",
         'generator = "fractal"',
         "",
     ]
