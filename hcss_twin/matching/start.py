@@ -82,7 +82,9 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> Start:
     fits: list[Start] = []
     for gamma in GAMMAS:
         unknowns = np.array([0.5, *np.clip(math.log(4.0), low[1:], high[1:])])
-        for last in range(_MOST_OCTAVES + 1):
+        # Octaves with more cells than pixels are white noise, of which one is enough.
+        useful = math.ceil(math.log(max(rows, columns)) / math.log(gamma)) + 1
+        for last in range(min(_MOST_OCTAVES, useful) + 1):
             found = least_squares(
                 residuals, unknowns, bounds=(low, high), args=(gamma, last), xtol=1e-4, ftol=1e-4, max_nfev=60
             )

@@ -110,6 +110,6 @@ def _draw(
         axis.set_xlabel("lag (pixels)", fontsize=8)
         axis.tick_params(labelsize=7)
         axis.legend(fontsize=7)
-    figure.suptitle("\n".join(textwrap.wrap(title, 62 * count)), fontsize=9)
+    figure.suptitle("\n".join(textwrap.wrap(title, 68 * count)), fontsize=9)
     with draft_of(path, CatalogError) as draft:
         figure.savefig(draft, dpi=110, format="png")

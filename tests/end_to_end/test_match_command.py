@@ -65,7 +65,7 @@ def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here)
 
 
 def test_same_seed_writes_the_same_fragment_and_the_answer_is_json(here):
-    options = ("--pixel-size", 500, "--budget", 12, "--json")
+    options = ("--pixel-size", 500, "--budget", 6, "--json")
     answers = [
         json.loads(hcss("match", "clouds.npy", "-o", name, *options).output) for name in ("a.toml", "b.toml")
     ]

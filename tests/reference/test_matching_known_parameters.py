@@ -150,7 +150,7 @@ def test_dimension_lies_in_the_wanted_range_on_fresh_seeds(dimension):
 
 def test_unreachable_dimension_says_what_is_reached():
     start, image = made(0.6, (8.0, 8.0))
-    with pytest.raises(ImageError, match=r"2 to 2\.05 not reached .* closest is 2\.\d+"):
+    with pytest.raises(ImageError, match=r"mean of 2 to 2\.05 not reached .* closest is 2\.\d+"):
         match_dimension((2.0, 2.05), start, COVERAGE, empty_frame(64, 64, 100.0))
     for wrong in ((2.5, 2.4), (1.9, 2.5), (2.5, 3.1)):
         with pytest.raises(ImageError, match="allowed: 2 <= low < high <= 3"):
