@@ -14,6 +14,7 @@ import click
 
 from hcss_twin.cli_atmosphere import atmosphere
 from hcss_twin.cli_clouds import clouds, import_command
+from hcss_twin.cli_match import match_command
 from hcss_twin.cli_volume import volume
 from hcss_twin.errors import HcssError, ScenarioError
 from hcss_twin.version import __version__
@@ -209,6 +210,7 @@ def schema() -> None:
 cli.add_command(atmosphere)
 cli.add_command(import_command)
 cli.add_command(clouds)
+cli.add_command(match_command)
 cli.add_command(volume)
 
 

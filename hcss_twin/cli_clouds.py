@@ -13,7 +13,7 @@ import click
 from hcss_twin.errors import CatalogError
 
 
-def _metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
+def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
     """Read a length such as ``1 km``; a plain number is metres."""
     if text is None:
         return None
@@ -92,7 +92,7 @@ def _odd(_context: click.Context, _option: click.Parameter, value: int) -> int:
     "--pixel-size",
     "pixel_size_m",
     metavar="LENGTH",
-    callback=_metres,
+    callback=metres,
     help="Side of a pixel on the ground, for example '1 km'; needed where the file does not tell.",
 )
 @click.option("--band", help="Spectral band, for people; default: what the file says.")

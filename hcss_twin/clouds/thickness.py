@@ -16,7 +16,9 @@ from hcss_twin.providers import CloudLayer
 _f4 = np.float32
 
 
-def frame_thickness(field: NDArray[np.float32], layer: CloudLayer) -> NDArray[np.float32]:
+def frame_thickness(
+    field: NDArray[np.float32], layer: CloudLayer, exponent: float = 1.0
+) -> NDArray[np.float32]:
     """Cloud in exactly the layer's coverage of a frame, of thickness from its minimum to its maximum.
 
     Eqs 5 and 7 of the HCSS paper, p of the cloudy pixels of this frame taken linearly to thickness.
@@ -27,6 +29,8 @@ def frame_thickness(field: NDArray[np.float32], layer: CloudLayer) -> NDArray[np
         The normal field V of the whole frame.
     layer : CloudLayer
         Coverage, limits of thickness, taper.
+    exponent : float
+        s: thickness goes with p_c^s, p_c being p scaled to 0 to 1 over the cloud. Eq 7 has s = 1.
 
     Returns
     -------
@@ -38,12 +42,14 @@ def frame_thickness(field: NDArray[np.float32], layer: CloudLayer) -> NDArray[np
     if lowest is None:
         return np.zeros(field.shape, dtype=np.float32)
     highest = float(field.max())
-    thickness = _thickness(field, layer, float(lowest), ndtr(-float(lowest)), ndtr(-highest))
+    thickness = _thickness(field, layer, float(lowest), ndtr(-float(lowest)), ndtr(-highest), exponent)
     thickness.ravel()[surplus] = 0.0
     return thickness
 
 
-def field_thickness(field: NDArray[np.float32], layer: CloudLayer) -> NDArray[np.float32]:
+def field_thickness(
+    field: NDArray[np.float32], layer: CloudLayer, exponent: float = 1.0
+) -> NDArray[np.float32]:
     """Cloud where the field exceeds a fixed threshold, the coverage's quantile of the normal distribution.
 
     The coverage is exact in the mean over an unbounded field; a pixel does not depend on others. Eq 7 takes
@@ -55,6 +61,8 @@ def field_thickness(field: NDArray[np.float32], layer: CloudLayer) -> NDArray[np
         The normal field V of any window.
     layer : CloudLayer
         Coverage, limits of thickness, taper.
+    exponent : float
+        s: thickness goes with p_c^s, p_c being p scaled to 0 to 1 over the cloud. Eq 7 has s = 1.
 
     Returns
     -------
@@ -63,13 +71,18 @@ def field_thickness(field: NDArray[np.float32], layer: CloudLayer) -> NDArray[np
     """
     if layer.coverage == 0.0:
         return np.zeros(field.shape, dtype=np.float32)
-    return _thickness(field, layer, float(-ndtri(layer.coverage)), layer.coverage, 0.0)
+    return _thickness(field, layer, float(-ndtri(layer.coverage)), layer.coverage, 0.0, exponent)
 
 
 def _thickness(
-    field: NDArray[np.float32], layer: CloudLayer, lowest: float, share_lowest: float, share_highest: float
+    field: NDArray[np.float32],
+    layer: CloudLayer,
+    lowest: float,
+    share_lowest: float,
+    share_highest: float,
+    exponent: float,
 ) -> NDArray[np.float32]:
-    """Map V >= ``lowest`` to thickness, linearly in its exceedance between two values of that."""
+    """Map V >= ``lowest`` to thickness, by a power of its exceedance scaled between two values of that."""
     _require_limits(layer.thickness_min_m, layer.thickness_max_m)
     thickness = np.empty(field.shape, dtype=np.float32)
     flat = np.ascontiguousarray(field).reshape(-1)
@@ -85,6 +98,7 @@ def _thickness(
         low,
         high,
         _f4(layer.edge_taper),
+        float(exponent),
     )
     return thickness
 
@@ -100,6 +114,7 @@ def _map_field(
     low: Any,
     high: Any,
     taper: Any,
+    exponent: float,
 ) -> None:
     step = 4096
     work = np.empty(step, dtype=np.float32)
@@ -108,7 +123,16 @@ def _map_field(
         result = thickness[first : first + step]
         above = work[: values.size]
         exceedance(values, above)
-        if taper > _f4(0.0):
+        if exponent != 1.0:
+            for i in range(values.size):
+                u = min(max(start + (share - above[i]) * slope, _f4(0.0)), _f4(1.0))
+                # In double precision: what rounds differently in another build is lost in the rounding to single.
+                power = _f4(np.float64(u) ** exponent)
+                if taper > _f4(0.0):
+                    s = min(u / taper, _f4(1.0))
+                    power *= s * s * (_f4(3.0) - _f4(2.0) * s)
+                above[i] = power
+        elif taper > _f4(0.0):
             for i in range(values.size):
                 u = min(max(start + (share - above[i]) * slope, _f4(0.0)), _f4(1.0))
                 s = min(u / taper, _f4(1.0))

@@ -23,7 +23,7 @@ ALLOWED = {
     "providers": {"catalog", "physics"},
     "evaluation": GROUND,
     "clouds": STAND_ON | {"evaluation", "netcdf_format", "drafts", "version"},
-    "matching": STAND_ON | {"evaluation", "clouds", "scenario"},
+    "matching": STAND_ON | {"evaluation", "clouds", "drafts"},
     "sea": STAND_ON,
     "optics": STAND_ON,
     "atmosphere": STAND_ON | {"netcdf_format", "version"},

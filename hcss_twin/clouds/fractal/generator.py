@@ -176,11 +176,11 @@ class FractalClouds:
             window_inside("rows", rows, self._grid.rows),
             window_inside("columns", columns, self._grid.columns),
         )
-        layer = self._layer
+        layer, exponent = self._layer, self.parameters.brightness_exponent
         if layer.coverage_mode == "field":
-            return field_thickness(self.field(time_s, *inside), layer)
+            return field_thickness(self.field(time_s, *inside), layer, exponent)
         whole = self.field(time_s, slice(0, self._grid.rows), slice(0, self._grid.columns))
-        return frame_thickness(whole, layer)[inside]
+        return frame_thickness(whole, layer, exponent)[inside]
 
     def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
         if window.start is None or window.stop is None or window.step not in (None, 1):

@@ -44,6 +44,14 @@ class FractalParameters(BaseModel):
         default=None,
         description="First and last octave, 0 <= k0 <= kmax <= 16.",
     )
+    brightness_exponent: float = Field(
+        default=1.0,
+        ge=0.05,
+        le=20.0,
+        allow_inf_nan=False,
+        description="s in C = p_c^s, with p_c from 0 at the edge of the cloudy area to 1 at its peak: above 1 "
+        "most of the cloud is thin, below 1 thick; 1 is eq 7 as printed.",
+    )
 
     @field_validator("k")
     @classmethod

@@ -1,0 +1,115 @@
+"""How an image differs from itself some pixels away, and what that says about the field under it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from hcss_twin.errors import ImageError
+from hcss_twin.evaluation.semivariance import semivariances
+
+Array = NDArray[np.float64]
+
+# The longest lag is this part of the shorter side: at longer ones a single image says little.
+_LONGEST = 3
+
+# Nodes of the quadratures and of the table that is inverted.
+_NORMAL_NODES, _SUM_NODES, _DIFFERENCE_NODES, _TABLE_NODES = 4096, 512, 64, 60
+_SMALLEST, _LARGEST = 1e-7, 1.8
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Semivariances along both axes.
+
+    Attributes
+    ----------
+    lags : ndarray of int64 (N,)
+        Pixels.
+    along_x, along_y : ndarray (N,)
+        Half the mean square differences.
+    """
+
+    lags: NDArray[np.int64]
+    along_x: Array
+    along_y: Array
+
+    @property
+    def logarithm(self) -> Array:
+        """Natural logarithm of both, one after the other (2 N,)."""
+        values: Array = np.log(np.concatenate([self.along_x, self.along_y]))
+        return values
+
+
+def mean_structure(structures: Sequence[Structure]) -> Structure:
+    """Return the mean of several images of one kind."""
+    return Structure(
+        structures[0].lags,
+        np.mean([each.along_x for each in structures], axis=0),
+        np.mean([each.along_y for each in structures], axis=0),
+    )
+
+
+def octave_lags(shape: tuple[int, ...]) -> list[int]:
+    """Return lags of 1, 2, 4, ... pixels up to a third of the shorter side."""
+    return [2**n for n in range(int(math.log2(min(shape) / _LONGEST)) + 1)]
+
+
+def image_structure(level: NDArray[Any], lags: list[int]) -> Structure:
+    """Measure the semivariances of an image (rows, columns) with its clear pixels.
+
+    Raises
+    ------
+    ImageError
+        If the image does not vary at some lag.
+    """
+    found = semivariances(level, lags)
+    if not (np.all(found.along_x > 0.0) and np.all(found.along_y > 0.0)):
+        raise ImageError("image: constant along rows or columns, allowed: clouds that vary along both")
+    return Structure(found.lags, found.along_x, found.along_y)
+
+
+def underlying_structure(level: NDArray[Any], measured: Structure) -> Structure:
+    """Infer the semivariances of the normal field whose map to grey levels is the image.
+
+    A grey level is a function g of the standard normal score of its pixel; g is the quantile function
+    of the image's own grey levels, clear pixels included. For two scores with the correlation rho,
+    (1/2) E[(g(a) - g(b))^2] is a function of rho alone; it is tabulated and inverted (Gaussian
+    anamorphosis, J.-P. Chiles and P. Delfiner, Geostatistics, 2nd ed., Wiley 2012, section 6.3). So
+    clear pixels, whose field values nobody has seen, need none.
+
+    Returns
+    -------
+    Structure
+        1 - rho of normal scores with the frame's own mean and variance, at most 1.8: what a frame with
+        few large clouds may have at long lags.
+    """
+    one_minus = np.geomspace(_SMALLEST, _LARGEST, _TABLE_NODES)
+    table = _grey_semivariance(level, one_minus)
+
+    def invert(values: Array) -> Array:
+        return np.exp(np.interp(np.log(values), np.log(table), np.log(one_minus)))
+
+    return Structure(measured.lags, invert(measured.along_x), invert(measured.along_y))
+
+
+def _grey_semivariance(level: NDArray[Any], one_minus: Array) -> Array:
+    """Return (1/2) E[(g(a) - g(b))^2] for normal pairs with each 1 - rho (N,)."""
+    values = np.sort(level, axis=None).astype(np.float64)
+    score = np.linspace(-5.0, 5.0, _NORMAL_NODES)
+    grey = np.interp(ndtr(score), (np.arange(values.size) + 0.5) / values.size, values)
+    # a, b = s +- d with independent s and d of the variances (1 + rho) / 2 and (1 - rho) / 2.
+    s, d = (ndtri((np.arange(count) + 0.5) / count) for count in (_SUM_NODES, _DIFFERENCE_NODES))
+    result = np.empty(one_minus.size)
+    for index, part in enumerate(one_minus):
+        total = s[:, None] * math.sqrt(1.0 - 0.5 * part)
+        half = d[d > 0.0] * math.sqrt(0.5 * part)
+        above, below = (np.interp(total + sign * half, score, grey) for sign in (1.0, -1.0))
+        result[index] = 0.5 * np.mean((above - below) ** 2)
+    return result

@@ -1,0 +1,189 @@
+"""hcss match: an image, or a range of the fractal dimension, becomes clouds that a scenario can run."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hcss_twin import Scenario, cli_match, simulate
+from hcss_twin.cli import cli
+from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.errors import HcssError
+from hcss_twin.matching.bounds import reference_cells
+from hcss_twin.matching.cloud_image import simulate_image
+from hcss_twin.matching.cloud_type import empty_frame
+from hcss_twin.matching.match import BUDGET
+
+SCENE = """time = 2024-04-20T12:30:00+10:00
+place = {latitude = 35.0, longitude = 150.0}
+image = {rows = 96, columns = 128, pixel_size = 500.0}
+frames = {count = 1}
+bands = ["lwir-10.8"]
+output = {variables = ["radiance", "truth"]}
+
+"""
+
+
+def hcss(*arguments, catch=False):
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=catch)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder with an image of fractal clouds, dark sea below them, in which the commands run."""
+    monkeypatch.chdir(tmp_path)
+    like = empty_frame(96, 128, 500.0)
+    parameters = FractalParameters(gamma=2.0, H=0.5, L=reference_cells(np.array([8.0, 6.0]), like), k=(0, 4))
+    clouds = simulate_image(parameters, 0.4, like, 3)
+    np.save("clouds.npy", clouds.level[::-1])
+    return tmp_path
+
+
+def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here):
+    done = hcss(
+        "match", "clouds.npy", "--pixel-size", "500 m", "--budget", 12, "--preview", "both.png",
+        "--method", "coverage", "--coverage", 0.4,
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert "96 rows x 128 columns of 500 m: the whole image." in done.output
+    assert "RMSE (eq 24)" in done.output
+    assert (here / "both.png").read_bytes().startswith(b"\x89PNG")
+    text = (here / "clouds-clouds.toml").read_text(encoding="utf-8")
+    assert all(len(line) <= 110 for line in text.splitlines())
+    (here / "scene.toml").write_text(SCENE + text, encoding="utf-8")
+    cube = simulate(Scenario.load("scene.toml"))
+    cloudy = cube["cloud_thickness"].isel(time=0).values > 0.0
+    fragment = tomllib.loads(text)["clouds"]
+    assert np.count_nonzero(cloudy) == round(fragment["coverage"] * cloudy.size)
+    assert FractalParameters(**fragment["parameters"]).k is not None
+
+
+def test_same_seed_writes_the_same_fragment_and_the_answer_is_json(here):
+    options = ("--pixel-size", 500, "--budget", 6, "--json")
+    answers = [
+        json.loads(hcss("match", "clouds.npy", "-o", name, *options).output) for name in ("a.toml", "b.toml")
+    ]
+    assert (here / "a.toml").read_bytes() == (here / "b.toml").read_bytes()
+    other = json.loads(hcss("match", "clouds.npy", "-o", "c.toml", "--seed", 50, *options).output)
+    assert answers[0]["rmse"] == answers[1]["rmse"] != other["rmse"]
+    names = [each["name"] for each in answers[0]["quantities"]]
+    assert {"EV", "Den", "DP", "FD", "coverage", "anisotropy"} <= set(names)
+    assert answers[0]["mean_rmse"] == pytest.approx(np.mean(answers[0]["rmse"]))
+    assert (
+        answers[0]["parameters"]["H"]
+        == tomllib.loads((here / "a.toml").read_text())["clouds"]["parameters"]["H"]
+    )
+
+
+def test_entry_of_the_database_is_matched_with_its_own_mask(here):
+    assert hcss("import", "clouds.npy", "--pixel-size", "500 m", "--name", "mine").exit_code == 0
+    options = ("--budget", 0, "--json")
+    answer = json.loads(hcss("match", "clouds/mine.nc", *options).output)
+    assert any("the entry's mask" in note for note in answer["notes"])
+    listed = json.loads(hcss("clouds", "list", "--json").output)
+    assert answer["coverage"] == pytest.approx(listed[0]["coverage"])
+    with pytest.raises(HcssError, match="method: has no meaning for an entry"):
+        hcss("match", "clouds/mine.nc", "--method", "otsu", "--force")
+
+
+def test_values_in_cloud_only_are_cloud_wherever_there_are_some(here):
+    level = np.load("clouds.npy")
+    np.save("heights.npy", np.where(level > 0.0, level, np.nan))
+    answer = json.loads(
+        hcss("match", "heights.npy", "--pixel-size", 500, "--method", "valid", "--budget", 0, "--json").output
+    )
+    assert answer["coverage"] == pytest.approx(np.mean(level > 0.0))
+    with pytest.raises(HcssError, match="missing"):
+        hcss("match", "heights.npy", "--pixel-size", 500, "-o", "other.toml")
+
+
+def test_range_of_the_dimension_needs_no_image(here):
+    done = hcss(
+        "match", "--fd", 2.6, 2.7, "--type", "stratus", "--coverage", 0.4, "--rows", 96, "--columns", 96,
+        "-o", "range.toml", "--preview", "range.png", "--json",
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    answer = json.loads(done.output)
+    assert 2.6 <= np.mean(answer["dimensions"]) <= 2.7
+    assert (here / "range.png").exists()
+    fragment = tomllib.loads((here / "range.toml").read_text(encoding="utf-8"))["clouds"]
+    assert (fragment["type"], fragment["coverage"]) == ("stratus", 0.4)
+
+
+def test_range_of_the_dimension_changes_the_match_of_an_image(here):
+    done = hcss("match", "clouds.npy", "--pixel-size", 500, "--budget", 6, "--fd", 2.6, 2.75, "--json")
+    answer = json.loads(done.output)
+    assert 2.6 <= np.mean(answer["dimensions"]) <= 2.75
+    assert answer["source"] == "clouds.npy"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "nothing to match"),
+        (("--fd", 2.4, 2.5), "--fd without IMAGE needs --coverage"),
+        (
+            ("--fd", 2.4, 2.5, "--coverage", 0.3, "--row-origin", 0),
+            "row_origin: has no meaning without IMAGE",
+        ),
+        (("clouds.npy", "-o", "x", "--preview", "x"), "allowed: two files"),
+        (("clouds.npy", "-o", "no/x.toml"), "there is no folder"),
+        (("clouds.npy", "-o", "clouds.npy"), "exists; give another name, or --force"),
+    ],
+)
+def test_wrong_options_are_refused_before_the_search(here, arguments, message):
+    done = hcss("match", *arguments, catch=True)
+    assert done.exit_code != 0
+    assert message in " ".join(done.output.split())
+    assert sorted(path.name for path in here.iterdir()) == ["clouds.npy"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("clouds.npy",), "pixel_size: clouds.npy does not give it"),
+        (("clouds.npy", "--pixel-size", 500, "--rows", 8), "allowed: 32 or more"),
+        (("clouds.npy", "--pixel-size", 500, "--rows", 800), "closest is 96"),
+        (("clouds.npy", "--pixel-size", 500, "--coverage", 0.2), "goes with the method 'coverage'"),
+        (("clouds.npy", "--pixel-size", 500, "--window", 9), "goes with the method 'local'"),
+        (("clouds.npy", "--pixel-size", 500, "--type", "cumulos"), "cumulus"),
+        (("text.npy", "--pixel-size", 500), "text.npy"),
+    ],
+)
+def test_bad_input_is_named_and_nothing_is_written(here, arguments, message):
+    (here / "text.npy").write_text("no image")
+    with pytest.raises(HcssError, match=message):
+        hcss("match", *arguments)
+    assert not list(here.glob("*.toml"))
+
+
+def test_help_names_the_budget_of_the_search():
+    assert cli_match._BUDGET == BUDGET
+
+
+# The goal is 5 %; cloud-top heights have two modes, which one exponent does not give (docs/matching.md).
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("pattern", "options", "limit"),
+    [
+        ("OR_ABI-L2-CMIPM2-M3C01*.nc", (), 0.05),
+        ("OR_ABI-L2-CMIPM2-M3C03*.nc", (), 0.05),
+        ("OR_ABI-L1b-RadC-M3C08*.nc", (), 0.05),
+        ("Miriam*.jpg", ("--pixel-size", "2 km"), 0.05),
+        ("*Cloud_Top_Height.nc", (), 0.07),
+        ("*Cloud_Top_Height.nc", ("--method", "otsu", "--missing", "clear"), 0.05),
+    ],
+)
+def test_real_images_are_matched_to_five_per_cent(here, pattern, options, limit):
+    folder = os.environ.get("HCSS_SAMPLE_DATA")
+    found = sorted(Path(folder).glob(pattern)) if folder else []
+    if not found:
+        pytest.skip(f"HCSS_SAMPLE_DATA names no folder with {pattern}")
+    answer = json.loads(hcss("match", found[0], "-o", "real.toml", "--json", *options).output)
+    assert answer["mean_rmse"] < limit
