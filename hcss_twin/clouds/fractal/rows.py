@@ -22,6 +22,9 @@ from hcss_twin.clouds.fractal.lattice import fill_scattered
 
 _u4, _u8 = np.uint32, np.uint64
 
+# Mean length of runs from which they are faster than single loads.
+_LONG_RUN = 8
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, line: Any) -> None:
@@ -80,6 +83,41 @@ def _gather(line: Any, index: Any, weights: Any, gathered: Any) -> None:
             + w2[c] * line[_u8(i + _u4(2))]
             + w3[c] * line[_u8(i + _u4(3))]
         )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _runs(index: Any) -> Any:
+    """Return where runs begin in which ``index`` (N,) advances by 1 from column to column, and N.
+
+    Nodes nearly as far apart as pixels have long ones.
+    """
+    starts = np.empty(index.size + 1, dtype=np.int64)
+    count = 0
+    for c in range(index.size):
+        if c == 0 or index[c] != index[c - 1] + _u4(1):
+            starts[count] = c
+            count += 1
+    starts[count] = index.size
+    return starts[: count + 1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gather_runs(line: Any, index: Any, starts: Any, weights: Any, gathered: Any) -> None:
+    """Do what :func:`_gather` does, by loads that adjoin: several times faster where runs are long."""
+    for run in range(starts.size - 1):
+        start, stop = starts[run], starts[run + 1]
+        first, count = np.int64(index[start]), stop - start
+        n0, n1 = line[first : first + count], line[first + 1 : first + 1 + count]
+        n2, n3 = line[first + 2 : first + 2 + count], line[first + 3 : first + 3 + count]
+        w0, w1, w2, w3 = (
+            weights[0, start:stop],
+            weights[1, start:stop],
+            weights[2, start:stop],
+            weights[3, start:stop],
+        )
+        result = gathered[start:stop]
+        for c in range(count):
+            result[c] = w0[c] * n0[c] + w1[c] * n1[c] + w2[c] * n2[c] + w3[c] * n3[c]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -147,6 +185,8 @@ def add_octave(
     line = np.empty(count, dtype=np.float32)
     gathered = np.empty(width, dtype=np.float32)
     scratch = np.empty((3, 0 if is_stored else count), dtype=np.float32)
+    starts = _runs(columns)
+    has_runs = columns.size > _LONG_RUN * (starts.size - 1)
     have = rows[0] - 1
     for r in range(total.shape[0]):
         base = rows[r]
@@ -158,7 +198,9 @@ def add_octave(
                 _blend_stored(pool, slots, time_weights, have - corner[0], nodes[0] - corner[1], target)
             else:
                 _blend_hashed(planes, time_weights, have, nodes, target, scratch)
-            if gathers_first:
+            if gathers_first and has_runs:
+                _gather_runs(line, columns, starts, column_weights, ring[have & 3])
+            elif gathers_first:
                 _gather(line, columns, column_weights, ring[have & 3])
         row0 = ring[base & 3]
         if taps == 4:
@@ -169,7 +211,10 @@ def add_octave(
                 continue
             _combine(row0, row1, row2, row3, w0, w1, w2, w3, line)
             row0 = line
-        if interpolates_x:
+        if interpolates_x and has_runs:
+            _gather_runs(row0, columns, starts, column_weights, gathered)
+            row0 = gathered
+        elif interpolates_x:
             _gather(row0, columns, column_weights, gathered)
             row0 = gathered
         row_total = total[r]
