@@ -118,7 +118,7 @@ def _solve_all(
     columns = thickness.shape[1]
     for cell in range(start, thickness.size, step):
         t, v = cell // columns, cell % columns
-        r, d, e, f = solve_layer(same[v], other[v], thickness[t, v], mu, scale, co_albedo[v], beams)
+        r, d, e, f = solve_layer(same[v], other[v], thickness[t, v], mu, scale, co_albedo[v], beams, True)
         for i in range(mu.size):
             emissivity[t, v, i] = e[i] / scale[i]
             far_share[t, v, i] = f[i] / scale[i]

@@ -26,8 +26,8 @@ from numba import njit
 from hcss_twin.multiple_scattering.operators import apply, multiply, solve
 
 # Largest tau' / mu of a starting layer. Its error, relative to the exponent of transmission, is the
-# sixth power of this over 100800: 1e-11.
-START = 0.1
+# sixth power of this over 100800: 2e-13.
+START = 0.05
 
 
 @njit(cache=True, nogil=True)
