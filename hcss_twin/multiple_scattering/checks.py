@@ -51,6 +51,26 @@ def checked_cosines(name: str, mu: ArrayLike) -> Array:
     return values
 
 
+def checked_sun(
+    mu_view: ArrayLike, mu_sun: float, relative_azimuth: ArrayLike
+) -> tuple[Array, float, Array]:
+    """Return directions of view (P,), cosine of the sun and relative azimuths (P,).
+
+    Raises
+    ------
+    ValueError
+        If a cosine is not above 0 and at most 1, an azimuth not from 0 to pi, or shapes differ.
+    """
+    mu = checked_cosines("mu_view", mu_view)
+    sun = checked_cosines("mu_sun", [mu_sun])
+    azimuth = np.asarray(relative_azimuth, dtype=np.float64)
+    if azimuth.shape != mu.shape:
+        raise ValueError(f"relative_azimuth: shape {azimuth.shape} given, allowed: {mu.shape} as mu_view")
+    good = (azimuth >= 0.0) & (azimuth <= np.pi)
+    require("relative_azimuth", azimuth, good, "0 to pi", *_nearest(azimuth, 0.0, np.pi))
+    return mu, float(sun[0]), azimuth
+
+
 def require(name: str, values: Array, good: NDArray[np.bool_], allowed: str, *closest: float) -> None:
     """Raise unless all is good.
 
