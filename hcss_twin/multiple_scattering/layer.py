@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -12,7 +13,7 @@ from hcss_twin.multiple_scattering.checks import checked_cosines, checked_layers
 from hcss_twin.multiple_scattering.doubling import solve_layer
 from hcss_twin.multiple_scattering.parallel import in_threads
 from hcss_twin.multiple_scattering.phase_function import delta_m
-from hcss_twin.multiple_scattering.scattering_kernels import Directions, directions, scattering_kernels
+from hcss_twin.multiple_scattering.scattering_kernels import directions, scattering_kernels
 from hcss_twin.multiple_scattering.streams import gauss_streams
 
 Array = NDArray[np.float64]
@@ -86,35 +87,37 @@ def solve_layers(
     extra = checked_cosines("mu_extra", mu_extra)
     where = directions(extra, gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
-    same, other = scattering_kernels(where, scaled, 0)
-    result = empty_operators(where, scaled.thickness)
-    cells = scaled.thickness.size
+    kernels = scattering_kernels(where, scaled, 0)
+    shape = (*thickness.shape, where.mu.size)
+    square = (*shape, where.mu.size)
+    reflection, transmission = np.empty(square), np.empty(square)
+    emissivity, far_share = np.empty(shape), np.empty(shape)
 
     def part(start: int, step: int) -> None:
-        _solve_all(
-            same, other, scaled.thickness, scaled.co_albedo, where.mu, where.scale, where.beams, start, step,
-            result.reflection, result.transmission, result.emissivity, result.far_share,
-        )  # fmt: skip
+        out = (reflection, transmission, emissivity, far_share)
+        toward = (where.mu, where.scale)
+        _solve_all(kernels, scaled.thickness, scaled.co_albedo, toward, where.beams, start, step, out)
 
-    in_threads(part, cells, threads)
-    return result
-
-
-def empty_operators(where: Directions, scaled_thickness: Array) -> LayerOperators:
-    """Operators of the right shapes with ``direct`` filled in."""
-    shape = (*scaled_thickness.shape, where.mu.size)
-    square = (*shape, where.mu.size)
-    direct = np.exp(-scaled_thickness[..., np.newaxis] / where.mu)
-    return LayerOperators(
-        where.mu, where.weight, np.empty(square), np.empty(square), direct, np.empty(shape), np.empty(shape)
-    )
+    in_threads(part, thickness.size, threads)
+    direct = np.exp(-scaled.thickness[..., np.newaxis] / where.mu)
+    return LayerOperators(where.mu, where.weight, reflection, transmission, direct, emissivity, far_share)
 
 
 @njit(cache=True, nogil=True)
 def _solve_all(
-    same, other, thickness, co_albedo, mu, scale, beams, start, step, reflection, transmission, emissivity, far_share
-):  # type: ignore[no-untyped-def]  # fmt: skip
+    kernels: tuple[Any, Any],
+    thickness: Any,
+    co_albedo: Any,
+    directions: tuple[Any, Any],
+    beams: int,
+    start: int,
+    step: int,
+    out: tuple[Any, Any, Any, Any],
+) -> None:
     """Solve every ``step``-th layer from ``start`` on, in the order of the flattened (T, V)."""
+    same, other = kernels
+    mu, scale = directions
+    reflection, transmission, emissivity, far_share = out
     columns = thickness.shape[1]
     for cell in range(start, thickness.size, step):
         t, v = cell // columns, cell % columns

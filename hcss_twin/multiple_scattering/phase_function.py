@@ -92,5 +92,4 @@ def phase_function(scattering_cosine: Array, moments: Array) -> Array:
     if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
         return henyey_greenstein(scattering_cosine, moments[1][:, np.newaxis])
     series = (2 * np.arange(moments.shape[0]) + 1)[:, np.newaxis] * moments
-    result: Array = np.polynomial.legendre.legval(scattering_cosine, series)
-    return result
+    return np.asarray(np.polynomial.legendre.legval(scattering_cosine, series), dtype=np.float64)

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numba import njit
 
 from hcss_twin.multiple_scattering.operators import apply, multiply, solve
@@ -75,7 +74,7 @@ def starting_layer(
 
 
 @njit(cache=True, nogil=True)
-def _cayley(first: Any, second: Any, half: float, inverse: Any, load: Any, beams: int) -> tuple[Any, Any]:
+def _cayley(first: Any, second: Any, half: float, inverse: Any, load: Any, beams: int) -> Any:
     """Return the kernel of (1 + K)^-1 K, and (1 + K)^-1 of ``load`` over the denominator of K."""
     z2 = (half * inverse) ** 2
     square = half * half * multiply(first, inverse, second, inverse, beams)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
@@ -9,11 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from hcss_twin.multiple_scattering.checks import checked_layers, checked_sun
 from hcss_twin.multiple_scattering.doubling import solve_layer
 from hcss_twin.multiple_scattering.parallel import in_threads
-from hcss_twin.multiple_scattering.phase_function import ScaledScattering, delta_m, phase_function
+from hcss_twin.multiple_scattering.phase_function import delta_m
 from hcss_twin.multiple_scattering.scattering_kernels import directions, scattering_kernels
-from hcss_twin.multiple_scattering.single_scattering import path_back, path_through
+from hcss_twin.multiple_scattering.single_scattering import path_back, path_through, single_scattering
 from hcss_twin.multiple_scattering.streams import gauss_streams
-from hcss_twin.physics.geometry import scattering_cosine
 
 Array = NDArray[np.float64]
 
@@ -73,15 +74,15 @@ def solve_sun(
     where = directions(np.array([sun]), quadrature, distinct)
     kernels = [scattering_kernels(where, scaled, mode) for mode in range(modes)]
     same, other = np.stack([one[0] for one in kernels]), np.stack([one[1] for one in kernels])
-    shape = (modes, *scaled.thickness.shape, distinct.size)
+    shape = (modes, *thickness.shape, distinct.size)
     back, through = np.empty(shape), np.empty(shape)
 
     def part(start: int, step: int) -> None:
-        _solve_all(
-            same, other, scaled.thickness, scaled.co_albedo, where.mu, where.scale, start, step, back, through
-        )
+        toward = (where.mu, where.scale)
+        out = (back, through)
+        _solve_all((same, other), scaled.thickness, scaled.co_albedo, toward, start, step, out)
 
-    in_threads(part, scaled.thickness.size, threads)
+    in_threads(part, thickness.size, threads)
     # What the modes hold of light scattered once is taken out again.
     tau = scaled.thickness[..., np.newaxis]
     back -= other[:, np.newaxis, :, where.columns :, 0] * path_back(tau, distinct, sun)
@@ -94,24 +95,22 @@ def solve_sun(
     return brdf, btdf
 
 
-def single_scattering(
-    scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array
-) -> tuple[Array, Array]:
-    """Light scattered once, by the full phase function over the scaled optical thickness; (T, V, P) each."""
-    tau = scaled.thickness[..., np.newaxis]
-    strength = (albedo / (1.0 - albedo * scaled.peak))[:, np.newaxis] / (4.0 * np.pi * mu * sun)
-    turned = [scattering_cosine(m, sun, a) for m, a in zip(mu, azimuth, strict=True)]
-    onward = [scattering_cosine(-m, sun, a) for m, a in zip(mu, azimuth, strict=True)]
-    brdf = strength * phase_function(np.array(turned), moments) * path_back(tau, mu, sun)
-    btdf = strength * phase_function(np.array(onward), moments) * path_through(tau, mu, sun)
-    return brdf, btdf
-
-
 @njit(cache=True, nogil=True)
-def _solve_all(same, other, thickness, co_albedo, mu, scale, start, step, back, through):  # type: ignore[no-untyped-def]
+def _solve_all(
+    kernels: tuple[Any, Any],
+    thickness: Any,
+    co_albedo: Any,
+    directions: tuple[Any, Any],
+    start: int,
+    step: int,
+    out: tuple[Any, Any],
+) -> None:
     """Solve every ``step``-th layer from ``start`` on, in the order of the flattened (T, V)."""
-    modes, columns = same.shape[0], thickness.shape[1]
-    first = mu.size - back.shape[3]
+    same, other = kernels
+    mu, scale = directions
+    back, through = out
+    modes, columns, views = same.shape[0], thickness.shape[1], back.shape[3]
+    first = mu.size - views
     for cell in range(start, thickness.size, step):
         t, v = cell // columns, cell % columns
         for mode in range(modes):
@@ -119,6 +118,6 @@ def _solve_all(same, other, thickness, co_albedo, mu, scale, start, step, back, 
             r, d, _, _ = solve_layer(
                 same[mode, v], other[mode, v], thickness[t, v], mu, scale, co_albedo[v], 1, mode == 0
             )
-            for i in range(back.shape[3]):
+            for i in range(views):
                 back[mode, t, v, i] = r[first + i, 0]
                 through[mode, t, v, i] = d[first + i, 0]
