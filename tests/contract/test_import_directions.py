@@ -28,6 +28,7 @@ ALLOWED = {
     "optics": STAND_ON,
     "atmosphere": STAND_ON | {"netcdf_format", "version"},
     "climatology": {"catalog"} | GROUND,
+    "multiple_scattering": {"physics", "providers"} | GROUND,
     "radiance": STAND_ON | {"atmosphere"},
     "cube": {"physics"} | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,

@@ -1,0 +1,1 @@
+"""Multiple scattering in homogeneous layers; imports nothing of ours but physics."""

@@ -1,0 +1,131 @@
+"""Operators of homogeneous layers by delta-M adding-doubling: the mean over azimuth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from hcss_twin.multiple_scattering.checks import checked_cosines, checked_layers
+from hcss_twin.multiple_scattering.doubling import solve_layer
+from hcss_twin.multiple_scattering.parallel import in_threads
+from hcss_twin.multiple_scattering.phase_function import delta_m
+from hcss_twin.multiple_scattering.scattering_kernels import directions, scattering_kernels
+from hcss_twin.multiple_scattering.streams import gauss_streams
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LayerOperators:
+    """What layers reflect, transmit and emit: T thicknesses, V wavenumbers, D directions.
+
+    Directions are the extra ones first, then the streams. A homogeneous layer looks the same from both
+    faces.
+
+    Attributes
+    ----------
+    mu, weight : ndarray (D,)
+        Cosines of the zenith angle and weights of the quadrature, 0 for extras.
+    reflection, transmission : ndarray (T, V, D, D)
+        Diffuse kernels, the mean over azimuth, sr-1, symmetric: I_out(i) = 2 pi sum over j of mu_j
+        weight_j kernel[..., i, j] I_in(j); a beam of irradiance E0 across it gives mu_j E0
+        kernel[..., i, j]. Light in the forward peak taken off by delta-M counts as direct.
+    direct : ndarray (T, V, D)
+        exp(-tau' / mu) with the scaled tau'.
+    emissivity : ndarray (T, V, D)
+        Of an isothermal layer, of both faces: 1 - direct - row sums of both kernels.
+    far_share : ndarray (T, V, D)
+        Weight of the Planck radiance at the far face where it is linear in optical depth: the top
+        emits (emissivity - far_share) B(top) + far_share B(base).
+    """
+
+    mu: Array
+    weight: Array
+    reflection: Array
+    transmission: Array
+    direct: Array
+    emissivity: Array
+    far_share: Array
+
+
+def solve_layers(
+    optical_thickness: ArrayLike,
+    albedo: ArrayLike,
+    moments: ArrayLike,
+    mu_extra: ArrayLike,
+    streams: int,
+    threads: int | None = None,
+) -> LayerOperators:
+    """Solve layers for light that does not depend on azimuth.
+
+    Parameters
+    ----------
+    optical_thickness : array_like (T, V)
+        Of extinction, finite, from 0.
+    albedo : array_like (V,)
+        Of single scattering, 0 to 1, both included.
+    moments : array_like (K, V)
+        Legendre moments of the phase function, ``moments[0]`` = 1, ``moments[1]`` = g; K = 2 stands for
+        the Henyey-Greenstein function.
+    mu_extra : array_like (M,)
+        Cosines, in (0, 1], at which operators are wanted besides the streams'.
+    streams : int
+        Directions per hemisphere, N.
+    threads : int, optional
+        Default: one for each processor this process may use, at most 8. Results do not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a value is outside its range or shapes do not fit.
+    """
+    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
+    extra = checked_cosines("mu_extra", mu_extra)
+    where = directions(extra, gauss_streams(streams), np.empty(0))
+    scaled = delta_m(thickness, w, chi, 2 * streams)
+    kernels = scattering_kernels(where, scaled, 0)
+    shape = (*thickness.shape, where.mu.size)
+    square = (*shape, where.mu.size)
+    reflection, transmission = np.empty(square), np.empty(square)
+    emissivity, far_share = np.empty(shape), np.empty(shape)
+
+    def part(start: int, step: int) -> None:
+        out = (reflection, transmission, emissivity, far_share)
+        toward = (where.mu, where.scale)
+        _solve_all(kernels, scaled.thickness, scaled.co_albedo, toward, where.beams, start, step, out)
+
+    in_threads(part, thickness.size, threads)
+    direct = np.exp(-scaled.thickness[..., np.newaxis] / where.mu)
+    return LayerOperators(where.mu, where.weight, reflection, transmission, direct, emissivity, far_share)
+
+
+@njit(cache=True, nogil=True)
+def _solve_all(
+    kernels: tuple[Any, Any],
+    thickness: Any,
+    co_albedo: Any,
+    directions: tuple[Any, Any],
+    beams: int,
+    start: int,
+    step: int,
+    out: tuple[Any, Any, Any, Any],
+) -> None:
+    """Solve every ``step``-th layer from ``start`` on, in the order of the flattened (T, V)."""
+    same, other = kernels
+    mu, scale = directions
+    reflection, transmission, emissivity, far_share = out
+    columns = thickness.shape[1]
+    for cell in range(start, thickness.size, step):
+        t, v = cell // columns, cell % columns
+        r, d, e, f = solve_layer(same[v], other[v], thickness[t, v], mu, scale, co_albedo[v], beams, True)
+        for i in range(mu.size):
+            emissivity[t, v, i] = e[i] / scale[i]
+            far_share[t, v, i] = f[i] / scale[i]
+            for j in range(mu.size):
+                unscaled = 1.0 / (scale[i] * scale[j])
+                reflection[t, v, i, j] = r[i, j] * unscaled
+                transmission[t, v, i, j] = d[i, j] * unscaled
