@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 
 class AsPrintedParameters(BaseModel):
@@ -33,3 +35,60 @@ class AsPrintedParameters(BaseModel):
     literal_eq20: bool = Field(
         False, description="Adds the sea unattenuated by the cloud as well as through it."
     )
+
+
+class PhysicalParameters(BaseModel):
+    """Parameters of the ``physical`` model: how accurate, and what to leave out."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    streams: int = Field(
+        8, ge=2, le=32, description="Gauss streams per hemisphere, for diffuse light and the sky."
+    )
+    closure_order: int = Field(
+        1,
+        ge=0,
+        le=2,
+        description="Changes of direction up to which the absorption of whole paths is exact; later ones see gas as "
+        "along the view.",
+    )
+    cloud_solver: Literal["adding-doubling", "two-stream"] = Field(
+        "adding-doubling",
+        description='How clouds scatter: "adding-doubling" to any order, or the closed form "two-stream".',
+    )
+    sun_streams: int = Field(
+        8, ge=2, le=64, description="Gauss streams for sunlight that clouds scatter toward the sensor."
+    )
+    azimuth_modes: int = Field(
+        8,
+        ge=1,
+        le=128,
+        description="Terms of the Fourier series over azimuth for sunlight; at most twice sun_streams.",
+    )
+    cloud_temperature: Literal["profile", "isothermal-top"] = Field(
+        "profile",
+        description='"profile": from the air\'s at base and top; "isothermal-top": that of the top throughout.',
+    )
+    space_temperature: float = Field(
+        2.725, ge=0.0, le=400.0, allow_inf_nan=False, description="Kelvin of the sky beyond the atmosphere."
+    )
+    leave_out: tuple[
+        Literal[
+            "cloud_emission",
+            "cloud_reflected_sun",
+            "sea_emission",
+            "sea_reflected_sun",
+            "path_emission",
+            "reflected_air_emission",
+            "path_scattered_sun",
+        ],
+        ...,
+    ] = Field((), description="Terms to set to 0, for comparisons.")
+
+    @model_validator(mode="after")
+    def _enough_streams(self) -> Self:
+        if self.azimuth_modes > 2 * self.sun_streams:
+            raise ValueError(
+                f"azimuth_modes {self.azimuth_modes}: allowed up to twice sun_streams, {2 * self.sun_streams}"
+            )
+        return self

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,12 @@ from numpy.typing import NDArray
 from hcss_twin.atmosphere.band_model.absorber_density import LevelState
 from hcss_twin.atmosphere.band_model.layers import Layers, join_states, make_layers, stack_layers, state_at
 from hcss_twin.atmosphere.band_model.refraction import slant_factors
-from hcss_twin.physics.paths import SPACE, Path
+from hcss_twin.physics.paths import SPACE, Leg, Path
 
 Array = NDArray[np.float64]
+
+_KEPT_PARTS = 4096
+"""Parts of the profile that are kept: legs of many paths are alike."""
 
 
 class LayeredAir:
@@ -31,9 +35,13 @@ class LayeredAir:
         self.earth_radius_m = earth_radius_m
         self._layers = make_layers(state, earth_radius_m)
         self.columns = state.density.shape[1]
+        self._kept = lru_cache(maxsize=_KEPT_PARTS)(self._between)
 
     def between(self, lower_m: float, upper_m: float) -> Layers:
         """Layers from one altitude to another; a target inside a layer becomes a level of its own."""
+        return self._kept(lower_m, upper_m)
+
+    def _between(self, lower_m: float, upper_m: float) -> Layers:
         levels = self._state.altitude_m
         upper_m = min(upper_m, float(levels[-1]))
         lower_m = min(lower_m, upper_m)
@@ -74,14 +82,25 @@ class LayeredAir:
     def amounts(self, paths: Sequence[Path]) -> Array:
         """Absorber amounts of composite paths, (P, K)."""
         result = np.zeros((len(paths), self.columns))
-        legs: dict[tuple[float, float], list[tuple[int, float]]] = {}
-        for row, path in enumerate(paths):
-            for leg in path.legs:
-                legs.setdefault((leg.lower_m, leg.upper_m), []).append((row, leg.zenith_deg))
-        for (lower, upper), rays in legs.items():
+        unique = dict.fromkeys(leg for path in paths for leg in path.legs)
+        rows = {leg: row for row, leg in enumerate(unique)}
+        by_leg = self._by_leg(list(unique))
+        longest = max((len(path.legs) for path in paths), default=0)
+        for place in range(longest):
+            chosen = [row for row, path in enumerate(paths) if place < len(path.legs)]
+            result[chosen] += by_leg[[rows[paths[row].legs[place]] for row in chosen]]
+        return result
+
+    def _by_leg(self, legs: Sequence[Leg]) -> Array:
+        """Absorber amounts of single legs, (P, K)."""
+        result = np.empty((len(legs), self.columns))
+        groups: dict[tuple[float, float], list[int]] = {}
+        for row, leg in enumerate(legs):
+            groups.setdefault((leg.lower_m, leg.upper_m), []).append(row)
+        for (lower, upper), members in groups.items():
             layers = self.between(lower, upper)
-            slant = self.slant(layers, lower, np.array([zenith for _, zenith in rays]))
-            np.add.at(result, [row for row, _ in rays], slant @ layers.amount)
+            slant = self.slant(layers, lower, np.array([legs[row].zenith_deg for row in members]))
+            result[members] = slant @ layers.amount
         return result
 
     def _index(self, altitude_m: float) -> float:

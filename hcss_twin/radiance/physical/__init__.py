@@ -1,0 +1,1 @@
+"""Radiance model ``physical``: multiple scattering, a rough sea, and rows that sum to one."""

@@ -1,0 +1,151 @@
+"""Air between interfaces: transmittance and emission of legs, seen through whole composite paths."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.physics.paths import SPACE, Leg, Path
+from hcss_twin.physics.planck import planck
+from hcss_twin.physics.profile import Profile
+from hcss_twin.providers import TransmittanceProvider
+
+Array = NDArray[np.float64]
+
+_DARK = 1e-30
+"""Transmittance below which nothing seen through a path could matter."""
+
+
+@dataclass(frozen=True)
+class LegView:
+    """Legs seen through the paths in front of them.
+
+    Attributes
+    ----------
+    emission : ndarray (P, V)
+        What the air of each leg sends through its path, W m-2 sr-1 (cm-1)-1.
+    transmittance : ndarray (P, V)
+        Of each path and its leg together.
+    """
+
+    emission: Array
+    transmittance: Array
+
+    def conditional(self, front: Array, source: Array) -> LegView:
+        """Return emission and transmittance for an observer at the end of the paths, whose transmittance is ``front``.
+
+        Where ``front`` is as good as 0 the leg counts as opaque and sends ``source``.
+        """
+        dark = front < _DARK
+        safe = np.where(dark, 1.0, front)
+        return LegView(
+            np.where(dark, source, self.emission / safe), np.where(dark, 0.0, self.transmittance / safe)
+        )
+
+
+class Air:
+    """Legs of a spectrum through one profile.
+
+    Parameters
+    ----------
+    provider : TransmittanceProvider
+    profile : Profile
+        Brings the temperatures.
+    wavenumber_cm1 : ndarray (V,)
+    """
+
+    def __init__(self, provider: TransmittanceProvider, profile: Profile, wavenumber_cm1: Array) -> None:
+        self._provider = provider
+        self._profile = profile
+        self.wavenumber_cm1 = wavenumber_cm1
+        self._black: dict[float, Array] = {}
+
+    def black_body(self, temperature_K: float) -> Array:
+        """Return the Planck radiance (V,)."""
+        if temperature_K not in self._black:
+            self._black[temperature_K] = planck(self.wavenumber_cm1, temperature_K)
+        return self._black[temperature_K]
+
+    def transmittance(self, paths: Sequence[Path]) -> Array:
+        """Return transmittance (P, V) of composite paths."""
+        return self._provider.transmittance(self.wavenumber_cm1, paths)
+
+    def leg(
+        self,
+        front: Sequence[Path],
+        front_transmittance: Array,
+        zenith_deg: Sequence[float],
+        lower_m: float,
+        upper_m: float,
+        downward: bool,
+    ) -> LegView:
+        """Look along a leg through the path in front of it.
+
+        E(x, l) = sum over layers n of J_n [T(x + l before n) - T(x + l with n)]: only summed absorber amounts
+        enter the transmittance, and the weights of all layers and of what lies behind sum to T(x).
+
+        Parameters
+        ----------
+        front : sequence of Path (P,)
+            What the light crosses after the leg, on its way to the sensor.
+        front_transmittance : ndarray (P, V)
+            Of ``front``.
+        zenith_deg : sequence of float (P,)
+            Zenith angle of each leg at the surface.
+        lower_m, upper_m : float
+            Its ends; ``upper_m`` may be ``SPACE``.
+        downward : bool
+            Whether the observer looks down: the leg's upper end is the near one.
+        """
+        edges = self._edges(lower_m, upper_m)
+        count = len(edges) - 1
+        if count < 1:
+            return LegView(np.zeros_like(front_transmittance), front_transmittance)
+        paths = []
+        for path, zenith in zip(front, zenith_deg, strict=True):
+            for n in range(1, count + 1):
+                ends = (edges[count - n], edges[count]) if downward else (edges[0], edges[n])
+                reach = SPACE if upper_m == SPACE and ends[1] == edges[-1] else ends[1]
+                paths.append(path + Path((Leg(ends[0], reach, zenith),)))
+        beyond = self.transmittance(paths).reshape(len(front), count, -1)
+        weights = np.concatenate(
+            (front_transmittance[:, None] - beyond[:, :1], beyond[:, :-1] - beyond[:, 1:]), axis=1
+        )
+        # Where nothing absorbs, rounding could leave less than nothing.
+        np.maximum(weights, 0.0, out=weights)
+        sources = self._sources(edges)
+        sources = sources[::-1] if downward else sources
+        emission: Array = np.einsum("pnv,nv->pv", weights, sources)
+        return LegView(emission, beyond[:, -1])
+
+    def near_source(self, lower_m: float, upper_m: float, downward: bool) -> Array:
+        """Return the Planck radiance (V,) of a leg's near end."""
+        top = float(self._profile.altitude_m[-1])
+        near = min(upper_m, top) if downward else lower_m
+        return self.black_body(float(self._profile.temperature_at(near)))
+
+    def _edges(self, lower_m: float, upper_m: float) -> list[float]:
+        """Levels of the profile within a leg, and its ends."""
+        levels = self._profile.altitude_m
+        top = min(upper_m, float(levels[-1]))
+        if top <= lower_m:
+            return [lower_m]
+        inner = levels[(levels > lower_m) & (levels < top)]
+        return [lower_m, *(float(level) for level in inner), top]
+
+    def _sources(self, edges: Sequence[float]) -> Array:
+        """Planck radiance (N, V) of each layer between edges at its pressure-weighted mean temperature.
+
+        For a temperature linear in height and a density exponential in it, that is the mean of the ends plus a
+        twelfth of their difference times ln(p below / p above), to first order.
+        """
+        altitude = np.asarray(edges)
+        temperature = self._profile.temperature_at(altitude)
+        ratio = -np.diff(np.log(self._profile.pressure_at(altitude)))
+        mean = (
+            0.5 * (temperature[:-1] + temperature[1:]) - np.diff(temperature) * np.minimum(ratio, 6.0) / 12.0
+        )
+        return np.stack([self.black_body(float(kelvin)) for kelvin in mean])

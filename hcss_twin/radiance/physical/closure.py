@@ -1,0 +1,184 @@
+"""Multiple reflections between interfaces, with the gas in front of them frozen: one linear solve.
+
+Legs count with the transmittance they have behind the view's path to the lower end of their gap, because
+transmittances of a spectral interval do not multiply. Rows of the matrix and the weights of the sources still sum
+to one, so that an isothermal enclosure closes exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.physics.paths import Leg, Path
+from hcss_twin.radiance.physical.air import LegView
+from hcss_twin.radiance.physical.column import Column
+from hcss_twin.radiance.physical.directions import VIEW
+from hcss_twin.radiance.physical.terms import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Radiances along the streams inside a column, by their sources.
+
+    Attributes
+    ----------
+    down, up : tuple of ndarray (S, N, V)
+        For each gap, seen from its upper end downward and from its lower end upward.
+    below, above : tuple of ndarray (S, N, V)
+        For each cloud, what comes out of the air inside it: from below, seen from its top, and from above, seen
+        from its base.
+    """
+
+    down: tuple[Array, ...]
+    up: tuple[Array, ...]
+    below: tuple[Array, ...]
+    above: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class _Frozen:
+    """Legs of all streams behind the view's path: gaps downward and upward, insides of clouds likewise.
+
+    ``sun_*``: transmittance (V,) of the sun's path behind the same paths, to the interface that is looked at.
+    """
+
+    down: list[LegView]
+    up: list[LegView]
+    inside_down: list[LegView]
+    inside_up: list[LegView]
+    sun_top: list[Array]
+    sun_base: list[Array]
+    sun_sea: Array
+
+
+def close(column: Column) -> Closure:
+    """Solve u = P u + S for the radiances along the streams in all gaps."""
+    frozen = _freeze(column)
+    gaps, count = len(column.slabs) + 1, column.directions.count
+    size = column.received.size
+    streams = list(column.directions.stream_indices)
+    matrix = np.zeros((2 * gaps, count, 2 * gaps, count, size))
+    source = np.zeros((2 * gaps, count, len(TERMS), size))
+    for gap in range(gaps):
+        _looking_down(column, frozen, gap, streams, matrix, source)
+        _looking_up(column, frozen, gap, streams, matrix, source)
+    flat = 2 * gaps * count
+    system = np.eye(flat)[None] - np.moveaxis(matrix.reshape(flat, flat, size), -1, 0)
+    right = np.moveaxis(source.reshape(flat, len(TERMS), size), -1, 0)
+    solved = np.linalg.solve(system, right)
+    found = np.moveaxis(solved.reshape(size, gaps, 2, count, len(TERMS)), (0, 4), (4, 2))
+    down = tuple(found[gap, 0] for gap in range(gaps))
+    up = tuple(found[gap, 1] for gap in range(gaps))
+    below = tuple(_behind(leg, down[i + 1]) for i, leg in enumerate(frozen.inside_down))
+    above = tuple(_behind(leg, up[i]) for i, leg in enumerate(frozen.inside_up))
+    return Closure(down, up, below, above)
+
+
+def _behind(leg: LegView, beyond: Array) -> Array:
+    """Radiance (S, N, V) seen through a leg."""
+    result: Array = leg.transmittance * beyond
+    result[SCATTERED_AIR] += leg.emission
+    return result
+
+
+def _looking_down(
+    column: Column, frozen: _Frozen, gap: int, streams: list[int], matrix: Array, source: Array
+) -> None:
+    leg = frozen.down[gap]
+    row = 2 * gap
+    source[row, :, SCATTERED_AIR] += leg.emission
+    if gap == len(column.slabs):
+        glint, _ = column.sun_on_sea()
+        source[row, :, SEA] += leg.transmittance * column.sea.emissivity[streams] * column.sea_source
+        source[row, :, SEA_SUN] += leg.transmittance * glint[streams] * frozen.sun_sea
+        matrix[row, :, row + 1] += leg.transmittance[:, None] * column.sea.reflection[streams]
+        return
+    sunlight, _ = column.sun_on_slab(gap, from_above=True)
+    source[row, :, CLOUD] += leg.transmittance * column.slab_emission(gap, from_above=True)[streams]
+    source[row, :, CLOUD_SUN] += leg.transmittance * sunlight[streams] * frozen.sun_top[gap]
+    matrix[row, :, row + 1] += leg.transmittance[:, None] * column.slabs[gap].reflection[streams]
+    _pass_through(column, gap, streams, leg, frozen.inside_down[gap], matrix[row], 2 * (gap + 1), source[row])
+
+
+def _looking_up(
+    column: Column, frozen: _Frozen, gap: int, streams: list[int], matrix: Array, source: Array
+) -> None:
+    leg = frozen.up[gap]
+    row = 2 * gap + 1
+    source[row, :, SCATTERED_AIR] += leg.emission
+    if gap == 0:
+        source[row, :, SCATTERED_AIR] += leg.transmittance * column.space
+        return
+    index = gap - 1
+    sunlight, _ = column.sun_on_slab(index, from_above=False)
+    source[row, :, CLOUD] += leg.transmittance * column.slab_emission(index, from_above=False)[streams]
+    source[row, :, CLOUD_SUN] += leg.transmittance * sunlight[streams] * frozen.sun_base[index]
+    matrix[row, :, row - 1] += leg.transmittance[:, None] * column.slabs[index].reflection[streams]
+    _pass_through(
+        column, index, streams, leg, frozen.inside_up[index], matrix[row], 2 * index + 1, source[row]
+    )
+
+
+def _pass_through(
+    column: Column,
+    index: int,
+    streams: list[int],
+    leg: LegView,
+    inside: LegView,
+    matrix: Array,
+    beyond: int,
+    source: Array,
+) -> None:
+    """Add what a cloud lets through, directly and diffusely, from the gap ``beyond`` it."""
+    slab = column.slabs[index]
+    kernel = slab.transmission[streams].copy()
+    diagonal = np.arange(len(streams))
+    kernel[diagonal, diagonal] += slab.direct[streams]
+    matrix[:, beyond] += leg.transmittance[:, None] * kernel * inside.transmittance[None]
+    source[:, SCATTERED_AIR] += leg.transmittance * np.einsum("kjv,jv->kv", kernel, inside.emission)
+
+
+def _freeze(column: Column) -> _Frozen:
+    air, where = column.air, column.directions
+    view = where.zenith_deg[VIEW]
+    zeniths = [where.zenith_deg[index] for index in where.stream_indices]
+    gaps = len(column.slabs) + 1
+    front: list[Path] = []
+    path = Path()
+    for gap in range(gaps):
+        lower, upper = column.gap_m(gap)
+        path = path + Path((Leg(lower, upper, view),))
+        front.append(path)
+        if gap < len(column.slabs):
+            path = path + Path((column.inside(gap, view),))
+    seen = air.transmittance(front)
+
+    def legs(gap: int, lower: float, upper: float, downward: bool) -> LegView:
+        many = np.repeat(seen[gap][None], len(zeniths), axis=0)
+        found = air.leg([front[gap]] * len(zeniths), many, zeniths, lower, upper, downward)
+        return found.conditional(many, air.near_source(lower, upper, downward))
+
+    def sun(gap: int, to_sun: Path) -> Array:
+        if where.sun is None:
+            return np.zeros_like(column.received)
+        through = air.transmittance([front[gap] + to_sun])
+        found = LegView(np.zeros_like(through), through).conditional(seen[gap][None], np.zeros_like(through))
+        return found.transmittance[0]
+
+    clouds = range(len(column.slabs))
+    return _Frozen(
+        down=[legs(gap, *column.gap_m(gap), downward=True) for gap in range(gaps)],
+        up=[legs(gap, *column.gap_m(gap), downward=False) for gap in range(gaps)],
+        inside_down=[legs(i, column.slabs[i].base_m, column.slabs[i].top_m, downward=True) for i in clouds],
+        inside_up=[
+            legs(i + 1, column.slabs[i].base_m, column.slabs[i].top_m, downward=False) for i in clouds
+        ],
+        sun_top=[sun(i, column.sun_on_slab(i, from_above=True)[1]) for i in clouds],
+        sun_base=[sun(i + 1, column.sun_on_slab(i, from_above=False)[1]) for i in clouds],
+        sun_sea=sun(gaps - 1, column.sun_on_sea()[1]),
+    )

@@ -1,0 +1,92 @@
+"""One column of air, clouds and sea, as a stack of gaps between interfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
+from hcss_twin.radiance.physical.air import Air
+from hcss_twin.radiance.physical.cloud_slab import CloudSlab
+from hcss_twin.radiance.physical.directions import Directions
+from hcss_twin.radiance.physical.sea_surface import SeaSurface
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Column:
+    """Everything that sends light in one column.
+
+    Gap m is the air above cloud m (counted from the top, from 0) or above the sea.
+
+    Attributes
+    ----------
+    air : Air
+    directions : Directions
+    slabs : tuple of CloudSlab
+        From the highest to the lowest.
+    sea : SeaSurface
+    sea_source : ndarray (V,)
+        Planck radiance of the sea.
+    space : ndarray (V,)
+        Radiance of the sky beyond the atmosphere.
+    received : ndarray (V,)
+        Solar irradiance on a horizontal plane outside the atmosphere, mu0 E0; 0 without a sun.
+    """
+
+    air: Air
+    directions: Directions
+    slabs: tuple[CloudSlab, ...]
+    sea: SeaSurface
+    sea_source: Array
+    space: Array
+    received: Array
+
+    def gap_m(self, gap: int) -> tuple[float, float]:
+        """Return altitudes of the lower and upper end of a gap."""
+        upper = SPACE if gap == 0 else self.slabs[gap - 1].base_m
+        lower = self.slabs[gap].top_m if gap < len(self.slabs) else 0.0
+        return lower, upper
+
+    def slab_emission(self, index: int, from_above: bool) -> Array:
+        """Return what a cloud emits toward each direction, (D, V), seen from one of its faces."""
+        slab = self.slabs[index]
+        near, far = slab.top_temperature_K, slab.base_temperature_K
+        if not from_above:
+            near, far = far, near
+        black = self.air.black_body
+        result: Array = (slab.emissivity - slab.far_share) * black(near) + slab.far_share * black(far)
+        return result
+
+    def sun_on_slab(self, index: int, from_above: bool) -> tuple[Array, Path]:
+        """Return sunlight that a cloud sends toward each direction, (D, V), and the path of the sun to it.
+
+        The direct transmittances of the clouds above are in it, the air is not.
+        """
+        slab = self.slabs[index]
+        kernel = slab.sun_reflection if from_above else slab.sun_transmission
+        lower = slab.top_m if from_above else slab.base_m
+        return kernel * (self.received * self._sun_through(index)), self._sun_path(lower)
+
+    def sun_on_sea(self) -> tuple[Array, Path]:
+        """Return sunlight that the sea sends toward each direction, (D, V), and the path of the sun to it."""
+        return self.sea.sun * (self.received * self._sun_through(len(self.slabs))), self._sun_path(0.0)
+
+    def inside(self, index: int, zenith_deg: float) -> Leg:
+        """Return the leg through the air inside a cloud."""
+        slab = self.slabs[index]
+        return Leg(slab.base_m, slab.top_m, zenith_deg)
+
+    def _sun_through(self, count: int) -> Array:
+        """Direct transmittance (V,) of the ``count`` highest clouds for the sun."""
+        result = np.ones_like(self.received)
+        for slab in self.slabs[:count]:
+            result = result * slab.sun_direct
+        return result
+
+    def _sun_path(self, lower_m: float) -> Path:
+        sun = self.directions.sun
+        return Path() if sun is None else to_space(lower_m, sun.zenith_deg)

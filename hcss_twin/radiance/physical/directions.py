@@ -1,0 +1,71 @@
+"""Directions of one column: the view, the sun, and the Gauss streams that carry diffuse light."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.multiple_scattering.streams import Streams, gauss_streams
+from hcss_twin.physics.geometry import relative_azimuth_rad
+from hcss_twin.providers import Sun, View
+
+Array = NDArray[np.float64]
+
+VIEW = 0
+"""Index of the view among the directions."""
+
+
+@dataclass(frozen=True)
+class Directions:
+    """The view first, then the streams.
+
+    Attributes
+    ----------
+    mu : ndarray (1 + N,)
+        Cosines of the zenith angles.
+    zenith_deg : tuple of float (1 + N,)
+    streams : Streams
+        Nodes and weights on (0, 1).
+    sun : Sun or None
+        None where the sun is down or left out.
+    mu_sun : float
+        Cosine of its zenith angle; 0 without a sun.
+    relative_azimuth : float
+        Of view and sun, radians; 0 without a sun.
+    """
+
+    mu: Array
+    zenith_deg: tuple[float, ...]
+    streams: Streams
+    sun: Sun | None
+    mu_sun: float
+    relative_azimuth: float
+
+    @property
+    def count(self) -> int:
+        """Number of streams N."""
+        return self.streams.mu.size
+
+    @property
+    def stream_indices(self) -> range:
+        """Where the streams are among the directions."""
+        return range(1, 1 + self.count)
+
+
+def make_directions(view: View, sun: Sun | None, streams: int) -> Directions:
+    """Return the directions of a column; a sun below the horizon is none."""
+    gauss = gauss_streams(streams)
+    mu_view = math.cos(math.radians(view.zenith_deg))
+    zenith = (view.zenith_deg, *(math.degrees(math.acos(mu)) for mu in gauss.mu))
+    up = sun if sun is not None and sun.is_up else None
+    return Directions(
+        mu=np.concatenate(([mu_view], gauss.mu)),
+        zenith_deg=zenith,
+        streams=gauss,
+        sun=up,
+        mu_sun=0.0 if up is None else math.cos(math.radians(up.zenith_deg)),
+        relative_azimuth=0.0 if up is None else relative_azimuth_rad(view.azimuth_deg, up.azimuth_deg),
+    )

@@ -1,0 +1,172 @@
+"""Radiance model ``physical``: clouds that scatter many times over a rough, emissive sea."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.physics.paths import to_space
+from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun
+from hcss_twin.radiance.parameters import PhysicalParameters
+from hcss_twin.radiance.physical.air import Air
+from hcss_twin.radiance.physical.cloud_slab import CloudSlab, SlabMaker
+from hcss_twin.radiance.physical.column import Column
+from hcss_twin.radiance.physical.directions import VIEW, Directions, make_directions
+from hcss_twin.radiance.physical.sea_surface import SeaSurface, make_sea_surface
+from hcss_twin.radiance.physical.terms import AIR_SUN, SOLAR_TERMS, TERMS
+from hcss_twin.radiance.physical.tracing import Tracer
+
+Array = NDArray[np.float64]
+
+_LARGEST_SUN_DEG = 88.0
+"""Zenith angle from which sunlight scattered in the air is left out: paths to the sun graze the Earth."""
+
+
+class Physical:
+    """Sea, clouds and air whose emission, reflection and transmission sum to one everywhere.
+
+    Emissivity is what reflection and transmission leave over, at the sea and at each face of each cloud. Air
+    weakens and emits along whole composite paths, whose absorber amounts add. An isothermal enclosure therefore sends
+    Planck's radiance in every direction, with any providers.
+
+    Parameters
+    ----------
+    inputs : RadianceInputs
+        Any number of cloud layers that do not overlap.
+    parameters : PhysicalParameters
+        Accuracy, solver, and terms to leave out.
+
+    Raises
+    ------
+    ProviderError
+        If the emissivity and the BRDF of the sea model contradict each other.
+    """
+
+    terms: Mapping[str, str] = TERMS
+    solar_terms = SOLAR_TERMS
+
+    def __init__(self, inputs: RadianceInputs, parameters: PhysicalParameters) -> None:
+        self._inputs = inputs
+        self._parameters = parameters
+        self._scene = lru_cache(maxsize=4)(self._make_scene)
+        self.declares = Declares(
+            depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
+            notes=_notes(parameters),
+        )
+
+    def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
+        """Return terms (V,) of a cloud-free column."""
+        air, directions, sea = self._shared(wavenumber_cm1, sun)
+        return self._terms(self._column(air, directions, sea, ()))
+
+    def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
+        """Return terms (N, V) of columns with a thickness (N, L) of each layer, none all 0.
+
+        Raises
+        ------
+        ValueError
+            If the thickness has another shape, is negative, or a column has no cloud.
+        """
+        layers = self._inputs.layers
+        if thickness_m.ndim != 2 or thickness_m.shape[1] != len(layers):
+            raise ValueError(f"thickness_m: shape {thickness_m.shape}; allowed (N, {len(layers)})")
+        if np.any(thickness_m < 0) or not np.all(np.any(thickness_m > 0, axis=1)):
+            raise ValueError(
+                "thickness_m: allowed 0 or more, and a layer > 0; a column without cloud is clear()"
+            )
+        air, directions, sea = self._shared(wavenumber_cm1, sun)
+        maker = SlabMaker(self._inputs.optics, self._parameters, wavenumber_cm1, directions)
+        slabs = [self._slabs(maker, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
+        results = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in self.terms}
+        for row, thickness in enumerate(thickness_m):
+            present = [slabs[i][float(h)] for i, h in enumerate(thickness) if h > 0.0]
+            present.sort(key=lambda slab: slab.base_m, reverse=True)
+            found = self._terms(self._column(air, directions, sea, tuple(present)))
+            for name, values in found.items():
+                results[name][row] = values
+        return results
+
+    def _shared(self, wavenumber_cm1: Array, sun: Sun | None) -> tuple[Air, Directions, SeaSurface]:
+        return self._scene(wavenumber_cm1.tobytes(), sun if sun is not None and sun.is_up else None)
+
+    def _make_scene(self, wavenumbers: bytes, sun: Sun | None) -> tuple[Air, Directions, SeaSurface]:
+        wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
+        inputs = self._inputs
+        directions = make_directions(inputs.view, sun, self._parameters.streams)
+        return (
+            Air(inputs.transmittance, inputs.profile, wavenumber),
+            directions,
+            make_sea_surface(inputs.sea, wavenumber, directions),
+        )
+
+    def _slabs(self, maker: SlabMaker, layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
+        """Solved layers by thickness."""
+        thickness = np.unique(thickness_m[thickness_m > 0.0])
+        if not thickness.size:
+            return {}
+        tops = layer.cloud_top_m(thickness)
+        if layer.temperature_K is not None:
+            top = base = np.full_like(thickness, layer.temperature_K)
+        else:
+            top = self._inputs.profile.temperature_at(tops)
+            base = top
+            if self._parameters.cloud_temperature == "profile":
+                base = self._inputs.profile.temperature_at(np.maximum(tops - thickness, 0.0))
+        made = maker.make(layer, thickness, top, base)
+        return {float(h): slab for h, slab in zip(thickness, made, strict=True)}
+
+    def _column(
+        self, air: Air, directions: Directions, sea: SeaSurface, slabs: tuple[CloudSlab, ...]
+    ) -> Column:
+        received = np.zeros_like(air.wavenumber_cm1)
+        if directions.sun is not None:
+            irradiance = self._inputs.solar_irradiance(air.wavenumber_cm1)
+            received = directions.mu_sun * irradiance / directions.sun.distance_au**2
+        space = self._parameters.space_temperature
+        return Column(
+            air=air,
+            directions=directions,
+            slabs=slabs,
+            sea=sea,
+            sea_source=air.black_body(self._inputs.sea_temperature_K),
+            space=air.black_body(space) if space > 0.0 else np.zeros_like(received),
+            received=received,
+        )
+
+    def _terms(self, column: Column) -> dict[str, Array]:
+        found = Tracer(column, self._parameters.closure_order).radiance()
+        found[AIR_SUN] += self._scattered_in_air(column)
+        result = dict(zip(self.terms, found, strict=True))
+        for name in self._parameters.leave_out:
+            result[name] = np.zeros_like(result[name])
+        return result
+
+    def _scattered_in_air(self, column: Column) -> Array:
+        """Sunlight scattered once into the view above the highest interface, where the provider knows it."""
+        own = getattr(self._inputs.transmittance, "solar_path_radiance", None)
+        where = column.directions
+        if own is None or where.sun is None or where.sun.zenith_deg > _LARGEST_SUN_DEG:
+            return np.zeros_like(column.received)
+        lower = column.slabs[0].top_m if column.slabs else 0.0
+        scattered = own(
+            column.air.wavenumber_cm1,
+            [to_space(lower, where.zenith_deg[VIEW])],
+            where.sun.zenith_deg,
+            float(np.degrees(where.relative_azimuth)),
+        )[0]
+        result: Array = scattered * column.received / where.mu_sun
+        return result
+
+
+def _notes(parameters: PhysicalParameters) -> tuple[str, ...]:
+    notes = [
+        f"physical radiance: {parameters.streams} streams, gas exact for {parameters.closure_order} changes"
+    ]
+    if parameters.cloud_solver != "adding-doubling":
+        notes.append("physical radiance: clouds by a two-stream closed form, see docs/multiple-scattering.md")
+    if parameters.leave_out:
+        notes.append(f"terms left out by choice: {', '.join(parameters.leave_out)}")
+    return tuple(notes)
