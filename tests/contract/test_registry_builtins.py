@@ -29,7 +29,7 @@ from hcss_twin.testing import (
 
 HELD_TO_THE_KIT = {
     "clouds": {"fractal", "imagery", "surrogate"},
-    "sea": {"cox-munk"},
+    "sea": {"cox-munk", "rough-sea"},
     "optics": {"mie"},
     "atmosphere": {"band-model", "table"},
     "radiance": {"as-printed"},
@@ -153,6 +153,22 @@ class TestCoxMunk(SeaModelContract):
 
     def make_provider(self, inputs):
         return create("sea", "cox-munk", inputs)
+
+
+class TestRoughSea(TestCoxMunk):
+    reciprocity = 1e-6
+    parameters = {}
+
+    def make_provider(self, inputs):
+        return create("sea", "rough-sea", inputs, **self.parameters)
+
+
+class TestRoughSeaAlongTheWind(TestRoughSea):
+    parameters = {"slopes": "upwind-crosswind", "spectrum": "jonswap"}
+
+
+class TestRoughSeaSkewed(TestRoughSea):
+    parameters = {"slopes": "gram-charlier", "shadowing": "separable"}
 
 
 class TestMie(OpticsContract):
