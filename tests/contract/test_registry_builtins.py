@@ -1,6 +1,7 @@
 """Every built-in provider is held to the kit that plugin authors use, made through the registry."""
 
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -157,18 +158,18 @@ class TestCoxMunk(SeaModelContract):
 
 class TestRoughSea(TestCoxMunk):
     reciprocity = 1e-6
-    parameters = {}
+    parameters: ClassVar[dict[str, str]] = {}
 
     def make_provider(self, inputs):
         return create("sea", "rough-sea", inputs, **self.parameters)
 
 
 class TestRoughSeaAlongTheWind(TestRoughSea):
-    parameters = {"slopes": "upwind-crosswind", "spectrum": "jonswap"}
+    parameters: ClassVar[dict[str, str]] = {"slopes": "upwind-crosswind", "spectrum": "jonswap"}
 
 
 class TestRoughSeaSkewed(TestRoughSea):
-    parameters = {"slopes": "gram-charlier", "shadowing": "separable"}
+    parameters: ClassVar[dict[str, str]] = {"slopes": "gram-charlier", "shadowing": "separable"}
 
 
 class TestMie(OpticsContract):
