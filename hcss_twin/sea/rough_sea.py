@@ -328,6 +328,16 @@ def _notes(inputs: SeaInputs, parameters: RoughSeaParameters, foam: float) -> tu
         notes.append("sea: no second reflection; emissivity is too low toward grazing views")
     if parameters.slopes != "isotropic":
         notes.append("sea: slopes depend on the bearing to the wind; calls without a bearing give the mean")
+    if parameters.spectrum == "jonswap" and inputs.wind_speed_m_s > 0.0:
+        grown, whole = (
+            WaveSpectrum(name, inputs.wind_speed_m_s, parameters.fetch_m).peak_frequency_rad_s
+            for name in ("jonswap", "pierson-moskowitz")
+        )
+        if grown < whole:
+            notes.append(
+                f"sea: after {parameters.fetch_m / 1e3:g} km at {inputs.wind_speed_m_s:g} m/s the sea is fully "
+                "developed; JONSWAP lets the waves grow beyond that"
+            )
     if foam > 0.1:
         notes.append(f"sea: {100 * foam:.0f} % under foam; the coverage law was fitted to less than 10 %")
     return tuple(notes)

@@ -93,7 +93,7 @@ def test_what_is_not_emitted_is_reflected_once_or_twice(zenith_deg):
 @pytest.mark.parametrize("wind", [5.0, 15.0])
 def test_unshadowed_facets_reflect_more_than_there_is_beyond_80_degrees(wind):
     """A mirror that absorbs nothing shows the energy that the BRDF gains when waves do not hide one another."""
-    mu, azimuth, weight = hemisphere(400, 200)
+    mu, azimuth, weight = hemisphere(200, 100)
     gained = {}
     for shadowing in ("none", "height-correlated"):
         model = sea(wind, shadowing=shadowing, foam=False)
@@ -108,7 +108,7 @@ def test_unshadowed_facets_reflect_more_than_there_is_beyond_80_degrees(wind):
 @pytest.mark.parametrize("basis", ["linear", "lagrange"])
 def test_weights_and_emissivity_share_all_light(slopes, basis):
     x, _ = np.polynomial.legendre.leggauss(8)
-    mu = np.array([0.05, 0.3, 0.8, 1.0])
+    mu = np.array([0.05, 0.8])
     model = sea(8.0, slopes=slopes)
     weights = model.reflection_weights(WAVENUMBER, mu, 0.5 * (x + 1.0), basis)
     total = weights.sum(axis=1) + model.emissivity(WAVENUMBER, mu)

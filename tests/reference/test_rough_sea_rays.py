@@ -36,7 +36,7 @@ def water():
     return [(value.real, value.imag) for value in index]
 
 
-@njit(cache=False)
+@njit(cache=True)
 def facet(surface, x, y):
     """Height and slopes of the triangle above (x, y); the surface repeats."""
     i, j = int(np.floor(y)), int(np.floor(x))
@@ -48,7 +48,7 @@ def facet(surface, x, y):
     return d + (1.0 - u) * (c - d) + (1.0 - v) * (b - d), d - c, d - b
 
 
-@njit(cache=False)
+@njit(cache=True)
 def follow(surface, top, start, azimuth, zenith, step):
     """Cosines of incidence of up to three hits (R, 3), 0 where there is none, and the rays' last elevation."""
     cosines = np.zeros((start.shape[0], 3))

@@ -14,7 +14,7 @@ X, _ = np.polynomial.legendre.leggauss(8)
 CATALOG = Catalog()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     wind=st.floats(0.0, 60.0),
     mu=st.floats(0.01, 1.0),

@@ -109,6 +109,9 @@ def test_notes_say_what_is_extrapolated_or_left_out():
     assert any("extrapolated" in note for note in sea(temperature_K=303.0).declares.notes)
     assert any("hide" in note for note in sea(shadowing="none").declares.notes)
     assert any("second reflection" in note for note in sea(re_reflection=False).declares.notes)
+    young, old = (sea(spectrum="jonswap", fetch_m=fetch).declares.notes for fetch in (1e4, 1e5))
+    assert young == ()
+    assert any("fully developed" in note for note in old)
     assert any("under foam" in note for note in sea(30.0).declares.notes)
 
 
