@@ -168,3 +168,25 @@ def test_gauss_nodes_carry_the_sky_as_well_as_250_do():
             np.einsum("mnv,n->mv", w, s) for w, s in zip((few, many), skies[::-1], strict=True)
         )
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=3e-4)
+
+
+def main():
+    """Print model minus rays at 10.8 um, with the second reflection and for the first hit alone."""
+    nu, (n, k) = 1e4 / WAVELENGTH_UM[1:2], water()[1]
+    for wind in (0.0, 5.0, 15.0, 30.0):
+        for zenith_deg in (0.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0):
+            cosines, _ = traced(wind, zenith_deg)
+            mu = np.array([np.cos(np.radians(zenith_deg))])
+            whole = sea(wind).emissivity(nu, mu).item() - emissivity_of(cosines, n, k)
+            first = sea(wind, re_reflection=False).emissivity(nu, mu).item() - emissivity_of(
+                cosines[:, :1], n, k
+            )
+            hit = [np.mean(cosines[:, i] > 0.0) for i in (1, 2)]
+            print(
+                f"{wind:3.0f} m/s {zenith_deg:3.0f} deg: {whole:+.4f}, first hit alone {first:+.4f}; "
+                f"{hit[0]:.3f} hit again, {hit[1]:.3f} a third time"
+            )
+
+
+if __name__ == "__main__":
+    main()
