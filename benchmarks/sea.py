@@ -133,7 +133,7 @@ def resolved_waves() -> None:
         bounds = [thermal_contrast_bound(sea(10.0), nu, mu, slope)[:, 0].round(5) for nu in (MWIR, LWIR)]
         glint = glint_contrast_bound(np.array([0.0, 0.2]), total - resolved, slope).round(2)
         print(
-            f"{name}, {pixel:g} m: slope^2 {resolved:.5f} of {total:.4f}; MWIR {bounds[0]} LWIR {bounds[1]}"
+            f"{name}, {pixel:g} m: slope^2 {resolved:.2g} of {total:.4f}; MWIR {bounds[0]} LWIR {bounds[1]}"
         )
         print(f"    glint, centre and 0.2: {glint}")
     field = WaveField(WaveSpectrum("pierson-moskowitz", 10.0), 30.0, 5.0, seed=1)

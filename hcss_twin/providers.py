@@ -237,7 +237,7 @@ class SeaModel(Protocol):
     A model whose attribute ``anisotropic`` is true also takes ``wind_azimuth`` (M,) as the last argument of
     both methods: bearing of the sensor minus the bearing the wind comes from, in radians and counted in the
     sense in which the source lies at ``wind_azimuth + relative_azimuth``
-    (:func:`hcss_twin.sea.rough_sea.wind_azimuths` gives both). Without it the model returns the mean over all
+    (:func:`hcss_twin.sea.directions.wind_azimuths` gives both). Without it the model returns the mean over all
     bearings.
 
     A model may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes, basis, wind_azimuth) -> (M, N, V)``: the

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import Array, Declares, SeaInputs
+from hcss_twin.sea.directions import bearings, directions
 from hcss_twin.sea.foam import foam_coverage, foam_reflectance
 from hcss_twin.sea.node_basis import Basis, basis_values, checked_nodes
 from hcss_twin.sea.parameters import RoughSeaParameters
@@ -171,8 +171,8 @@ class RoughSea:
             In [0, pi]: 0 with the sensor on the sun's side, pi toward the glint.
         wind_azimuth : ndarray (M,), optional
             Bearing of the sensor minus the bearing the wind comes from, radians, counted in the sense in which
-            the source lies at wind_azimuth + relative_azimuth (see :func:`wind_azimuths`); without it the mean
-            over all bearings.
+            the source lies at wind_azimuth + relative_azimuth (:func:`~hcss_twin.sea.directions.wind_azimuths`);
+            without it the mean over all bearings.
 
         Raises
         ------
@@ -191,7 +191,7 @@ class RoughSea:
             raise ValueError(
                 f"relative_azimuth between {np.min(azimuth)} and {np.max(azimuth)}: allowed 0 to pi rad"
             )
-        bearing = _bearings(wind_azimuth, out.size)
+        bearing = bearings(wind_azimuth, out.size)
         if bearing is not None or not self.anisotropic:
             shape, cosine = self._mirrors(
                 out, into, azimuth, np.zeros(out.size) if bearing is None else bearing
@@ -233,7 +233,7 @@ class RoughSea:
     def _from_sky(
         self, wavenumber_cm1: Array, mu: Array, nodes: Array, basis: Basis, wind_azimuth: Array | None
     ) -> Array:
-        bearing = _bearings(wind_azimuth, mu.size)
+        bearing = bearings(wind_azimuth, mu.size)
         first, second = self._folded(mu, nodes, basis, bearing)
         index = self._water.at(wavenumber_cm1)
         reflectance = unpolarised_reflectance(index, incidence_nodes(INCIDENCE_COUNT)[:, None])
@@ -263,50 +263,11 @@ class RoughSea:
         return first, second
 
 
-def wind_azimuths(
-    sensor_azimuth_deg: float, sun_azimuth_deg: float, wind_from_deg: float
-) -> tuple[float, float]:
-    """Return (relative_azimuth, wind_azimuth) in radians for bearings in degrees clockwise from north.
-
-    The slopes are mirror-symmetric about the wind, so that the sense of counting may be turned until the sun
-    lies at wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
-    """
-    difference = (sun_azimuth_deg - sensor_azimuth_deg + 180.0) % 360.0 - 180.0
-    sense = 1.0 if difference >= 0.0 else -1.0
-    bearing = sense * (sensor_azimuth_deg - wind_from_deg)
-    return float(np.radians(abs(difference))), float(np.radians(bearing % 360.0))
-
-
-def directions(field: str, cosines: Array) -> NDArray[np.float64]:
-    """Return cosines (M,) as float64.
-
-    Raises
-    ------
-    ValueError
-        If they do not have one axis or leave (0, 1].
-    """
-    values = np.asarray(cosines, dtype=np.float64)
-    if values.ndim != 1:
-        raise ValueError(f"{field} of shape {values.shape}: needs one axis (M,)")
-    if not np.all((values > 0.0) & (values <= 1.0)):
-        raise ValueError(f"{field} between {np.min(values)} and {np.max(values)}: allowed 0 < {field} <= 1")
-    return values
-
-
-def _bearings(wind_azimuth: Array | None, count: int) -> Array | None:
-    if wind_azimuth is None:
-        return None
-    values = np.asarray(wind_azimuth, dtype=np.float64)
-    if values.shape != (count,) or not np.all(np.isfinite(values)):
-        raise ValueError(f"wind_azimuth of shape {values.shape}: needs ({count},), finite radians")
-    return values
-
-
 def _keep(store: dict[_Key, _Value], key: _Key, value: _Value) -> None:
-    """Remember a value; the oldest goes where there are too many."""
+    """Remember a value; where there are many, forget the others (one step, so that threads may share it)."""
+    if len(store) >= _FOLDED_VIEWS:
+        store.clear()
     store[key] = value
-    while len(store) > _FOLDED_VIEWS:
-        del store[next(iter(store))]
 
 
 def _notes(inputs: SeaInputs, parameters: RoughSeaParameters, foam: float) -> tuple[str, ...]:

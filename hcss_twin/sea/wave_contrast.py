@@ -59,7 +59,8 @@ def thermal_contrast_bound(
     Returns
     -------
     ndarray (M, V)
-        |change of emissivity| (1 - sky_share) over emissivity, the greater of both directions of tilt.
+        |change of emissivity| (1 - sky_share) over emissivity, the greater of both directions of tilt. Views
+        that a tilt would bring below the horizon count as 89.9 degrees.
     """
     level = sea.emissivity(wavenumber_cm1, mu)
     zenith, tilt = np.arccos(mu), float(np.arctan(SIGMAS * slope))

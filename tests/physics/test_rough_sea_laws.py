@@ -8,9 +8,10 @@ from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import SeaInputs
 from hcss_twin.refractive_index import load_refractive_index
 from hcss_twin.sea.cox_munk import CoxMunkSea
+from hcss_twin.sea.directions import wind_azimuths
 from hcss_twin.sea.parameters import CoxMunkParameters, RoughSeaParameters
 from hcss_twin.sea.reflection import INCIDENCE_COUNT
-from hcss_twin.sea.rough_sea import RoughSea, wind_azimuths
+from hcss_twin.sea.rough_sea import RoughSea
 from hcss_twin.sea.visible_facets import incidence_nodes
 
 # 14, 11, 8.5, 4, 3.1 and 2.75 um
@@ -88,6 +89,25 @@ def test_what_is_not_emitted_is_reflected_once_or_twice(zenith_deg):
     again = (hits.sea @ reflectance).sum(axis=1)[0]
     missed = 1.0 - model.emissivity(WAVENUMBER, view)[0] - once
     assert np.all((missed > -1e-4) & (missed < again + 1e-4))
+
+
+@pytest.mark.parametrize("bearing_deg", [0.0, 50.0, 130.0])
+def test_at_every_bearing_the_brdf_reflects_what_escapes_from_the_facets(bearing_deg):
+    mu, azimuth, weight = hemisphere()
+    view, wind = np.array([np.cos(np.radians(65.0))]), np.array([np.radians(bearing_deg)])
+    model = sea(10.0, foam=False, slopes="upwind-crosswind")
+    # Each half of the azimuth has its own bearing: the mirror image turns the second into the first.
+    halves = [
+        0.5
+        * weight
+        @ model.brdf(WAVENUMBER, np.full(mu.size, view[0]), mu, azimuth, np.full(mu.size, sense * wind))
+        for sense in (1.0, -1.0)
+    ]
+    hits = model._reflection.first(view, np.ones(1), "linear", wind)
+    reflectance = unpolarised_reflectance(
+        model._water.at(WAVENUMBER), incidence_nodes(INCIDENCE_COUNT)[:, None]
+    )
+    np.testing.assert_allclose(sum(halves), (hits.sky @ reflectance)[0, 0], rtol=0.0, atol=1e-4)
 
 
 @pytest.mark.parametrize("wind", [5.0, 15.0])
