@@ -232,7 +232,18 @@ class SeaInputs:
 
 @runtime_checkable
 class SeaModel(Protocol):
-    """Directional emissivity and bidirectional reflectance of the sea surface."""
+    """Directional emissivity and bidirectional reflectance of the sea surface.
+
+    A model whose attribute ``anisotropic`` is true also takes ``wind_azimuth`` (M,) as the last argument of
+    both methods: bearing of the sensor minus the bearing the wind comes from, in radians and counted in the
+    sense in which the source lies at ``wind_azimuth + relative_azimuth``
+    (:func:`hcss_twin.physics.geometry.wind_azimuths` gives both). Without it the model returns the mean over all
+    bearings.
+
+    A model may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes, basis, wind_azimuth) -> (M, N, V)``: the
+    share of the light seen that came from the sky, folded onto the zenith cosines at which the sky is known.
+    The weights of each view sum to 1 minus its emissivity.
+    """
 
     declares: Declares
 
@@ -367,6 +378,7 @@ class RadianceInputs:
     sea_temperature_K: float
     view: View
     solar_irradiance: SolarIrradiance
+    wind_from_deg: float = 0.0
 
 
 class SolarIrradiance(Protocol):

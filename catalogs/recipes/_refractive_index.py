@@ -28,7 +28,14 @@ COLUMNS = (
 
 
 def write_optical_constants(
-    page: str, name: str, *, title: str, source: str, remarks: tuple[str, ...], recipe: str
+    page: str,
+    name: str,
+    *,
+    title: str,
+    source: str,
+    remarks: tuple[str, ...],
+    recipe: str,
+    step: float = 0.0,
 ) -> None:
     """Write one file of ``optical_constants``.
 
@@ -44,6 +51,8 @@ def write_optical_constants(
         Header remarks.
     recipe : str
         File name of the recipe.
+    step : float
+        Smallest relative distance in wavelength between rows kept; 0 keeps all.
 
     Raises
     ------
@@ -61,6 +70,10 @@ def write_optical_constants(
     wavelengths = [float(row[0]) for row in rows]
     first = max((i for i, w in enumerate(wavelengths) if w <= LIMITS_UM[0]), default=0)
     last = min((i for i, w in enumerate(wavelengths) if w >= LIMITS_UM[1]), default=len(rows) - 1)
+    kept = rows[first : first + 1]
+    for row in rows[first + 1 : last + 1]:
+        if float(row[0]) >= float(kept[-1][0]) * (1.0 + step):
+            kept.append(row)
     table = TableFile(
         title=title,
         source=source,
@@ -70,7 +83,7 @@ def write_optical_constants(
             f"(database v2026-05-24, main/H2O/nk/{page})"
         ),
         columns=COLUMNS,
-        rows=rows[first : last + 1],
+        rows=kept,
         remarks=(*remarks, "Interpolate n linearly and ln k linearly in ln wavelength."),
     )
     write_table(CATALOGS / "optical_constants" / f"{name}.csv", table)

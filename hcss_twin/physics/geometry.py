@@ -14,6 +14,20 @@ def relative_azimuth_rad(view_azimuth_deg: float, sun_azimuth_deg: float) -> flo
     return min(difference, math.tau - difference)
 
 
+def wind_azimuths(
+    sensor_azimuth_deg: float, sun_azimuth_deg: float, wind_from_deg: float
+) -> tuple[float, float]:
+    """Return (relative_azimuth, wind_azimuth) in radians for bearings in degrees clockwise from north.
+
+    The slopes are mirror-symmetric about the wind, so that the sense of counting may be turned until the sun
+    lies at wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
+    """
+    difference = (sun_azimuth_deg - sensor_azimuth_deg + 180.0) % 360.0 - 180.0
+    sense = 1.0 if difference >= 0.0 else -1.0
+    bearing = sense * (sensor_azimuth_deg - wind_from_deg)
+    return math.radians(abs(difference)), math.radians(bearing % 360.0)
+
+
 def scattering_cosine(mu: float, mu0: float, relative_azimuth: float) -> float:
     """Cosine of the angle by which a sunbeam is turned into the view direction.
 

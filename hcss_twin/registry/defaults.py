@@ -70,7 +70,21 @@ def hcss_register_sea_models() -> Sequence[ProviderSpec]:
                 "C. Cox and W. Munk, Measurement of the Roughness of the Sea Surface from Photographs of the "
                 "Sun's Glitter, J. Opt. Soc. Am. 44, 838 (1954)",
             ),
-        )
+        ),
+        ProviderSpec(
+            name="rough-sea",
+            target="hcss_twin.sea.rough_sea:RoughSea",
+            parameters="hcss_twin.sea.parameters:RoughSeaParameters",
+            api_version=0,
+            summary="shadowed facets with a second reflection, sea water of any temperature and salinity, foam",
+            references=(
+                "C. Cox and W. Munk, J. Opt. Soc. Am. 44, 838 (1954)",
+                "B. G. Smith, Geometrical Shadowing of a Random Rough Surface, IEEE Trans. Antennas Propag. 15, "
+                "668 (1967)",
+                "X. Wu and W. L. Smith, Emissivity of Rough Sea Surface for 8-13 um: Modeling and Verification, "
+                "Appl. Opt. 36, 2609 (1997)",
+            ),
+        ),
     ]
 
 

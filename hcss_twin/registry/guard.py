@@ -8,6 +8,7 @@ dtype and never altered. All other attributes are those of the provider.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -137,18 +138,44 @@ class GuardedClouds(_Guard):
 
 
 class GuardedSea(_Guard):
-    """A sea model whose emissivity and BRDF are checked."""
+    """A sea model whose emissivity, BRDF and reflection weights, if it has them, are checked."""
 
-    def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
+    def __getattr__(self, name: str) -> Any:
+        # looked up here, not defined on the class, so that hasattr() tells whether the provider has it
+        if name == "reflection_weights":
+            getattr(self._provider, name)
+            return self._reflection_weights
+        return super().__getattr__(name)
+
+    def _reflection_weights(
+        self, wavenumber_cm1: Array, mu: Array, mu_nodes: Array, *arguments: Any, **keywords: Any
+    ) -> Array:
+        """Return the share of light (M, N, V) from the sky at each node."""
+        self._check_wavenumbers("reflection_weights", wavenumber_cm1)
+        function = functools.partial(self._provider.reflection_weights, **keywords)
+        value = self._call("reflection_weights", function, wavenumber_cm1, mu, mu_nodes, *arguments)
+        return self._array("reflection_weights()", value, (mu.size, mu_nodes.size, wavenumber_cm1.size))
+
+    def emissivity(self, wavenumber_cm1: Array, mu: Array, wind_azimuth: Array | None = None) -> Array:
         """Return directional emissivity (M, V) in [0, 1]."""
         self._check_wavenumbers("emissivity", wavenumber_cm1)
-        value = self._call("emissivity", self._provider.emissivity, wavenumber_cm1, mu)
+        wind = () if wind_azimuth is None else (wind_azimuth,)
+        value = self._call("emissivity", self._provider.emissivity, wavenumber_cm1, mu, *wind)
         return self._fraction("emissivity()", value, (mu.size, wavenumber_cm1.size))
 
-    def brdf(self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, relative_azimuth: Array) -> Array:
+    def brdf(
+        self,
+        wavenumber_cm1: Array,
+        mu_out: Array,
+        mu_in: Array,
+        relative_azimuth: Array,
+        wind_azimuth: Array | None = None,
+    ) -> Array:
         """Return BRDF (M, V) in sr-1, not negative."""
         self._check_wavenumbers("brdf", wavenumber_cm1)
-        value = self._call("brdf", self._provider.brdf, wavenumber_cm1, mu_out, mu_in, relative_azimuth)
+        wind = () if wind_azimuth is None else (wind_azimuth,)
+        arguments = (wavenumber_cm1, mu_out, mu_in, relative_azimuth, *wind)
+        value = self._call("brdf", self._provider.brdf, *arguments)
         return self._array("brdf()", value, (mu_out.size, wavenumber_cm1.size), 0.0)
 
 

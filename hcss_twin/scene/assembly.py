@@ -165,6 +165,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         sea_temperature_K=temperature,
         view=view,
         solar_irradiance=SolarSpectrum(catalog),
+        wind_from_deg=scenario.sea.wind_from,
     )
     model: RadianceModel | None = None
     with builder.blaming("radiance.model", scenario.radiance.parameters):

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import Array, Declares, SeaInputs
 from hcss_twin.refractive_index import load_refractive_index
+from hcss_twin.sea.directions import directions
 from hcss_twin.sea.parameters import CoxMunkParameters
 from hcss_twin.sea.pierson_moskowitz import significant_wave_height_m
 from hcss_twin.sea.slopes import MEASURED_WIND_M_S, mean_square_slope, slope_density
@@ -76,7 +77,7 @@ class CoxMunkSea:
         -----
         Masuda et al. 1988, see :mod:`hcss_twin.sea.visible_facets`.
         """
-        cosines = _directions("mu", mu)
+        cosines = directions("mu", mu)
         index = self._index.at(wavenumber_cm1)
         weights = facet_weights(cosines, self._mean_square_slope)
         reflectance = unpolarised_reflectance(index, incidence_nodes(weights.shape[1])[:, None])
@@ -105,7 +106,7 @@ class CoxMunkSea:
         from its normal, the bisector of the two directions. mu_n is the cosine of its tilt, chi half the
         angle between the directions.
         """
-        out, into = _directions("mu_out", mu_out), _directions("mu_in", mu_in)
+        out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
         azimuth = np.asarray(relative_azimuth, dtype=np.float64)
         if not np.all((azimuth >= 0.0) & (azimuth <= np.pi)):
             raise ValueError(
@@ -150,15 +151,6 @@ def mirror_facet(
     vertical = mu_out + mu_in
     cos_incidence = np.minimum(0.5 * np.sqrt(vertical**2 + horizontal_squared), 1.0)
     return horizontal_squared / vertical**2, cos_incidence
-
-
-def _directions(field: str, cosines: Array) -> NDArray[np.float64]:
-    values = np.asarray(cosines, dtype=np.float64)
-    if values.ndim != 1:
-        raise ValueError(f"{field} of shape {values.shape}: needs one axis (M,)")
-    if not np.all((values > 0.0) & (values <= 1.0)):
-        raise ValueError(f"{field} between {np.min(values)} and {np.max(values)}: allowed 0 < {field} <= 1")
-    return values
 
 
 def _notes(wind_speed_m_s: float) -> tuple[str, ...]:

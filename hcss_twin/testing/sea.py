@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -107,3 +109,34 @@ class SeaModelContract:
             )
             alone = provider.brdf(wavenumber_cm1, _MU_OUT[one], _MU_IN[one], _AZIMUTH[one])
             np.testing.assert_allclose(alone[0], brdf[i], rtol=1e-10, atol=1e-15)
+
+    def test_what_the_sky_sends_and_what_the_sea_emits_is_all(
+        self, provider: SeaModel, wavenumber_cm1: Array
+    ) -> None:
+        """The reflection weights of a view sum to 1 - emissivity, where the model has them."""
+        weights_of = getattr(provider, "reflection_weights", None)
+        if weights_of is None:
+            pytest.skip("the model has no reflection_weights")
+        nodes = 0.5 * (np.polynomial.legendre.leggauss(8)[0] + 1.0)
+        for basis in ("lagrange", "linear"):
+            weights = weights_of(wavenumber_cm1, _MU_OUT, nodes, basis)
+            assert weights.shape == (_MU_OUT.size, nodes.size, wavenumber_cm1.size)
+            left = 1.0 - provider.emissivity(wavenumber_cm1, _MU_OUT)
+            np.testing.assert_allclose(weights.sum(axis=1), left, rtol=0.0, atol=1e-9)
+            if basis == "linear":
+                assert weights.min() >= -1e-6
+
+    def test_anisotropic_brdf_is_reciprocal_at_every_bearing(
+        self, provider: SeaModel, wavenumber_cm1: Array
+    ) -> None:
+        """Exchanged directions are those of the mirror image, for a model that depends on the wind's bearing."""
+        if not getattr(provider, "anisotropic", False):
+            pytest.skip("the model does not depend on the bearing to the wind")
+        model: Any = provider
+        for bearing in (0.0, 1.0, 2.5, 4.0):
+            wind = np.full(_AZIMUTH.size, bearing)
+            one = model.brdf(wavenumber_cm1, _MU_OUT, _MU_IN, _AZIMUTH, wind)
+            other = model.brdf(wavenumber_cm1, _MU_IN, _MU_OUT, _AZIMUTH, -(wind + _AZIMUTH))
+            np.testing.assert_allclose(one, other, rtol=self.reciprocity, atol=1e-9)
+            emissivity = model.emissivity(wavenumber_cm1, _MU_OUT, wind)
+            assert np.all((emissivity >= 0.0) & (emissivity <= 1.0))

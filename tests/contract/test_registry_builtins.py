@@ -1,6 +1,7 @@
 """Every built-in provider is held to the kit that plugin authors use, made through the registry."""
 
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ from hcss_twin.testing import (
 
 HELD_TO_THE_KIT = {
     "clouds": {"fractal", "imagery", "surrogate"},
-    "sea": {"cox-munk"},
+    "sea": {"cox-munk", "rough-sea"},
     "optics": {"mie"},
     "atmosphere": {"band-model", "table"},
     "radiance": {"as-printed"},
@@ -153,6 +154,22 @@ class TestCoxMunk(SeaModelContract):
 
     def make_provider(self, inputs):
         return create("sea", "cox-munk", inputs)
+
+
+class TestRoughSea(TestCoxMunk):
+    reciprocity = 1e-6
+    parameters: ClassVar[dict[str, str]] = {}
+
+    def make_provider(self, inputs):
+        return create("sea", "rough-sea", inputs, **self.parameters)
+
+
+class TestRoughSeaAlongTheWind(TestRoughSea):
+    parameters: ClassVar[dict[str, str]] = {"slopes": "upwind-crosswind", "spectrum": "jonswap"}
+
+
+class TestRoughSeaSkewed(TestRoughSea):
+    parameters: ClassVar[dict[str, str]] = {"slopes": "gram-charlier", "shadowing": "separable"}
 
 
 class TestMie(OpticsContract):

@@ -225,3 +225,23 @@ def test_wrapped_providers_can_be_sent_to_other_processes():
     sea = guarded("sea", PlainSea())
     for twin in (copy.deepcopy(sea), pickle.loads(pickle.dumps(sea))):
         np.testing.assert_array_equal(twin.emissivity(NU, MU), sea.emissivity(NU, MU))
+
+
+def test_reflection_weights_are_offered_only_by_models_that_have_them():
+    assert not hasattr(guarded("sea", PlainSea()), "reflection_weights")
+    nodes, good = np.array([0.3, 0.7]), np.full((2, 2, 3), 0.25)
+    sea = guarded("sea", Answers(good, reflection_weights=lambda *arguments, **keywords: good))
+    np.testing.assert_array_equal(sea.reflection_weights(NU, MU, nodes, basis="linear"), good)
+    wrong = guarded("sea", Answers(good, reflection_weights=lambda *arguments: good[:1]))
+    with pytest.raises(ProviderError, match=r"reflection_weights\(\) broke its contract"):
+        wrong.reflection_weights(NU, MU, nodes)
+
+
+def test_the_bearing_to_the_wind_reaches_only_models_that_are_asked_with_one():
+    class Bearing(Answers):
+        def emissivity(self, wavenumber_cm1, mu, wind_azimuth=None):
+            return np.full((2, 3), 0.9 if wind_azimuth is None else 0.8)
+
+    sea = guarded("sea", Bearing(None))
+    assert sea.emissivity(NU, MU).max() == 0.9
+    assert sea.emissivity(NU, MU, np.zeros(2)).max() == 0.8

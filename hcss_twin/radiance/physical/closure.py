@@ -168,7 +168,8 @@ def _freeze(column: Column) -> _Frozen:
             return np.zeros_like(column.received)
         through = air.transmittance([front[gap] + to_sun])
         found = LegView(np.zeros_like(through), through).conditional(seen[gap][None], np.zeros_like(through))
-        return found.transmittance[0]
+        result: Array = found.transmittance[0]
+        return result
 
     clouds = range(len(column.slabs))
     return _Frozen(

@@ -148,7 +148,9 @@ class SlabMaker:
                 modes=self._parameters.azimuth_modes,
             )
         else:
-            brdf, btdf = solve_sun_two_stream(depth, albedo, moments, view, where.mu_sun, azimuth)
+            brdf, btdf = solve_sun_two_stream(
+                depth, albedo, moments, view, where.mu_sun, azimuth, streams=where.count
+            )
         sun, streams = 1, range(2, solved.mu.size)
         back = np.concatenate((brdf, solved.reflection[:, :, streams, sun]), axis=-1)
         through = np.concatenate((btdf, solved.transmission[:, :, streams, sun]), axis=-1)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.multiple_scattering.streams import Streams, gauss_streams
-from hcss_twin.physics.geometry import relative_azimuth_rad
 from hcss_twin.providers import Sun, View
+from hcss_twin.physics.geometry import wind_azimuths
 
 Array = NDArray[np.float64]
 
@@ -35,6 +35,9 @@ class Directions:
         Cosine of its zenith angle; 0 without a sun.
     relative_azimuth : float
         Of view and sun, radians; 0 without a sun.
+    wind_azimuth : float
+        Bearing of the sensor minus the one the wind comes from, radians, counted so that the sun lies at
+        wind_azimuth + relative_azimuth.
     """
 
     mu: Array
@@ -43,6 +46,7 @@ class Directions:
     sun: Sun | None
     mu_sun: float
     relative_azimuth: float
+    wind_azimuth: float
 
     @property
     def count(self) -> int:
@@ -55,17 +59,20 @@ class Directions:
         return range(1, 1 + self.count)
 
 
-def make_directions(view: View, sun: Sun | None, streams: int) -> Directions:
+def make_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: int) -> Directions:
     """Return the directions of a column; a sun below the horizon is none."""
     gauss = gauss_streams(streams)
     mu_view = math.cos(math.radians(view.zenith_deg))
     zenith = (view.zenith_deg, *(math.degrees(math.acos(mu)) for mu in gauss.mu))
     up = sun if sun is not None and sun.is_up else None
+    sun_azimuth_deg = view.azimuth_deg if up is None else up.azimuth_deg
+    relative, wind = wind_azimuths(view.azimuth_deg, sun_azimuth_deg, wind_from_deg)
     return Directions(
         mu=np.concatenate(([mu_view], gauss.mu)),
         zenith_deg=zenith,
         streams=gauss,
         sun=up,
         mu_sun=0.0 if up is None else math.cos(math.radians(up.zenith_deg)),
-        relative_azimuth=0.0 if up is None else relative_azimuth_rad(view.azimuth_deg, up.azimuth_deg),
+        relative_azimuth=relative,
+        wind_azimuth=wind,
     )

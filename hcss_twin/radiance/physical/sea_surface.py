@@ -55,11 +55,17 @@ def make_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Direction
     ProviderError
         If emissivity and integrated BRDF of a provider do not sum to one within 0.1.
     """
-    emissivity = sea.emissivity(wavenumber_cm1, directions.mu)
+    emissivity = np.array(sea.emissivity(wavenumber_cm1, directions.mu))
     own = getattr(sea, "reflection_weights", None)
+    toward_view = directions.mu[VIEW : VIEW + 1]
+    wind = _wind(sea, directions)
+    if wind:
+        emissivity[VIEW] = sea.emissivity(wavenumber_cm1, toward_view, **wind)[0]
     left = np.maximum(1.0 - emissivity, 0.0)
     if own is not None:
-        weights = np.asarray(own(wavenumber_cm1, directions.mu, directions.streams.mu), dtype=np.float64)
+        weights = np.array(own(wavenumber_cm1, directions.mu, directions.streams.mu), dtype=np.float64)
+        if wind:
+            weights[VIEW] = own(wavenumber_cm1, toward_view, directions.streams.mu, **wind)[0]
         defect = 0.0
     else:
         weights = _integrated(sea, wavenumber_cm1, directions)
@@ -119,6 +125,7 @@ def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> A
         directions.mu[VIEW] * one,
         directions.mu_sun * one,
         directions.relative_azimuth * one,
+        **_wind(sea, directions),
     )[0]
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
     for row in directions.stream_indices:
@@ -126,3 +133,8 @@ def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> A
         into = np.full(azimuth.size, directions.mu_sun)
         result[row] = sea.brdf(wavenumber_cm1, many, into, azimuth).mean(axis=0)
     return result
+
+
+def _wind(sea: SeaModel, directions: Directions) -> dict[str, Array]:
+    """Return the view's bearing to the wind for a sea that depends on it; streams get the mean over bearings."""
+    return {"wind_azimuth": np.array([directions.wind_azimuth])} if getattr(sea, "anisotropic", False) else {}

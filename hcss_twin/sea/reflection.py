@@ -1,0 +1,135 @@
+"""Light that reaches a viewer by reflection: from which part of the sky, and how much after two hits.
+
+The integral over slopes is linear in the reflectance as a function of the cosine of incidence and in the sky
+as a function of its zenith cosine. It is folded once onto the interpolation nodes of both, so that the
+wavelengths cost a matrix product (as in :mod:`hcss_twin.sea.visible_facets`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from hcss_twin.sea.facet_rays import FacetRays, facets_hit_again, seen_facets
+from hcss_twin.sea.node_basis import Basis, basis_values
+from hcss_twin.sea.shadowing import Shadowing, escape_share, smith_lambda
+from hcss_twin.sea.slope_statistics import SlopeStatistics
+from hcss_twin.sea.visible_facets import incidence_nodes
+
+Array = NDArray[np.float64]
+
+INCIDENCE_COUNT = 32
+_ELEVATION_COUNT = 41
+_STEEPEST_SIGMA = 4.5
+
+
+@dataclass(frozen=True, eq=False)
+class FirstHit:
+    """Folded first reflection: ``sky`` (M, N, K) escapes to the sky, ``sea`` (M, E, K) hits the sea again."""
+
+    sky: Array
+    sea: Array
+
+
+class Reflection:
+    """Reflection by one surface.
+
+    Parameters
+    ----------
+    slopes : SlopeStatistics
+        Density of slopes.
+    shadowing : {"none", "separable", "height-correlated"}
+        Which mirrored rays escape.
+    re_reflection : bool
+        Whether rays that do not escape meet a second facet; otherwise they count as coming from the sky.
+    azimuths : int
+        Number of wind azimuths averaged over where none is given and slopes are not isotropic.
+    """
+
+    def __init__(
+        self, slopes: SlopeStatistics, shadowing: Shadowing, re_reflection: bool, azimuths: int = 12
+    ) -> None:
+        self._slopes = slopes
+        self._shadowing = shadowing
+        self._re_reflection = re_reflection
+        self._azimuths = (np.arange(azimuths) + 0.5) * np.pi / azimuths
+        half = 0.5 * slopes.mean_square_slope
+        # The second facet is turned any way against the wind: its slopes are those of the mean direction.
+        self._round = SlopeStatistics(half, half)
+        steepest = float(np.arctan(_STEEPEST_SIGMA * np.sqrt(half)))
+        self._elevation = np.linspace(-0.5 * np.pi, steepest, _ELEVATION_COUNT)
+        degree = INCIDENCE_COUNT - 1
+        nodes = incidence_nodes(INCIDENCE_COUNT)
+        self._fit = np.linalg.inv(chebyshev.chebvander(2.0 * nodes - 1.0, degree))
+
+    def first(self, mu: Array, mu_nodes: Array, basis: Basis, wind_azimuth: Array | None) -> FirstHit:
+        """Fold the first reflection for views (M,), optionally at wind azimuths (M,)."""
+        sky = np.zeros((mu.size, mu_nodes.size, INCIDENCE_COUNT))
+        sea = np.zeros((mu.size, self._elevation.size, INCIDENCE_COUNT))
+        for i, cosine in enumerate(mu):
+            if wind_azimuth is not None:
+                azimuths = np.atleast_1d(wind_azimuth[i])
+            else:
+                azimuths = np.zeros(1) if self._slopes.isotropic or cosine == 1.0 else self._azimuths
+            for azimuth in azimuths:
+                # A mean over bearings evens out the errors of a coarser rule.
+                count = 96 if azimuths.size == 1 else 64
+                rays = seen_facets(float(cosine), float(azimuth), self._slopes, count)
+                escapes = self._escaping(float(cosine), float(azimuth), rays)
+                to_sky = rays.share * escapes / azimuths.size
+                sky[i] += self._folded(rays, to_sky, basis_values(np.abs(rays.mu_away), mu_nodes, basis))
+                if self._re_reflection:
+                    to_sea = rays.share * (1.0 - escapes) / azimuths.size
+                    elevation = basis_values(np.arcsin(rays.mu_away), self._elevation, "linear")
+                    sea[i] += self._folded(rays, to_sea, elevation)
+        return FirstHit(sky, sea)
+
+    def second(self, mu_nodes: Array, basis: Basis) -> Array:
+        """Fold the second reflection (E, N, K) for rays of each elevation.
+
+        Rays that go down once more are counted as if they came from as far above the horizon.
+        """
+        if not self._re_reflection:
+            return np.zeros((self._elevation.size, mu_nodes.size, INCIDENCE_COUNT))
+        return np.stack(
+            [
+                self._folded(rays, rays.share, basis_values(np.abs(rays.mu_away), mu_nodes, basis))
+                for rays in (facets_hit_again(float(sine), self._round) for sine in np.sin(self._elevation))
+            ]
+        )
+
+    def _escaping(self, mu: float, wind_azimuth: float, rays: FacetRays) -> Array:
+        """Share of each mirrored ray that meets no other facet."""
+        if not self._re_reflection:
+            return np.ones(rays.share.size)
+        up = rays.mu_away > 0.0
+        away = np.where(up, rays.mu_away, 1.0)
+        variance = self._slopes.variance_along(wind_azimuth + rays.turn)
+        own = smith_lambda(np.array(mu), self._slopes.variance_along(wind_azimuth))
+        return np.where(up, escape_share(own, smith_lambda(away, variance), self._shadowing), 0.0)
+
+    def _folded(self, rays: FacetRays, share: Array, elsewhere: Array) -> Array:
+        basis = chebyshev.chebvander(2.0 * rays.cos_incidence - 1.0, INCIDENCE_COUNT - 1)
+        return np.asarray((elsewhere * share[:, None]).T @ basis @ self._fit, dtype=np.float64)
+
+
+def reflected(first: FirstHit, second: Array, reflectance: Array) -> Array:
+    """Return the share of the light (M, N, V) that came from the sky at each node.
+
+    Parameters
+    ----------
+    first : FirstHit
+        From :meth:`Reflection.first`.
+    second : ndarray (E, N, K)
+        From :meth:`Reflection.second`.
+    reflectance : ndarray (K, V)
+        Fresnel's reflectance at the nodes of incidence.
+    """
+    once = first.sky @ reflectance
+    again = first.sea @ reflectance
+    size = second.shape[1]
+    twice = np.einsum("mev,env->mnv", again, second @ reflectance, optimize=False) if size else 0.0
+    return np.asarray(once + twice, dtype=np.float64)

@@ -1,0 +1,304 @@
+"""The rough sea: shadowed facets with a second reflection, sea water, foam."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+
+from hcss_twin.physics.fresnel import unpolarised_reflectance
+from hcss_twin.providers import Array, Declares, SeaInputs
+from hcss_twin.sea.directions import bearings, directions
+from hcss_twin.sea.foam import foam_coverage, foam_reflectance
+from hcss_twin.sea.node_basis import Basis, basis_values, checked_nodes
+from hcss_twin.sea.parameters import RoughSeaParameters
+from hcss_twin.sea.reflection import INCIDENCE_COUNT, FirstHit, Reflection, reflected
+from hcss_twin.sea.sea_water import COLD_K, WARM_K, load_sea_water
+from hcss_twin.sea.shadowing import both_seen, smith_lambda
+from hcss_twin.sea.slope_statistics import slope_statistics
+from hcss_twin.sea.slopes import MEASURED_WIND_M_S
+from hcss_twin.sea.visible_facets import incidence_nodes
+from hcss_twin.sea.wave_spectrum import WaveSpectrum
+
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
+_WIND_AZIMUTHS = 16
+_FOLDED_VIEWS = 16
+
+
+class RoughSea:
+    """Directional emissivity and BRDF of a wind-roughened sea whose waves hide and mirror one another.
+
+    Of the light a view receives, the share ``emissivity`` was emitted by the sea (directly, or by a second
+    facet that the first one mirrors) and the rest came from the sky; :meth:`reflection_weights` says from
+    which zenith angles. The BRDF holds what was reflected once (and foam): its hemispherical integral is
+    less than 1 - emissivity by what was reflected twice.
+
+    Parameters
+    ----------
+    inputs : SeaInputs
+        Wind speed 0 to 60 m/s (0 to 20 with ``gram-charlier``), temperature 263.15 to 318.15 K (if used).
+    parameters : RoughSeaParameters
+        Choices of the model.
+
+    Attributes
+    ----------
+    anisotropic : bool
+        Whether results depend on the bearing to the wind, so that ``wind_azimuth`` has an influence.
+
+    Raises
+    ------
+    ValueError
+        If wind speed, temperature or salinity are outside their ranges.
+    CatalogError
+        If a refractive index cannot be read.
+    """
+
+    def __init__(self, inputs: SeaInputs, parameters: RoughSeaParameters) -> None:
+        wind = inputs.wind_speed_m_s
+        self._slopes = slope_statistics(wind, parameters.slopes)
+        self._shadowing = parameters.shadowing
+        self._water = load_sea_water(
+            inputs.catalog,
+            parameters.water_index,
+            inputs.temperature_K,
+            parameters.salinity_psu,
+            by_temperature=parameters.water_temperature,
+        )
+        self._foam = foam_coverage(wind, parameters.foam_law) if parameters.foam else 0.0
+        self._foam_emissivity = parameters.foam_emissivity
+        self._reflection = Reflection(self._slopes, parameters.shadowing, parameters.re_reflection)
+        self._spectrum = WaveSpectrum(parameters.spectrum, wind, parameters.fetch_m)
+        self._folds: dict[tuple[bytes, ...], FirstHit] = {}
+        self._seconds: dict[tuple[bytes, str], Array] = {}
+        self.anisotropic = not self._slopes.isotropic
+        self.declares = Declares(
+            depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth"}),
+            valid={"wavenumber_cm1": self._water.valid_cm1},
+            notes=_notes(inputs, parameters, self._foam),
+        )
+
+    @property
+    def mean_square_slope(self) -> float:
+        """Total mean-square slope of the surface."""
+        return self._slopes.mean_square_slope
+
+    @property
+    def foam_coverage(self) -> float:
+        """Fraction of the sea under foam."""
+        return self._foam
+
+    @property
+    def significant_wave_height_m(self) -> float:
+        """Significant wave height of the chosen spectrum at this wind."""
+        return self._spectrum.significant_wave_height_m
+
+    def emissivity(self, wavenumber_cm1: Array, mu: Array, wind_azimuth: Array | None = None) -> Array:
+        """Return directional emissivity (M, V).
+
+        Parameters
+        ----------
+        wavenumber_cm1 : ndarray (V,)
+            Within the range of the refractive index.
+        mu : ndarray (M,)
+            Cosines of the view zenith angle, in (0, 1].
+        wind_azimuth : ndarray (M,), optional
+            Bearing of the sensor minus the bearing the wind comes from, radians; without it the mean over
+            all bearings.
+
+        Raises
+        ------
+        ValueError
+            If a wavenumber, cosine or bearing is out of range.
+        """
+        cosines = directions("mu", mu)
+        return np.asarray(
+            1.0 - self._from_sky(wavenumber_cm1, cosines, np.ones(1), "linear", wind_azimuth)[:, 0]
+        )
+
+    def reflection_weights(
+        self,
+        wavenumber_cm1: Array,
+        mu: Array,
+        mu_nodes: Array,
+        basis: Basis = "lagrange",
+        wind_azimuth: Array | None = None,
+    ) -> Array:
+        """Return the share of the light (M, N, V) that came from the sky, folded onto nodes.
+
+        The reflected radiance is the sum over the nodes of weight times the sky's radiance there, for a sky
+        that is the same in all azimuths. The weights of a view sum to 1 - emissivity.
+
+        Parameters
+        ----------
+        wavenumber_cm1 : ndarray (V,)
+            Within the range of the refractive index.
+        mu : ndarray (M,)
+            Cosines of the view zenith angle, in (0, 1].
+        mu_nodes : ndarray (N,)
+            Ascending zenith cosines at which the sky is known, in (0, 1].
+        basis : {"lagrange", "linear"}
+            How the sky runs between the nodes: as the polynomial through all, for the nodes of a Gauss rule,
+            or straight in the cosine, for any nodes and without negative weights.
+        wind_azimuth : ndarray (M,), optional
+            As in :meth:`emissivity`.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range.
+        """
+        nodes = checked_nodes(mu_nodes)
+        return self._from_sky(wavenumber_cm1, directions("mu", mu), nodes, basis, wind_azimuth)
+
+    def brdf(
+        self,
+        wavenumber_cm1: Array,
+        mu_out: Array,
+        mu_in: Array,
+        relative_azimuth: Array,
+        wind_azimuth: Array | None = None,
+    ) -> Array:
+        """Return BRDF (M, V) in sr-1: rho(chi) P(slope) S / (4 mu_out mu_in mu_n^4), and foam.
+
+        Parameters
+        ----------
+        wavenumber_cm1 : ndarray (V,)
+            Within the range of the refractive index.
+        mu_out, mu_in : ndarray (M,)
+            Cosines of the zenith angles of sensor and source, in (0, 1].
+        relative_azimuth : ndarray (M,)
+            In [0, pi]: 0 with the sensor on the sun's side, pi toward the glint.
+        wind_azimuth : ndarray (M,), optional
+            Bearing of the sensor minus the bearing the wind comes from, radians, counted in the sense in which
+            the source lies at wind_azimuth + relative_azimuth (:func:`~hcss_twin.physics.geometry.wind_azimuths`);
+            without it the mean over all bearings.
+
+        Raises
+        ------
+        ValueError
+            If a wavenumber, cosine or azimuth is out of range.
+
+        Notes
+        -----
+        Cox and Munk 1954 for P, Smith 1967 for the share S of facets that both directions see. Exactly
+        reciprocal: exchanged directions are those of the mirror image, wind_azimuth becoming
+        -(wind_azimuth + relative_azimuth).
+        """
+        out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
+        azimuth = np.asarray(relative_azimuth, dtype=np.float64)
+        if not np.all((azimuth >= 0.0) & (azimuth <= np.pi)):
+            raise ValueError(
+                f"relative_azimuth between {np.min(azimuth)} and {np.max(azimuth)}: allowed 0 to pi rad"
+            )
+        bearing = bearings(wind_azimuth, out.size)
+        if bearing is not None or not self.anisotropic:
+            shape, cosine = self._mirrors(
+                out, into, azimuth, np.zeros(out.size) if bearing is None else bearing
+            )
+        else:
+            turns = np.arange(_WIND_AZIMUTHS) * (2.0 * np.pi / _WIND_AZIMUTHS)
+            # Centred on the middle between the two directions, so that exchanging them changes nothing.
+            each = [self._mirrors(out, into, azimuth, turn - 0.5 * azimuth) for turn in turns]
+            shape, cosine = np.mean([part for part, _ in each], axis=0), each[0][1]
+        index = self._water.at(wavenumber_cm1)
+        water = shape[:, None] * unpolarised_reflectance(index, cosine[:, None])
+        if self._foam == 0.0:
+            return np.asarray(water, dtype=np.float64)
+        foam = foam_reflectance(wavenumber_cm1, self._foam_emissivity) / np.pi
+        return np.asarray((1.0 - self._foam) * water + self._foam * foam, dtype=np.float64)
+
+    def _mirrors(self, out: Array, into: Array, azimuth: Array, bearing: Array) -> tuple[Array, Array]:
+        """Return P S / (4 mu_out mu_in mu_n^4) (M,) and the cosine of incidence (M,)."""
+        sin_out, sin_in = np.sqrt((1.0 - out) * (1.0 + out)), np.sqrt((1.0 - into) * (1.0 + into))
+        vertical = out + into
+        other = bearing + azimuth
+        upwind = sin_out * np.cos(bearing) + sin_in * np.cos(other)
+        crosswind = sin_out * np.sin(bearing) + sin_in * np.sin(other)
+        horizontal_squared = (sin_out - sin_in) ** 2 + 4.0 * np.cos(0.5 * azimuth) ** 2 * (sin_out * sin_in)
+        slope_squared = horizontal_squared / vertical**2
+        cosine = np.minimum(0.5 * np.sqrt(vertical**2 + horizontal_squared), 1.0)
+        if self._slopes.isotropic:
+            variance = self._slopes.variance_upwind
+            density = np.exp(-0.5 * slope_squared / variance) / (2.0 * np.pi * variance)
+        else:
+            density = self._slopes.density(-upwind / vertical, -crosswind / vertical)
+        seen = both_seen(
+            smith_lambda(out, self._slopes.variance_along(bearing)),
+            smith_lambda(into, self._slopes.variance_along(other)),
+            self._shadowing,
+        )
+        return density * seen * (1.0 + slope_squared) ** 2 / (4.0 * out * into), cosine
+
+    def _from_sky(
+        self, wavenumber_cm1: Array, mu: Array, nodes: Array, basis: Basis, wind_azimuth: Array | None
+    ) -> Array:
+        bearing = bearings(wind_azimuth, mu.size)
+        first, second = self._folded(mu, nodes, basis, bearing)
+        index = self._water.at(wavenumber_cm1)
+        reflectance = unpolarised_reflectance(index, incidence_nodes(INCIDENCE_COUNT)[:, None])
+        water = reflected(first, second, reflectance)
+        if self._foam == 0.0:
+            return water
+        x, w = np.polynomial.legendre.leggauss(64)
+        angle = 0.5 * (x + 1.0)
+        flux = (angle * w) @ basis_values(angle, nodes, basis)
+        foam = flux[:, None] * foam_reflectance(wavenumber_cm1, self._foam_emissivity)[None, :]
+        return np.asarray((1.0 - self._foam) * water + self._foam * foam[None], dtype=np.float64)
+
+    def _folded(self, mu: Array, nodes: Array, basis: Basis, bearing: Array | None) -> tuple[FirstHit, Array]:
+        """Return the folded reflection, kept for the last views asked for: they repeat band after band."""
+        if bearing is not None and not self.anisotropic:
+            bearing = None
+        kept = (nodes.tobytes(), basis)
+        second = self._seconds.get(kept)
+        if second is None:
+            second = self._reflection.second(nodes, basis)
+            _keep(self._seconds, kept, second)
+        key = (mu.tobytes(), nodes.tobytes(), basis.encode(), b"" if bearing is None else bearing.tobytes())
+        first = self._folds.get(key)
+        if first is None:
+            first = self._reflection.first(mu, nodes, basis, bearing)
+            _keep(self._folds, key, first)
+        return first, second
+
+
+def _keep(store: dict[_Key, _Value], key: _Key, value: _Value) -> None:
+    """Remember a value; where there are many, forget the others (one step, so that threads may share it)."""
+    if len(store) >= _FOLDED_VIEWS:
+        store.clear()
+    store[key] = value
+
+
+def _notes(inputs: SeaInputs, parameters: RoughSeaParameters, foam: float) -> tuple[str, ...]:
+    notes = []
+    low, high = MEASURED_WIND_M_S
+    if not low <= inputs.wind_speed_m_s <= high:
+        notes.append(
+            f"sea: wind {inputs.wind_speed_m_s:g} m/s is outside {low:g} to {high:g} m/s, where Cox and Munk "
+            "measured slopes; their laws are extrapolated"
+        )
+    if parameters.water_temperature and not COLD_K <= inputs.temperature_K <= WARM_K:
+        notes.append(
+            f"sea: water of {inputs.temperature_K:g} K is outside {COLD_K:g} to {WARM_K:g} K; its refractive "
+            "index is extrapolated"
+        )
+    if parameters.shadowing == "none":
+        notes.append("sea: waves do not hide one another; the BRDF reflects too much toward grazing views")
+    if not parameters.re_reflection:
+        notes.append("sea: no second reflection; emissivity is too low toward grazing views")
+    if parameters.slopes != "isotropic":
+        notes.append("sea: slopes depend on the bearing to the wind; calls without a bearing give the mean")
+    if parameters.spectrum == "jonswap" and inputs.wind_speed_m_s > 0.0:
+        grown, whole = (
+            WaveSpectrum(name, inputs.wind_speed_m_s, parameters.fetch_m).peak_frequency_rad_s
+            for name in ("jonswap", "pierson-moskowitz")
+        )
+        if grown < whole:
+            notes.append(
+                f"sea: after {parameters.fetch_m / 1e3:g} km at {inputs.wind_speed_m_s:g} m/s the sea is fully "
+                "developed; JONSWAP lets the waves grow beyond that"
+            )
+    if foam > 0.1:
+        notes.append(f"sea: {100 * foam:.0f} % under foam; the coverage law was fitted to less than 10 %")
+    return tuple(notes)

@@ -1,0 +1,95 @@
+"""How much the resolved waves can change the radiance of a pixel, so that they may be left out.
+
+A resolved wave tilts the whole population of facets in a pixel by its slope. Tilts of three standard
+deviations are considered; waves of a Gaussian sea exceed them in 0.3 % of the pixels.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.sea.wave_field import cutoff_frequency_rad_s
+from hcss_twin.sea.wave_spectrum import WaveSpectrum
+
+Array = NDArray[np.float64]
+
+SIGMAS = 3.0
+_STEEPEST_VIEW = np.radians(89.9)
+
+
+class _Emitter(Protocol):
+    def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array: ...
+
+
+def resolved_slope(spectrum: WaveSpectrum, pixel_size_m: float) -> float:
+    """Return the standard deviation of the resolved slope along the steepest direction, the wind's.
+
+    Directions scatter with the density 2/pi cos^2, which puts three quarters of the variance along the wind.
+
+    Raises
+    ------
+    ValueError
+        If the pixel size is not above 0.
+    """
+    total = spectrum.resolved_mean_square_slope(cutoff_frequency_rad_s(pixel_size_m))
+    return float(np.sqrt(0.75 * total))
+
+
+def thermal_contrast_bound(
+    sea: _Emitter, wavenumber_cm1: Array, mu: Array, slope: float, sky_share: float = 0.0
+) -> Array:
+    """Return the greatest relative change (M, V) of emitted and reflected thermal radiance.
+
+    Parameters
+    ----------
+    sea : sea model
+        Its emissivity at tilted views stands for that of tilted facets.
+    wavenumber_cm1 : ndarray (V,)
+        Wavenumbers.
+    mu : ndarray (M,)
+        Cosines of the view zenith angle.
+    slope : float
+        Standard deviation of the resolved slope, from :func:`resolved_slope`.
+    sky_share : float
+        Radiance of the sky over that of a black sea; 0 is the sky of greatest contrast.
+
+    Returns
+    -------
+    ndarray (M, V)
+        |change of emissivity| (1 - sky_share) over emissivity, the greater of both directions of tilt. Views
+        that a tilt would bring below the horizon count as 89.9 degrees.
+    """
+    level = sea.emissivity(wavenumber_cm1, mu)
+    zenith, tilt = np.arccos(mu), float(np.arctan(SIGMAS * slope))
+    greatest = np.zeros_like(level)
+    for sign in (-1.0, 1.0):
+        view = np.minimum(np.abs(zenith + sign * tilt), _STEEPEST_VIEW)
+        greatest = np.maximum(greatest, np.abs(sea.emissivity(wavenumber_cm1, np.cos(view)) - level))
+    return np.asarray(greatest * (1.0 - sky_share) / (level + (1.0 - level) * sky_share), dtype=np.float64)
+
+
+def glint_contrast_bound(mirror_slope: Array, mean_square_slope: float, slope: float) -> Array:
+    """Return the greatest relative change of the glint.
+
+    Parameters
+    ----------
+    mirror_slope : ndarray
+        Slope of the facets that mirror the sun into the sensor (0 in the centre of the glint); any shape.
+    mean_square_slope : float
+        Of the facets below the pixel.
+    slope : float
+        Standard deviation of the resolved slope.
+
+    Returns
+    -------
+    ndarray
+        Same shape: change of the Gaussian density where its centre moves toward the mirror slope.
+    """
+    shift = SIGMAS * slope
+    nearer = np.maximum(np.abs(mirror_slope) - shift, 0.0)
+    gain = (mirror_slope**2 - nearer**2) / mean_square_slope
+    loss = ((np.abs(mirror_slope) + shift) ** 2 - mirror_slope**2) / mean_square_slope
+    return np.asarray(np.maximum(np.expm1(gain), -np.expm1(-loss)), dtype=np.float64)

@@ -1,0 +1,131 @@
+"""Slopes of the waves that pixels are small enough to see, and what is left below the pixel.
+
+A sum of plane waves of random phase: unbounded, so that any window of any frame is the same part of one
+sea; it repeats nowhere that matters (the waves' lengths have no common multiple). Waves longer than two
+pixels are resolved. The rest of Cox and Munk's mean-square slope stays below the pixel.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.sea.wave_spectrum import GRAVITY_M_S2, WaveSpectrum
+
+Array = NDArray[np.float64]
+
+
+class WaveField:
+    """One realisation of the resolved sea.
+
+    Parameters
+    ----------
+    spectrum : WaveSpectrum
+        Spectrum of elevation at the wind.
+    wind_from_deg : float
+        Bearing the wind comes from; waves scatter about downwind with the density 2/pi cos^2.
+    pixel_size_m : float
+        Size of a pixel, above 0; waves of at least twice this length are resolved.
+    seed : int
+        Selects the realisation.
+    x_bearing_deg : float
+        Bearing of growing columns, clockwise from north; rows grow 90 degrees clockwise from it.
+    components : int
+        Number of waves, all with the same mean-square slope.
+
+    Raises
+    ------
+    ValueError
+        If the pixel size is not above 0 or there is no component.
+    """
+
+    def __init__(
+        self,
+        spectrum: WaveSpectrum,
+        wind_from_deg: float,
+        pixel_size_m: float,
+        seed: int,
+        x_bearing_deg: float = 90.0,
+        components: int = 512,
+    ) -> None:
+        if components < 1:
+            raise ValueError(f"components {components}: allowed at least 1")
+        self.pixel_size_m = float(pixel_size_m)
+        self.cutoff_rad_s = cutoff_frequency_rad_s(pixel_size_m)
+        self.resolved_mean_square_slope = spectrum.resolved_mean_square_slope(self.cutoff_rad_s)
+        if self.resolved_mean_square_slope == 0.0:
+            components = 0
+            self._omega = np.zeros(0)
+        else:
+            self._omega = spectrum.slope_frequencies_rad_s(components, self.cutoff_rad_s)
+        random = np.random.default_rng(seed)
+        self._phase = 2.0 * np.pi * random.random(components)
+        # The sine of an angle with density cos^2 is distributed like a coordinate of points within a disc.
+        disc = np.sqrt(random.random(components)) * np.cos(2.0 * np.pi * random.random(components))
+        bearing = np.radians(wind_from_deg + 180.0 - x_bearing_deg) + np.arcsin(disc)
+        wavenumber = self._omega**2 / GRAVITY_M_S2
+        self._k_x, self._k_y = wavenumber * np.cos(bearing), wavenumber * np.sin(bearing)
+        self._slope = math.sqrt(2.0 * self.resolved_mean_square_slope / max(components, 1))
+        self._wavenumber = wavenumber
+
+    def subpixel_mean_square_slope(self, total: float) -> float:
+        """Return what the resolved waves leave of a total mean-square slope.
+
+        Raises
+        ------
+        ValueError
+            If the resolved waves are already rougher than the total.
+        """
+        rest = total - self.resolved_mean_square_slope
+        if rest < 0.0:
+            raise ValueError(
+                f"total mean-square slope {total:g}: the waves longer than {2 * self.pixel_size_m:g} m alone "
+                f"have {self.resolved_mean_square_slope:g}"
+            )
+        return rest
+
+    def slopes(self, time_s: float, rows: slice, columns: slice) -> tuple[Array, Array]:
+        """Return the slopes (y, x) along columns and along rows at the pixel centres of a window.
+
+        Parameters
+        ----------
+        time_s : float
+            Time; each wave travels with the frequency sqrt(g k) of deep water.
+        rows, columns : slice
+            Window with a start and a stop; any integers, the field has no edge.
+        """
+        # The derivative of a wave of elevation a cos(p) is -a k sin(p); sin(p) is the imaginary part.
+        return (
+            self._sum(-self._slope * self._unit(self._k_x), time_s, rows, columns).imag,
+            self._sum(-self._slope * self._unit(self._k_y), time_s, rows, columns).imag,
+        )
+
+    def elevation_m(self, time_s: float, rows: slice, columns: slice) -> Array:
+        """Return the elevation (y, x) of the resolved waves, in metres; see :meth:`slopes`."""
+        return self._sum(self._slope * self._unit(np.ones_like(self._k_x)), time_s, rows, columns).real
+
+    def _unit(self, component: Array) -> Array:
+        return np.asarray(component / self._wavenumber, dtype=np.float64)
+
+    def _sum(self, amplitude: Array, time_s: float, rows: slice, columns: slice) -> NDArray[np.complex128]:
+        """Sum amplitude exp(i (k.r - omega t + phase)) as a product of two matrices of plane waves."""
+        y = (np.arange(rows.start, rows.stop) + 0.5) * self.pixel_size_m
+        x = (np.arange(columns.start, columns.stop) + 0.5) * self.pixel_size_m
+        now = amplitude * np.exp(1j * (self._phase - self._omega * time_s))
+        down = np.exp(1j * y[:, None] * self._k_y[None, :]) * now
+        return np.asarray(down @ np.exp(1j * self._k_x[:, None] * x[None, :]), dtype=np.complex128)
+
+
+def cutoff_frequency_rad_s(pixel_size_m: float) -> float:
+    """Return the frequency of the wave that is two pixels long, sqrt(pi g / pixel).
+
+    Raises
+    ------
+    ValueError
+        If the pixel size is not above 0 or not finite.
+    """
+    if not (math.isfinite(pixel_size_m) and pixel_size_m > 0.0):
+        raise ValueError(f"pixel_size_m {pixel_size_m}: allowed finite, above 0")
+    return math.sqrt(math.pi * GRAVITY_M_S2 / pixel_size_m)
