@@ -37,8 +37,12 @@ RADIANCES = [
 ]
 
 
-@pytest.mark.parametrize(("tau", "albedo", "moments", "sun", "irradiance", "views", "printed", "tolerance"), RADIANCES)
-def test_radiances_equal_published_ones(tau, albedo, moments, sun, irradiance, views, printed, tolerance) -> None:
+@pytest.mark.parametrize(
+    ("tau", "albedo", "moments", "sun", "irradiance", "views", "printed", "tolerance"), RADIANCES
+)
+def test_radiances_equal_published_ones(
+    tau, albedo, moments, sun, irradiance, views, printed, tolerance
+) -> None:
     chi = np.array(moments)[:, np.newaxis]
     found = solve_sun([[tau]], [albedo], chi, views, sun, [np.pi] * 3, 8, 16)
     face = found[0] if irradiance > 0 else found[1]
