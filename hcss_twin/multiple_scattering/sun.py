@@ -10,10 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.multiple_scattering.checks import checked_layers, checked_sun
 from hcss_twin.multiple_scattering.doubling import solve_layer
+from hcss_twin.multiple_scattering.forward_peak import once_back, once_through
 from hcss_twin.multiple_scattering.parallel import in_threads
 from hcss_twin.multiple_scattering.phase_function import delta_m
 from hcss_twin.multiple_scattering.scattering_kernels import directions, scattering_kernels
-from hcss_twin.multiple_scattering.single_scattering import path_back, path_through, single_scattering
+from hcss_twin.multiple_scattering.single_scattering import path_back, path_through
 from hcss_twin.multiple_scattering.streams import gauss_streams
 
 Array = NDArray[np.float64]
@@ -33,9 +34,9 @@ def solve_sun(
     """Bidirectional reflectance and transmittance, sr-1: radiance over mu_sun times the sun's irradiance.
 
     Light scattered more than once comes from delta-M scaled adding-doubling in ``modes`` terms of the
-    Fourier series over azimuth; light scattered once is exact, with the full phase function over the
-    scaled optical thickness (T. Nakajima and M. Tanaka, J. Quant. Spectrosc. Radiat. Transfer 40, 51-69
-    (1988), their TMS method). The direct sun is not in the transmittance.
+    Fourier series over azimuth. Reflected light scattered once is exact, with the full phase function;
+    transmitted light has its whole forward peak (:mod:`hcss_twin.multiple_scattering.forward_peak`), so
+    that direct light beside it is exp(-tau / mu_sun), with the thickness as given.
 
     Parameters
     ----------
@@ -70,7 +71,8 @@ def solve_sun(
         )
     scaled = delta_m(thickness, w, chi, 2 * streams)
     distinct, of_view = np.unique(mu, return_inverse=True)
-    brdf, btdf = single_scattering(scaled, w, chi, mu, sun, azimuth)
+    brdf = once_back(scaled, w, chi, mu, sun, azimuth)
+    btdf = once_through(scaled, w, chi, mu, sun, azimuth)
     where = directions(np.array([sun]), quadrature, distinct)
     kernels = [scattering_kernels(where, scaled, mode) for mode in range(modes)]
     same, other = np.stack([one[0] for one in kernels]), np.stack([one[1] for one in kernels])

@@ -22,9 +22,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.multiple_scattering.checks import checked_cosines, checked_layers, checked_sun
+from hcss_twin.multiple_scattering.forward_peak import once_back, once_through
 from hcss_twin.multiple_scattering.layer import LayerOperators
 from hcss_twin.multiple_scattering.phase_function import ScaledScattering, extended_moments
-from hcss_twin.multiple_scattering.single_scattering import path_back, path_through, single_scattering
+from hcss_twin.multiple_scattering.single_scattering import path_back, path_through
 from hcss_twin.multiple_scattering.streams import gauss_streams
 
 Array = NDArray[np.float64]
@@ -80,7 +81,7 @@ def solve_sun_two_stream(
 ) -> tuple[Array, Array]:
     """Reflectance and transmittance as :func:`hcss_twin.multiple_scattering.sun.solve_sun`, in closed form.
 
-    Exact single scattering of the full phase function, and the part that :func:`solve_layers_two_stream`
+    Single scattering and forward peak as there, and the part that :func:`solve_layers_two_stream`
     spreads over all directions, which does not depend on azimuth. Parameters, result and errors as there.
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
@@ -92,7 +93,8 @@ def solve_sun_two_stream(
     flux = 2.0 * np.pi * mu * weight
     rows = _rows(scaled, mu)
     back, through = _once(scaled, mu)
-    brdf, btdf = single_scattering(scaled, w, chi, view, sun, azimuth)
+    brdf = once_back(scaled, w, chi, view, sun, azimuth)
+    btdf = once_through(scaled, w, chi, view, sun, azimuth)
     first = 1 + quadrature.mu.size
     brdf += _spread(rows.reflection - back @ flux, flux)[..., first:, 0]
     btdf += _spread(rows.transmission - through @ flux, flux)[..., first:, 0]

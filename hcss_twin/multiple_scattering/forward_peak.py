@@ -1,0 +1,93 @@
+"""What delta-M scaling takes out of the light, put back: exact single scattering and the aureole.
+
+Reflected light is repaired by the TMS method of T. Nakajima and M. Tanaka, J. Quant. Spectrosc. Radiat.
+Transfer 40, 51-69 (1988): what the scaled problem scattered once by its truncated phase function is
+replaced by single scattering with the full one, w / (1 - w f) P over the scaled thickness.
+
+For transmitted light that method counts the forward peak as scattered once whatever the thickness, too
+much by far in thick layers; its authors correct the second order (IMS). Here all orders of scattering
+through small angles are summed: over a slant path y = tau / mu the moment of degree l of all light,
+direct and scattered, is exp(-y (1 - w chi_l)) (H. C. van de Hulst, "Multiple Light Scattering", 1980,
+section 14.1.2). The scaled problem has that for l < L, its peak with the direct light, and
+exp(-y (1 - w f)) from L on. Missing among the scattered light are, with y' = y (1 - w f),
+
+    C_l = exp(-y') - exp(-y),  l < L;     C_l = exp(-y) (exp(w chi_l y) - 1),  l >= L,
+
+which for thin layers is again exact single scattering.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.multiple_scattering.phase_function import (
+    HENYEY_GREENSTEIN_MOMENTS,
+    ScaledScattering,
+    extended_moments,
+    phase_function,
+)
+from hcss_twin.multiple_scattering.single_scattering import path_back, path_through
+from hcss_twin.physics.geometry import scattering_cosine
+
+Array = NDArray[np.float64]
+
+# Moments of a Henyey-Greenstein function below this are left out.
+_LEAST_MOMENT = 1e-10
+
+
+def once_back(
+    scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array
+) -> Array:
+    """Brdf (T, V, P) of light scattered once by the full phase function, over the scaled thickness."""
+    turned = np.array([scattering_cosine(m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
+    strength = (albedo / (1.0 - albedo * scaled.peak))[:, np.newaxis] / (4.0 * np.pi * mu * sun)
+    return strength * phase_function(turned, moments) * path_back(scaled.thickness[..., np.newaxis], mu, sun)
+
+
+def once_through(
+    scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array
+) -> Array:
+    """Btdf (T, V, P) of light scattered once by the scaled phase function, and of the aureole."""
+    onward = np.array([scattering_cosine(-m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
+    series = (2 * np.arange(scaled.moments.shape[0]) + 1)[:, np.newaxis] * scaled.moments
+    truncated = np.asarray(np.polynomial.legendre.legval(onward, series), dtype=np.float64)
+    strength = scaled.albedo[:, np.newaxis] / (4.0 * np.pi * mu * sun)
+    once = strength * truncated * path_through(scaled.thickness[..., np.newaxis], mu, sun)
+    return once + _aureole(scaled, albedo, moments, mu, sun, onward)
+
+
+def _aureole(
+    scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, onward: Array
+) -> Array:
+    """Btdf (T, V, P) that the scaled problem counts as direct light or loses; ``onward`` (P,) are cosines.
+
+    Where both cosines differ y is made with the mean of their inverses, and the whole is multiplied by
+    what that mistakes in single scattering.
+    """
+    count = scaled.moments.shape[0]
+    if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
+        largest = max(float(np.max(np.abs(moments[1]), initial=0.0)), 0.1)
+        known = extended_moments(moments, max(count + 1, int(np.log(_LEAST_MOMENT) / np.log(largest)) + 1))
+    else:
+        known = extended_moments(moments, max(count + 1, moments.shape[0]))
+    beyond = known[count:]
+    series = 2.0 * np.arange(known.shape[0]) + 1.0
+    rest = 1.0 - albedo * scaled.peak
+    tau = scaled.thickness / rest
+    result = np.empty((*tau.shape, mu.size))
+    for p, m in enumerate(mu):
+        value = series * np.polynomial.legendre.legvander(onward[p : p + 1], known.shape[0] - 1)[0]
+        rate = 0.5 * (1.0 / m + 1.0 / sun)
+        y = tau * rate
+        # exp(-y) (exp(w chi y) - 1) without overflow and without loss for thin layers
+        through = np.exp(-y * (1.0 - albedo * beyond[:, np.newaxis]))
+        share = -np.expm1(-y * albedo * beyond[:, np.newaxis])
+        peak = np.exp(-y * rest) * -np.expm1(-y * albedo * scaled.peak)
+        total = value[:count].sum() * peak + np.einsum("l,ltv->tv", value[count:], through * share)
+        slant = path_through(scaled.thickness, mu[p], sun)
+        straight = scaled.thickness * np.exp(-y * rest)
+        lit = straight > 0.0
+        ratio = np.where(lit, slant / np.where(lit, straight, 1.0), 0.0)
+        result[..., p] = total * ratio / (rate * 4.0 * np.pi * m * sun)
+    return result

@@ -1,0 +1,49 @@
+"""Any layer a scenario may hold is solved, and stays inside what physics allows."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hcss_twin.multiple_scattering.layer import solve_layers
+from hcss_twin.multiple_scattering.sun import solve_sun
+from hcss_twin.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
+
+THICKNESS = st.one_of(st.just(0.0), st.floats(-8, 6).map(lambda power: 10.0**power))
+ALBEDO = st.one_of(st.just(1.0), st.floats(0, 1), st.floats(-15, -1).map(lambda power: 1.0 - 10.0**power))
+ASYMMETRY = st.floats(-0.99, 0.99)
+COSINE = st.floats(0.05, 1.0)
+
+
+@settings(deadline=None, max_examples=150)
+@given(THICKNESS, ALBEDO, ASYMMETRY, st.lists(COSINE, max_size=3), st.sampled_from([1, 2, 4, 8]))
+def test_every_layer_keeps_its_balance(tau, albedo, g, extra, streams) -> None:
+    moments = np.array([[1.0], [g]])
+    for solve in (solve_layers, solve_layers_two_stream):
+        layer = solve([[tau]], [albedo], moments, extra, streams)
+        for kernel in (layer.reflection, layer.transmission):
+            assert np.all(np.isfinite(kernel))
+            scale = 1.0 + np.abs(kernel).max()
+            np.testing.assert_allclose(kernel, kernel.swapaxes(-1, -2), rtol=0, atol=1e-10 * scale)
+        flux = 2.0 * np.pi * layer.mu * layer.weight
+        sums = (layer.reflection + layer.transmission) @ flux + layer.direct + layer.emissivity
+        np.testing.assert_allclose(sums, 1.0, rtol=0, atol=1e-10)
+        assert np.all((layer.direct >= 0.0) & (layer.direct <= 1.0))
+        assert layer.emissivity.min() >= -1e-9
+        assert layer.emissivity.max() <= 1.0 + 1e-9
+        assert layer.far_share.min() >= -1e-9
+        assert np.all(layer.far_share <= layer.emissivity + 1e-9)
+
+
+@settings(deadline=None, max_examples=60)
+@given(THICKNESS, ALBEDO, ASYMMETRY, COSINE, COSINE, st.floats(0, np.pi))
+def test_sunlight_is_finite_and_goes_both_ways(tau, albedo, g, view, sun, azimuth) -> None:
+    moments = np.array([[1.0], [g]])
+    for there, back in (
+        (solve_sun([[tau]], [albedo], moments, [view], sun, [azimuth], 4, 8),
+         solve_sun([[tau]], [albedo], moments, [sun], view, [azimuth], 4, 8)),
+        (solve_sun_two_stream([[tau]], [albedo], moments, [view], sun, [azimuth], 4),
+         solve_sun_two_stream([[tau]], [albedo], moments, [sun], view, [azimuth], 4)),
+    ):  # fmt: skip
+        for one, other in zip(there, back, strict=True):
+            assert np.all(np.isfinite(one))
+            np.testing.assert_allclose(one, other, rtol=1e-7, atol=1e-9)

@@ -1,0 +1,144 @@
+"""Streams, moments, refusals and the choice of streams and modes."""
+
+import numpy as np
+import pytest
+from scipy.special import lpmv
+
+from hcss_twin.multiple_scattering.choice import choose_modes, choose_streams, choose_sun_streams
+from hcss_twin.multiple_scattering.layer import solve_layers
+from hcss_twin.multiple_scattering.legendre import normalised_legendre
+from hcss_twin.multiple_scattering.phase_function import delta_m, phase_function
+from hcss_twin.multiple_scattering.streams import gauss_streams
+from hcss_twin.multiple_scattering.sun import solve_sun
+
+HG = np.array([[1.0], [0.8]])
+
+
+@pytest.mark.parametrize("count", [1, 2, 8, 32])
+def test_streams_integrate_polynomials_over_the_hemisphere(count) -> None:
+    streams = gauss_streams(count)
+    for power in range(2 * count):
+        assert np.sum(streams.weight * streams.mu**power) == pytest.approx(1 / (power + 1), rel=1e-12)
+
+
+def test_the_flux_of_constant_radiance_is_pi() -> None:
+    streams = gauss_streams(4)
+    assert 2 * np.pi * np.sum(streams.mu * streams.weight) == pytest.approx(np.pi)
+
+
+def test_legendre_functions_equal_the_library_s() -> None:
+    mu = np.linspace(-1, 1, 9)
+    for order in range(5):
+        found = normalised_legendre(mu, order, 8)
+        for degree in range(order, 8):
+            ratio = np.prod(np.arange(degree - order + 1, degree + order + 1, dtype=float))
+            expected = (-1) ** order * lpmv(order, degree, mu) / np.sqrt(ratio)
+            np.testing.assert_allclose(found[degree], expected, rtol=1e-12, atol=1e-14)
+
+
+def test_two_moments_stand_for_henyey_and_greenstein() -> None:
+    cosine = np.linspace(-1, 1, 7)
+    many = 0.6 ** np.arange(200)[:, np.newaxis]
+    np.testing.assert_allclose(
+        phase_function(cosine, np.array([[1.0], [0.6]])), phase_function(cosine, many), rtol=1e-10
+    )
+
+
+def test_scaling_keeps_absorption_and_the_moments_of_extinction() -> None:
+    scaled = delta_m(np.array([[3.0]]), np.array([0.9]), HG, 16)
+    assert scaled.thickness * scaled.co_albedo == pytest.approx(3.0 * 0.1)
+    for degree in range(16):
+        scattered = scaled.thickness * (1 - scaled.albedo * scaled.moments[degree])
+        assert scattered == pytest.approx(3.0 * (1 - 0.9 * 0.8**degree))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"optical_thickness": [[-1.0]]}, r"optical_thickness -1: allowed finite, from 0; closest is 0"),
+        ({"optical_thickness": [[np.inf]]}, r"optical_thickness inf: allowed finite"),
+        ({"optical_thickness": [1.0]}, r"optical_thickness: shape \(1,\) given, allowed: \(T, 1\)"),
+        ({"albedo": [1.2]}, r"albedo 1.2: allowed 0 to 1; closest is 1"),
+        ({"albedo": [np.nan]}, r"albedo nan: allowed 0 to 1"),
+        ({"moments": [[1.0], [1.0]]}, r"moments 1: allowed above -1 and below 1"),
+        ({"moments": [[0.9], [0.5]]}, r"moments\[0\] 0.9: allowed 1"),
+        ({"moments": [[1.0]]}, r"moments: shape \(1, 1\) given, allowed: \(K, 1\) with K from 2"),
+        ({"mu_extra": [0.0]}, r"mu_extra 0: allowed above 0, to 1"),
+        ({"streams": 0}, r"streams 0: allowed whole numbers from 1; closest is 1"),
+        ({"streams": 7.6}, r"streams 7.6: allowed whole numbers from 1; closest is 8"),
+        ({"threads": 0}, r"threads 0: allowed from 1"),
+    ],
+)
+def test_layers_without_meaning_are_refused(change, message) -> None:
+    layer = {"optical_thickness": [[1.0]], "albedo": [0.9], "moments": HG, "mu_extra": [1.0], "streams": 4}
+    with pytest.raises(ValueError, match=message):
+        solve_layers(**(layer | change))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"mu_sun": 0.0}, r"mu_sun 0: allowed above 0, to 1"),
+        ({"mu_view": [1.1]}, r"mu_view 1.1: allowed above 0, to 1"),
+        ({"relative_azimuth": [4.0]}, r"relative_azimuth 4: allowed 0 to pi; closest is 3.14159"),
+        ({"relative_azimuth": [1.0, 2.0]}, r"relative_azimuth: shape \(2,\) given, allowed: \(1,\)"),
+        ({"modes": 9}, r"modes 9: allowed 1 to 8, twice the streams; closest is 8"),
+        ({"modes": 0}, r"modes 0: allowed 1 to 8, twice the streams; closest is 1"),
+    ],
+)
+def test_sunlight_without_meaning_is_refused(change, message) -> None:
+    case = {"optical_thickness": [[1.0]], "albedo": [0.9], "moments": HG, "mu_view": [1.0], "mu_sun": 0.5}
+    case |= {"relative_azimuth": [0.0], "streams": 4, "modes": 8}
+    with pytest.raises(ValueError, match=message):
+        solve_sun(**(case | change))
+
+
+SAMPLES = ([0.3, 10.0], [0.6, 0.95], np.array([[1.0, 1.0], [0.8, 0.9]]))
+
+
+def test_the_first_number_of_streams_that_keeps_the_tolerance_is_chosen() -> None:
+    mu = [1.0, 0.3]
+    loose, tight = choose_streams(*SAMPLES, mu, 0.01), choose_streams(*SAMPLES, mu, 1e-5)
+    assert loose.passed
+    assert tight.passed
+    assert loose.count < tight.count
+    assert [count for count, _ in tight.tried] == [4, 8, 16, 32][: len(tight.tried)]
+    assert all(difference > 1e-5 for _, difference in tight.tried[:-1])
+    # What was measured is the difference from twice as many.
+    few, many = (
+        solve_layers(np.array([SAMPLES[0]]), *SAMPLES[1:], mu, n) for n in (loose.count, 2 * loose.count)
+    )
+    found = np.abs(few.emissivity[..., :2] - many.emissivity[..., :2]).max()
+    assert 0.0 < found <= loose.difference <= 0.01
+
+
+def test_a_tolerance_nothing_keeps_says_so() -> None:
+    choice = choose_streams(*SAMPLES, [0.2], 1e-12, counts=(2, 4))
+    assert not choice.passed
+    assert choice.count == 4
+    assert choice.difference > 1e-12
+
+
+def test_modes_and_streams_of_sunlight_are_chosen_by_error() -> None:
+    sunlit = ([1.0, 0.4], [0.8, 0.3], [1.0, 3.0])
+    streams = choose_sun_streams(*SAMPLES, *sunlit, 0.02, counts=(4, 8, 16))
+    assert streams.passed
+    modes = choose_modes(*SAMPLES, *sunlit, 8, 0.005)
+    assert modes.passed
+    assert 1 < modes.count <= 16
+    # At the zenith nothing depends on azimuth.
+    assert choose_modes(*SAMPLES, [1.0], [0.8], [1.0], 8, 1e-9).count == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"tolerance": 0.0}, "tolerance 0: allowed above 0"),
+        ({"counts": (8, 4)}, r"counts \[8, 4\]: allowed whole numbers, ascending"),
+        ({"optical_thickness": []}, r"optical_thickness: shape \(0,\) given"),
+    ],
+)
+def test_choices_without_meaning_are_refused(change, message) -> None:
+    case = {"optical_thickness": SAMPLES[0], "albedo": SAMPLES[1], "moments": SAMPLES[2], "mu": [1.0]}
+    with pytest.raises(ValueError, match=message):
+        choose_streams(**(case | {"tolerance": 0.01} | change))
