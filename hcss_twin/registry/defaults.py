@@ -134,11 +134,18 @@ def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
     """Return the radiance models of this package."""
     return [
         ProviderSpec(
+            name="physical",
+            target="hcss_twin.radiance.physical.model:Physical",
+            parameters="hcss_twin.radiance.parameters:PhysicalParameters",
+            api_version=0,
+            summary="multiple scattering in clouds over a rough sea, whole composite paths, closed energy balance",
+        ),
+        ProviderSpec(
             name="as-printed",
             target="hcss_twin.radiance.as_printed:AsPrinted",
             parameters="hcss_twin.radiance.parameters:AsPrintedParameters",
             api_version=0,
             summary="thermal and solar terms of sea, cloud and air as in eqs 15-20 of the HCSS paper",
             references=(HCSS,),
-        )
+        ),
     ]

@@ -5,10 +5,10 @@ import pytest
 
 from hcss_twin.catalog import Catalog
 from hcss_twin.physics.fresnel import unpolarised_reflectance
+from hcss_twin.physics.geometry import wind_azimuths
 from hcss_twin.providers import SeaInputs
 from hcss_twin.refractive_index import load_refractive_index
 from hcss_twin.sea.cox_munk import CoxMunkSea
-from hcss_twin.physics.geometry import wind_azimuths
 from hcss_twin.sea.parameters import CoxMunkParameters, RoughSeaParameters
 from hcss_twin.sea.reflection import INCIDENCE_COUNT
 from hcss_twin.sea.rough_sea import RoughSea

@@ -56,6 +56,9 @@ class Absorption:
 
     def transmittance(self, factors: Array, first: int, last: int) -> Array:
         """Transmittance (P, last - first) at native wavenumbers ``first`` to ``last`` - 1."""
-        depth = factors @ self._matrix[:, first:last]
+        matrix = self._matrix[:, first:last]
+        # Most channels absorb in a few bands only.
+        used = np.flatnonzero(matrix.any(axis=1))
+        depth = factors[:, used] @ matrix[used]
         result: Array = np.exp(np.negative(depth, out=depth), out=depth)
         return result

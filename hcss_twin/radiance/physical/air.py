@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 _DARK = 1e-30
 """Transmittance below which nothing seen through a path could matter."""
 
+_COARSE_MASS, _COARSE_STEP_M = 0.05, 8e3
+"""Layers of scattered light hold this share of the air's mass at least, or are this thick."""
+
 
 @dataclass(frozen=True)
 class LegView:
@@ -62,6 +65,7 @@ class Air:
         self._profile = profile
         self.wavenumber_cm1 = wavenumber_cm1
         self._black: dict[float, Array] = {}
+        self._coarse_m = _coarse_levels(profile)
 
     def black_body(self, temperature_K: float) -> Array:
         """Return the Planck radiance (V,)."""
@@ -81,6 +85,7 @@ class Air:
         lower_m: float,
         upper_m: float,
         downward: bool,
+        coarse: bool = False,
     ) -> LegView:
         """Look along a leg through the path in front of it.
 
@@ -99,8 +104,10 @@ class Air:
             Its ends; ``upper_m`` may be ``SPACE``.
         downward : bool
             Whether the observer looks down: the leg's upper end is the near one.
+        coarse : bool
+            Whether thin layers high up may be joined: for light that is scattered afterwards.
         """
-        edges = self._edges(lower_m, upper_m)
+        edges = self._edges(lower_m, upper_m, self._coarse_m if coarse else self._profile.altitude_m)
         count = len(edges) - 1
         if count < 1:
             return LegView(np.zeros_like(front_transmittance), front_transmittance)
@@ -127,9 +134,8 @@ class Air:
         near = min(upper_m, top) if downward else lower_m
         return self.black_body(float(self._profile.temperature_at(near)))
 
-    def _edges(self, lower_m: float, upper_m: float) -> list[float]:
-        """Levels of the profile within a leg, and its ends."""
-        levels = self._profile.altitude_m
+    def _edges(self, lower_m: float, upper_m: float, levels: Array) -> list[float]:
+        """Levels within a leg, and its ends."""
         top = min(upper_m, float(levels[-1]))
         if top <= lower_m:
             return [lower_m]
@@ -149,3 +155,14 @@ class Air:
             0.5 * (temperature[:-1] + temperature[1:]) - np.diff(temperature) * np.minimum(ratio, 6.0) / 12.0
         )
         return np.stack([self.black_body(float(kelvin)) for kelvin in mean])
+
+
+def _coarse_levels(profile: Profile) -> Array:
+    """Levels of a profile without those between which there is next to no air."""
+    altitude, pressure = profile.altitude_m, profile.pressure_Pa
+    kept = [0]
+    for index in range(1, altitude.size - 1):
+        mass = (pressure[kept[-1]] - pressure[index]) / pressure[0]
+        if mass >= _COARSE_MASS or altitude[index] - altitude[kept[-1]] >= _COARSE_STEP_M:
+            kept.append(index)
+    return altitude[[*kept, altitude.size - 1]]

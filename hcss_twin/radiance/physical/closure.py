@@ -160,7 +160,7 @@ def _freeze(column: Column) -> _Frozen:
 
     def legs(gap: int, lower: float, upper: float, downward: bool) -> LegView:
         many = np.repeat(seen[gap][None], len(zeniths), axis=0)
-        found = air.leg([front[gap]] * len(zeniths), many, zeniths, lower, upper, downward)
+        found = air.leg([front[gap]] * len(zeniths), many, zeniths, lower, upper, downward, coarse=True)
         return found.conditional(many, air.near_source(lower, upper, downward))
 
     def sun(gap: int, to_sun: Path) -> Array:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.multiple_scattering.streams import Streams, gauss_streams
-from hcss_twin.providers import Sun, View
 from hcss_twin.physics.geometry import wind_azimuths
+from hcss_twin.providers import Sun, View
 
 Array = NDArray[np.float64]
 

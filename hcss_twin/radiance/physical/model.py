@@ -95,9 +95,7 @@ class Physical:
     def _make_scene(self, wavenumbers: bytes, sun: Sun | None) -> tuple[Air, Directions, SeaSurface]:
         wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
         inputs = self._inputs
-        directions = make_directions(
-            inputs.view, sun, inputs.wind_from_deg, self._parameters.streams
-        )
+        directions = make_directions(inputs.view, sun, inputs.wind_from_deg, self._parameters.streams)
         return (
             Air(inputs.transmittance, inputs.profile, wavenumber),
             directions,

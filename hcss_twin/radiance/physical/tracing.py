@@ -89,7 +89,9 @@ class Tracer:
         """Emission of a leg, and the rays behind it."""
         where = self._column.directions.zenith_deg
         zeniths = [where[index] for index in rays.directions]
-        leg = self._column.air.leg(rays.paths, rays.transmittance, zeniths, lower_m, upper_m, downward)
+        leg = self._column.air.leg(
+            rays.paths, rays.transmittance, zeniths, lower_m, upper_m, downward, rays.source == SCATTERED_AIR
+        )
         result = np.zeros((len(TERMS), *leg.emission.shape))
         result[rays.source] = leg.emission
         paths = [
