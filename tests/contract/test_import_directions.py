@@ -25,7 +25,7 @@ ALLOWED = {
     "clouds": STAND_ON | {"evaluation", "netcdf_format", "drafts", "version"},
     "matching": STAND_ON | {"evaluation", "clouds", "scenario"},
     "sea": STAND_ON,
-    "optics": STAND_ON,
+    "optics": STAND_ON | {"netcdf_format", "drafts"},
     "atmosphere": STAND_ON | {"netcdf_format", "version"},
     "climatology": {"catalog"} | GROUND,
     "radiance": STAND_ON | {"atmosphere"},

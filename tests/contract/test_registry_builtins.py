@@ -30,7 +30,7 @@ from hcss_twin.testing import (
 HELD_TO_THE_KIT = {
     "clouds": {"fractal", "imagery", "surrogate"},
     "sea": {"cox-munk"},
-    "optics": {"mie"},
+    "optics": {"bulk", "mie"},
     "atmosphere": {"band-model", "table"},
     "radiance": {"as-printed"},
 }
@@ -162,6 +162,16 @@ class TestMie(OpticsContract):
 
     def make_provider(self, inputs):
         return create("optics", "mie", inputs)
+
+
+class TestMieWithHenyeyGreenstein(TestMie):
+    def make_provider(self, inputs):
+        return create("optics", "mie", inputs, phase_function="henyey-greenstein")
+
+
+class TestBulk(TestMie):
+    def make_provider(self, inputs):
+        return create("optics", "bulk", inputs)
 
 
 class TestTable(TransmittanceContract):
