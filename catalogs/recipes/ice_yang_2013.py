@@ -12,7 +12,9 @@ What is done
 The tables give extinction per mass, albedo and asymmetry of three roughnesses, 18 effective diameters and the bands
 of RRTMGP (longwave up to 3250 cm-1, shortwave above). Ratios are formed to Mie spheres of equal volume-to-area ratio
 (Grenfell and Warren, J. Geophys. Res. 104, 31697, 1999) with effective variance 0.1, averaged over each band with
-Planck's function at 245 K or 5778 K, so that a provider can put the spectral detail of spheres between the bands.
+Planck's function at 245 K or 5778 K, so that a provider can put the spectral detail of spheres between the bands. The
+ratios belong to the centres of the bands; they are those with which their linear interpolation gives the published
+means of the bands.
 
 The published extinction lies 4 to 6 percent below twice the projected area at every size, which no particle can do
 in the visible; the rows' diameters are therefore relabelled with the volume-to-area ratio that their extinction at
@@ -21,6 +23,7 @@ in the visible; the rows' diameters are therefore relabelled with the volume-to-
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
@@ -38,6 +41,7 @@ from hcss_twin.refractive_index import RefractiveIndex, load_refractive_index
 
 VARIANCE = 0.1
 VISIBLE_CM1 = (16000.0, 22650.0)
+NODES, ROUNDS = 12, 40
 LEAST_CO_ALBEDO = 1e-4
 """Below it single precision of the albedo leaves too few digits of the absorption."""
 
@@ -62,26 +66,65 @@ def _published() -> dict[str, np.ndarray]:
     return result
 
 
-def _spheres(limits: np.ndarray, diameter_um: float, index: RefractiveIndex) -> np.ndarray:
-    """Extinction and absorption per mass (m2 g-1) and asymmetry of spheres, mean of a band (3,)."""
+@dataclass(frozen=True)
+class _Spectra:
+    """Spheres of one size at the quadrature nodes of every band (B, Q): m2 g-1, m2 g-1, 1, and weights of a mean."""
+
+    wavenumber: np.ndarray
+    weight: np.ndarray
+    extinction: np.ndarray
+    absorption: np.ndarray
+    asymmetry: np.ndarray
+
+    def means(self, ratios: np.ndarray) -> np.ndarray:
+        """Extinction, absorption and one minus asymmetry (3, B) of the bands, times interpolated ``ratios`` (3, B)."""
+        nodes = np.log(self.wavenumber)
+        centres = np.log(self.centres)
+        factor = [np.interp(nodes, centres, each) for each in ratios]
+        extinction, absorption = factor[0] * self.extinction, factor[1] * self.absorption
+        scattering = self.weight * (extinction - absorption)
+        sideways = np.sum(scattering * factor[2] * (1.0 - self.asymmetry), axis=1) / scattering.sum(axis=1)
+        return np.stack(
+            [np.sum(self.weight * extinction, axis=1), np.sum(self.weight * absorption, axis=1), sideways]
+        )
+
+    centres: np.ndarray
+
+
+def _spheres(limits: np.ndarray, diameter_um: float, index: RefractiveIndex) -> _Spectra:
     cloud = gamma_distribution("ice", diameter_um / 2.0, VARIANCE, 1e-3)
-    thermal = limits[1] <= 3250.0
-    low, high = limits
-    nodes, weight = np.polynomial.legendre.leggauss(12 if thermal else (8 if high < 12850.0 else 3))
-    wavenumber = low + (high - low) * 0.5 * (nodes + 1.0)
-    wavenumber = np.minimum(wavenumber, 33333.0)
-    bulk = bulk_properties(cloud, index, 1e4 / wavenumber, 100 if thermal else 20)
-    weight = weight * planck(wavenumber, 245.0 if thermal else 5778.0)
-    weight /= weight.sum()
-    scattering = weight @ bulk.scattering_m1
     mass = water_content_kg_m3(cloud) * 1e3
-    return np.array(
-        [
-            weight @ bulk.extinction_m1 / mass,
-            weight @ bulk.absorption_m1 / mass,
-            weight @ (bulk.asymmetry * bulk.scattering_m1) / scattering,
-        ]
-    )
+    nodes, gauss = np.polynomial.legendre.leggauss(NODES)
+    rows = []
+    for low, high in limits:
+        thermal = high <= 3250.0
+        wavenumber = np.minimum(low + (high - low) * 0.5 * (nodes + 1.0), 33333.0)
+        bulk = bulk_properties(cloud, index, 1e4 / wavenumber, 100 if thermal else 20)
+        weight = gauss * planck(wavenumber, 245.0 if thermal else 5778.0)
+        rows.append(
+            (
+                wavenumber,
+                weight / weight.sum(),
+                bulk.extinction_m1 / mass,
+                bulk.absorption_m1 / mass,
+                bulk.asymmetry,
+            )
+        )
+    columns = (np.array(each) for each in zip(*rows, strict=True))
+    return _Spectra(*columns, centres=np.sqrt(limits[:, 0] * limits[:, 1]))
+
+
+def _ratios(spheres: _Spectra, published: np.ndarray, weak: np.ndarray) -> np.ndarray:
+    """Ratios (3, B) at the band centres with which the means of the bands are the published ones (3, B).
+
+    Where absorption is too weak for its published digits, the ratio of the next band of lower wavenumber is kept.
+    """
+    ratios = np.ones_like(published)
+    for _ in range(ROUNDS):
+        ratios *= (published / spheres.means(ratios)) ** 0.7
+        for band in np.flatnonzero(weak):
+            ratios[1, band] = ratios[1, band - 1]
+    return ratios
 
 
 def main() -> None:
@@ -91,28 +134,28 @@ def main() -> None:
     index = load_refractive_index(Catalog(), "ice")
     visible = int(np.flatnonzero(data["limits"][:, 0] == VISIBLE_CM1[0])[0])
     diameter = np.empty_like(data["size"])
-    for row, label in enumerate(data["size"]):
-        spheres = _spheres(data["limits"][visible], label, index)
-        diameter[row] = label * spheres[0] / data["ext"][2, visible, row]
-    spheres = np.array([[_spheres(each, d, index) for d in diameter] for each in data["limits"]])
-    absorption = data["ext"] * (1.0 - data["ssa"]) / spheres[:, :, 1]
-    for band in range(1, absorption.shape[1]):
-        weak = np.any(1.0 - data["ssa"][:, band] < LEAST_CO_ALBEDO, axis=0)
-        absorption[:, band, weak] = absorption[:, band - 1, weak]
-    ratios = {
-        "extinction_ratio": (
-            data["ext"] / spheres[:, :, 0],
-            "published extinction per mass over that of spheres",
-        ),
+    ratios = np.empty((3, *data["ext"].shape))
+    published = np.stack([data["ext"], data["ext"] * (1.0 - data["ssa"]), 1.0 - data["asy"]])
+    weak = 1.0 - data["ssa"] < LEAST_CO_ALBEDO
+    published[1][weak] = 1e-9
+    for column, label in enumerate(data["size"]):
+        at_label = _spheres(data["limits"][visible : visible + 1], label, index)
+        diameter[column] = label * at_label.means(np.ones((3, 1)))[0, 0] / data["ext"][2, visible, column]
+        spheres = _spheres(data["limits"], diameter[column], index)
+        for rough in range(3):
+            ratios[:, rough, :, column] = _ratios(
+                spheres, published[:, rough, :, column], weak[rough, :, column]
+            )
+            left = spheres.means(ratios[:, rough, :, column]) / published[:, rough, :, column] - 1.0
+            left[1, weak[rough, :, column]] = 0.0
+            print(f"{diameter[column]:.1f} um: band means within {np.abs(left).max(axis=1)}")
+    described = {
+        "extinction_ratio": "published extinction per mass over that of spheres, at the band centre",
         "absorption_ratio": (
-            absorption,
             "the same of absorption; where the published albedo exceeds 0.9999, that of the next band of lower "
-            "wavenumber",
+            "wavenumber"
         ),
-        "asymmetry_ratio": (
-            (1.0 - data["asy"]) / (1.0 - spheres[:, :, 2]),
-            "one minus the published asymmetry parameter, over that of spheres",
-        ),
+        "asymmetry_ratio": "one minus the published asymmetry parameter, over that of spheres",
     }
     path = CATALOGS / "optics" / "ice-yang-2013.nc"
     path.parent.mkdir(exist_ok=True)
@@ -140,7 +183,10 @@ def main() -> None:
             ("extinction", ("roughness", "band", "size"), data["ext"], "m2 g-1", "as published"),
             ("albedo", ("roughness", "band", "size"), data["ssa"], "1", "as published"),
             ("asymmetry", ("roughness", "band", "size"), data["asy"], "1", "as published"),
-            *((name, ("roughness", "band", "size"), v, "1", text) for name, (v, text) in ratios.items()),
+            *(
+                (name, ("roughness", "band", "size"), ratios[row], "1", text)
+                for row, (name, text) in enumerate(described.items())
+            ),
         ]
         for name, dimensions, values, units, text in columns:
             variable = out.createVariable(name, "f8", dimensions, zlib=True, fletcher32=True)
