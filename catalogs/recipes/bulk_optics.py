@@ -4,7 +4,7 @@ They hold what the optics providers would compute for the catalog's cloud types 
 0.3-16 um: our own computation, so that no Mie series is summed in a run. A table is found by its key, a hash of all
 that it depends on; one whose refractive index or particles have changed is simply no longer found.
 
-Run as ``python catalogs/recipes/bulk_optics.py [NAME ...]`` with hcss_twin importable; about 15 minutes for all.
+Run as ``python catalogs/recipes/bulk_optics.py [NAME ...]`` with hcss_twin importable; about 8 minutes for all.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ The tables give extinction per mass, albedo and asymmetry of three roughnesses, 
 of RRTMGP (longwave up to 3250 cm-1, shortwave above). Ratios are formed to Mie spheres of equal volume-to-area ratio
 (Grenfell and Warren, J. Geophys. Res. 104, 31697, 1999) with effective variance 0.1, averaged over each band with
 Planck's function at 245 K or 5778 K, so that a provider can put the spectral detail of spheres between the bands. The
-ratios belong to the centres of the bands; they are those with which their linear interpolation gives the published
-means of the bands.
+ratios belong to the centres of the bands; those of extinction and absorption are such that their linear interpolation
+gives the published means of the bands.
 
 The published extinction lies 4 to 6 percent below twice the projected area at every size, which no particle can do
 in the visible; the rows' diameters are therefore relabelled with the volume-to-area ratio that their extinction at
@@ -117,11 +117,13 @@ def _spheres(limits: np.ndarray, diameter_um: float, index: RefractiveIndex) -> 
 def _ratios(spheres: _Spectra, published: np.ndarray, weak: np.ndarray) -> np.ndarray:
     """Ratios (3, B) at the band centres with which the means of the bands are the published ones (3, B).
 
-    Where absorption is too weak for its published digits, the ratio of the next band of lower wavenumber is kept.
+    Those of the asymmetry are ratios of means: made to fit exactly they would swing from band to band near 3 um. Where
+    absorption is too weak for its published digits, the ratio of the next band of lower wavenumber is kept.
     """
     ratios = np.ones_like(published)
+    ratios[2] = published[2] / spheres.means(ratios)[2]
     for _ in range(ROUNDS):
-        ratios *= (published / spheres.means(ratios)) ** 0.7
+        ratios[:2] *= ((published / spheres.means(ratios)) ** 0.7)[:2]
         for band in np.flatnonzero(weak):
             ratios[1, band] = ratios[1, band - 1]
     return ratios
