@@ -4,7 +4,7 @@
 
     python docs/figures/fig6_cloud_optics.py FOLDER
 
-writes ``fig6.png``: efficiencies, single-scattering albedo and asymmetry of cumulus, stratus and cirrus, and phase
+writes ``fig6.png``: efficiencies and single-scattering albedo of cumulus, stratus and cirrus, and phase
 functions at 3.7 and 10.8 um. Lines are provider ``bulk``, dotted ones ``mie`` (the paper's spheres).
 """
 

@@ -124,4 +124,4 @@ def test_refractive_index_is_linear_in_the_logarithm_of_wavelength() -> None:
 def test_only_the_table_of_the_cloud_at_hand_is_read() -> None:
     catalog = Catalog()
     MieOptics(OpticsInputs(catalog), MieParameters()).single_scattering(STRATUS, np.array([1000.0]))
-    assert list(catalog.used) == ["optical_constants/water.csv"]
+    assert list(catalog.used) == ["optical_constants/water.csv", "optics/mie-stratus.nc"]

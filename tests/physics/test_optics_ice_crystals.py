@@ -47,7 +47,7 @@ def test_band_means_are_the_published_ones(bulk, published, row) -> None:
         asymmetry = weight @ (found.extinction_m1 * found.albedo * found.moments[1]) / scattering
         assert extinction == pytest.approx(published["extinction"][2, band, row], rel=0.01)
         assert scattering / extinction == pytest.approx(published["albedo"][2, band, row], abs=0.012)
-        assert asymmetry == pytest.approx(published["asymmetry"][2, band, row], abs=0.02)
+        assert asymmetry == pytest.approx(published["asymmetry"][2, band, row], abs=0.03)
 
 
 @pytest.mark.parametrize("radius", [20.0, 60.0])
