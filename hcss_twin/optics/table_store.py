@@ -24,8 +24,8 @@ _WORTH_A_BAR = 64
 """Wavelengths to compute from which progress is shown: less is done at once."""
 
 
-def cache_folder() -> Path:
-    """Folder of computed tables: HCSS_CACHE_DIR, or hcss-twin in the user's cache folder.
+def cache_folder() -> Path | None:
+    """Folder of computed tables: HCSS_CACHE_DIR, or hcss-twin in the user's cache folder; None without a home.
 
     That is XDG_CACHE_HOME or ~/.cache, and LOCALAPPDATA on Windows.
     """
@@ -33,7 +33,10 @@ def cache_folder() -> Path:
     if own:
         return Path(own) / "optics"
     usual = os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME")
-    root = Path(usual) if usual else Path.home() / ".cache"
+    try:
+        root = Path(usual) if usual else Path.home() / ".cache"
+    except RuntimeError:  # a user of the system without a folder
+        return None
     return root / "hcss-twin" / "optics"
 
 
@@ -56,8 +59,8 @@ class TableStore:
         if table.key not in self._looked_up:
             self._looked_up.add(table.key)
             self._look_up(table)
-        if table.complete(position, _progress):
-            table_file.write_if_possible(table, self._cached(table))
+        if table.complete(position, _progress) and (path := _cached(table)):
+            table_file.write_if_possible(table, path)
 
     def _look_up(self, table: BulkTable) -> None:
         name = self._names().get(table.key)
@@ -66,8 +69,8 @@ class TableStore:
             return
         # A damaged file is computed again and replaced: nothing is lost but time.
         with suppress(CatalogError, OSError):
-            if self._cached(table).is_file():
-                table_file.read_into(table, self._cached(table))
+            if (path := _cached(table)) and path.is_file():
+                table_file.read_into(table, path)
 
     def _names(self) -> dict[str, str]:
         """Names of the shipped tables by their keys."""
@@ -78,8 +81,10 @@ class TableStore:
                     self._shipped[table_file.key_of(self._catalog.root / FOLDER / f"{name}{SUFFIX}")] = name
         return self._shipped
 
-    def _cached(self, table: BulkTable) -> Path:
-        return cache_folder() / f"{table.key}{SUFFIX}"
+
+def _cached(table: BulkTable) -> Path | None:
+    folder = cache_folder()
+    return None if folder is None else folder / f"{table.key}{SUFFIX}"
 
 
 def _progress(pieces: Iterable[NDArray[np.intp]], total: int) -> Iterator[NDArray[np.intp]]:

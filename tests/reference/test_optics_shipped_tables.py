@@ -10,6 +10,7 @@ from hcss_twin.optics.bulk_table import Accuracy, BulkTable
 from hcss_twin.optics.by_phase import BulkOptics
 from hcss_twin.optics.mie import MieOptics
 from hcss_twin.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.optics.phase_function import phase_function
 from hcss_twin.providers import OpticsInputs
 from hcss_twin.refractive_index import load_refractive_index
 from hcss_twin.scenario.cloud_types import load_cloud_type
@@ -80,3 +81,17 @@ def test_interpolation_stays_within_the_stated_errors(low_um, high_um, extinctio
     np.testing.assert_allclose(found.albedo, exact.albedo, atol=albedo)
     moments = bulk_moments(cloud, index, wavelength, 613, 128)
     np.testing.assert_allclose(found.moments, moments, atol=moment)
+
+
+@pytest.mark.parametrize("name", ["stratus", "cumulus"])
+def test_shipped_moments_make_phase_functions_above_zero_that_are_those_of_the_spheres(name) -> None:
+    cloud, index = particles(name), load_refractive_index(Catalog(), "water")
+    wavelength = np.sort(np.random.default_rng(11).uniform(3.2, 14.3, 12))[::-1]
+    moments = (
+        MieOptics(OpticsInputs(Catalog()), MieParameters()).single_scattering(cloud, 1e4 / wavelength).moments
+    )
+    mu = np.cos(np.linspace(0.0, np.pi, 361))
+    shipped = phase_function(moments, mu)
+    assert np.all(shipped > 0.0)
+    in_full = phase_function(bulk_moments(cloud, index, wavelength[:3], 600, 400), mu)
+    np.testing.assert_allclose(shipped[:, :3], in_full, rtol=0.01)

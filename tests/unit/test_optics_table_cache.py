@@ -126,6 +126,17 @@ def test_a_cache_that_cannot_be_written_only_costs_time(index, tmp_path, monkeyp
     assert np.all(np.isfinite(completed(index)(WINDOW)[0]))
 
 
+def test_a_user_without_a_home_gets_results_all_the_same(index, monkeypatch) -> None:
+    def homeless():
+        raise RuntimeError("no home")
+
+    for name in ("HCSS_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pathlib.Path.home", homeless)
+    assert cache_folder() is None
+    assert np.all(np.isfinite(completed(index)(WINDOW)[0]))
+
+
 def test_a_file_of_another_table_is_refused(index, tmp_path) -> None:
     table = completed(index)
     table_file.write(table, tmp_path / "one.nc")
