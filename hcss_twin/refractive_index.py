@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,3 +79,39 @@ def load_refractive_index(catalog: Catalog, name: str) -> RefractiveIndex:
     if not (table.wavelength_um[0] > 0.0 and np.all(table.n > 0.0) and np.all(table.k > 0.0)):
         raise CatalogError(f"{path}: wavelength_um, n and k must be above 0")
     return table
+
+
+def load_water_at(catalog: Catalog, temperature_K: float) -> RefractiveIndex:
+    """Refractive index of liquid water at a temperature between those of the tables ``water-<T>K``.
+
+    n and ln k are linear in temperature between the two nearest tables, which must have the same wavelengths.
+
+    Raises
+    ------
+    ValueError
+        If the temperature lies outside the tables.
+    CatalogError
+        If there are no tables, or two neighbours differ in their wavelengths.
+    """
+    found = (re.fullmatch(r"water-(\d+)K", name) for name in catalog.names("optical_constants", ".csv"))
+    known = sorted(int(match[1]) for match in found if match)
+    if not known:
+        raise CatalogError(f"{catalog.root / 'optical_constants'}: no table water-<T>K.csv")
+    if not known[0] <= temperature_K <= known[-1]:
+        closest = known[0] if temperature_K < known[0] else known[-1]
+        raise ValueError(
+            f"water temperature {temperature_K:g} K: the tables allow {known[0]} to {known[-1]} K; "
+            f"closest is {closest}"
+        )
+    low = max(each for each in known if each <= temperature_K)
+    cold = load_refractive_index(catalog, f"water-{low}K")
+    if low == temperature_K:
+        return cold
+    high = min(each for each in known if each > temperature_K)
+    warm = load_refractive_index(catalog, f"water-{high}K")
+    if not np.array_equal(cold.wavelength_um, warm.wavelength_um):
+        raise CatalogError(f"optical_constants water-{low}K and water-{high}K: their wavelengths differ")
+    share = (temperature_K - low) / (high - low)
+    n = (1.0 - share) * cold.n + share * warm.n
+    k = np.exp((1.0 - share) * np.log(cold.k) + share * np.log(warm.k))
+    return RefractiveIndex(f"water at {temperature_K:g} K", cold.wavelength_um, n, k)

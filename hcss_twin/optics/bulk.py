@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.optics.phase_function import MomentSums
 from hcss_twin.optics.size_distribution import projected_area_m1, quadrature
 from hcss_twin.optics.spheres import mie_efficiencies
 from hcss_twin.providers import Microphysics
@@ -18,6 +19,9 @@ RESONANCES = ((0.0015, 16), (0.005, 8), (0.02, 4), (np.inf, 1))
 """Imaginary index below which so many times the radii are used: absorption is what widens resonances."""
 
 _SPHERES_AT_ONCE = 65536
+
+MOST_MOMENT_RADII = 2
+"""Times the radii at most for the phase function, whose resonances a wavelength's neighbours average out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,13 +80,47 @@ def bulk_properties(
     """
     wavelength = np.asarray(wavelength_um, dtype=np.float64)
     refractive = index.at(1e4 / wavelength)
-    factor = np.select([refractive.imag < limit for limit, _ in RESONANCES], [many for _, many in RESONANCES])
+    factor = _times(refractive)
     sums = np.empty((3, wavelength.size))
     for many in np.unique(factor):
         chosen = factor == many
         sums[:, chosen] = _integrate(cloud, refractive[chosen], wavelength[chosen], int(many) * radius_nodes)
     extinction, scattering, forward = sums
     return BulkProperties(extinction, scattering, forward / scattering)
+
+
+def bulk_moments(
+    cloud: Microphysics, index: RefractiveIndex, wavelength_um: Array, radius_nodes: int, count: int
+) -> Array:
+    """Legendre moments of the phase function of the particles together, without spectral interpolation.
+
+    Parameters
+    ----------
+    cloud, index, wavelength_um, radius_nodes
+        As of :func:`bulk_properties`; of the radii no more than ``MOST_MOMENT_RADII`` times as many are used.
+    count : int
+        Number K of moments.
+
+    Returns
+    -------
+    ndarray (K, V)
+        ``moments[0]`` is 1 and ``moments[1]`` the asymmetry parameter.
+    """
+    wavelength = np.asarray(wavelength_um, dtype=np.float64)
+    refractive = index.at(1e4 / wavelength)
+    sums = MomentSums(count)
+    result = np.empty((count, wavelength.size))
+    for column, many in enumerate(np.minimum(_times(refractive), MOST_MOMENT_RADII)):
+        radius, number = quadrature(cloud, int(many) * radius_nodes)
+        size = 2.0 * np.pi * radius / wavelength[column]
+        result[:, column] = sums(complex(refractive[column]), size, number)
+    return result
+
+
+def _times(refractive: NDArray[np.complex128]) -> NDArray[np.int64]:
+    """How many times the radii each wavelength (V,) takes."""
+    below = [refractive.imag < limit for limit, _ in RESONANCES]
+    return np.asarray(np.select(below, [many for _, many in RESONANCES]), dtype=np.int64)
 
 
 def _integrate(

@@ -8,6 +8,9 @@ incomplete gamma functions, because t = b r^nu turns them into gamma integrals.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
@@ -99,6 +102,62 @@ def water_content_kg_m3(cloud: Microphysics) -> float:
     """Mass of liquid or ice per volume of cloud, kg m-3."""
     specific = WATER_DENSITY_KG_M3 if cloud.phase == "water" else ICE_DENSITY_KG_M3
     return specific * cloud.number_density_m3 * 4.0 / 3.0 * np.pi * mean_power(cloud, 3.0) * 1e-18
+
+
+WHOLE = (0.01, 10.0)
+"""Radii, in effective radii, between which practically all of a gamma distribution lies."""
+
+
+def gamma_distribution(
+    phase: Literal["water", "ice"],
+    radius_um: float,
+    variance: float,
+    content_kg_m3: float,
+    radius_range_um: tuple[float, float] | None = None,
+) -> Microphysics:
+    """Gamma distribution with given effective radius, effective variance and content of water.
+
+    n(r) ~ r^(1/v - 3) exp(-r / (r_e v)), J. E. Hansen and L. D. Travis, Space Sci. Rev. 16, 527 (1974), eq 2.56.
+
+    Parameters
+    ----------
+    phase : {"water", "ice"}
+        Ice has 917 kg m-3, water 1000.
+    radius_um : float
+        Of the whole distribution, above 0.
+    variance : float
+        Above 0 and below 0.5, where the number of particles diverges.
+    content_kg_m3 : float
+        Mass of liquid or ice per volume of cloud, above 0; exact for the radii inside the range.
+    radius_range_um : (float, float), optional
+        Limits of integration; by default 0.01 to 10 effective radii.
+
+    Raises
+    ------
+    ValueError
+        If a value is not allowed, or the range changes effective radius or variance by more than 1 percent.
+    """
+    if not radius_um > 0.0:
+        raise ValueError(f"effective_radius_um {radius_um}: allowed above 0")
+    if not 0.0 < variance < 0.5:
+        raise ValueError(f"effective_variance {variance}: allowed above 0 and below 0.5")
+    if not content_kg_m3 > 0.0:
+        raise ValueError(f"water_content_kg_m3 {content_kg_m3}: allowed above 0")
+    limits = radius_range_um or (WHOLE[0] * radius_um, WHOLE[1] * radius_um)
+    alpha, b = 1.0 / variance - 3.0, 1.0 / (radius_um * variance)
+    single = Microphysics(phase, alpha, b, 1.0, 1.0, limits)
+    check(single)
+    for name, found, wanted in (
+        ("effective_radius_um", effective_radius_um(single), radius_um),
+        ("effective_variance", effective_variance(single), variance),
+    ):
+        if not abs(found - wanted) <= 0.01 * wanted:
+            raise ValueError(
+                f"radius_range_um {limits[0]:g}, {limits[1]:g}: cuts so much off that {name} is {found:.4g} instead of "
+                f"{wanted:g}; allowed: a wider range; closest is {WHOLE[0] * radius_um:g}, "
+                f"{WHOLE[1] * radius_um:g}"
+            )
+    return replace(single, number_density_m3=content_kg_m3 / water_content_kg_m3(single))
 
 
 def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:

@@ -32,41 +32,57 @@ def panel_edges(kinks: Array, step: float) -> Array:
 
 
 class PanelTable:
-    """Functions of position that are evaluated at few nodes and interpolated between them.
+    """Functions of position that are known at some nodes and interpolated between them.
 
     Parameters
     ----------
     edges : ndarray (P + 1,)
         Edges of the panels, ascending.
-    evaluate : callable
-        Maps positions (N,) to values (C, N).
     components : int
-        C.
+        Number C of functions.
+
+    Attributes
+    ----------
+    nodes : ndarray (2 P + 1,)
+        Positions: the edges and the middles of the panels.
+    values : ndarray (C, 2 P + 1)
+        Values there, NaN where they are not yet known.
     """
 
-    def __init__(self, edges: Array, evaluate: Callable[[Array], Array], components: int) -> None:
-        self._evaluate = evaluate
-        # Two nodes for each panel, its lower edge and its middle, and one for the last edge.
-        self._nodes = np.empty(2 * edges.size - 1)
-        self._nodes[::2] = edges
-        self._nodes[1::2] = 0.5 * (edges[:-1] + edges[1:])
-        self._values = np.full((components, self._nodes.size), np.nan)
+    def __init__(self, edges: Array, components: int) -> None:
+        self.nodes = np.empty(2 * edges.size - 1)
+        self.nodes[::2] = edges
+        self.nodes[1::2] = 0.5 * (edges[:-1] + edges[1:])
+        self.values = np.full((components, self.nodes.size), np.nan)
         self._edges = edges
 
+    def missing(self, position: Array) -> NDArray[np.intp]:
+        """Nodes (N,) without values that ``position`` (V,) needs."""
+        wanted = np.unique(2 * self._panel(position)[:, np.newaxis] + np.arange(3))
+        result: NDArray[np.intp] = wanted[np.isnan(self.values[0, wanted])]
+        return result
+
+    def fill(self, nodes: NDArray[np.intp], evaluate: Callable[[Array], Array]) -> None:
+        """Set the values of ``nodes`` (N,) from ``evaluate``, which maps positions (N,) to values (C, N)."""
+        if nodes.size:
+            self.values[:, nodes] = evaluate(self.nodes[nodes])
+
+    def adopt(self, values: Array) -> None:
+        """Take over values (C, 2 P + 1) of another table at the same nodes where this one has none."""
+        unknown = np.isnan(self.values[0])
+        self.values[:, unknown] = values[:, unknown]
+
     def __call__(self, position: Array) -> Array:
-        """Return interpolated values (C, V) at ``position`` (V,), all within the edges."""
-        panel = np.clip(np.searchsorted(self._edges, position, side="right") - 1, 0, self._edges.size - 2)
-        self._fill(np.unique(2 * panel[:, np.newaxis] + np.arange(3)))
+        """Return interpolated values (C, V) at ``position`` (V,), all within the edges and none of them missing."""
+        panel = self._panel(position)
         low, high = self._edges[panel], self._edges[panel + 1]
         t = (position - low) / (high - low)
-        first, middle, last = (self._values[:, 2 * panel + offset] for offset in range(3))
+        first, middle, last = (self.values[:, 2 * panel + offset] for offset in range(3))
         result: Array = (
             first * (1.0 - t) * (1.0 - 2.0 * t) + middle * 4.0 * t * (1.0 - t) + last * t * (2.0 * t - 1.0)
         )
         return result
 
-    def _fill(self, wanted: NDArray[np.intp]) -> None:
-        """Evaluate those nodes that are not yet known."""
-        missing = wanted[np.isnan(self._values[0, wanted])]
-        if missing.size:
-            self._values[:, missing] = self._evaluate(self._nodes[missing])
+    def _panel(self, position: Array) -> NDArray[np.intp]:
+        last = self._edges.size - 2
+        return np.clip(np.searchsorted(self._edges, position, side="right") - 1, 0, last)

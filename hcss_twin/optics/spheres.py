@@ -8,6 +8,8 @@ that still need it, which costs about 2 us per sphere and needs no compiler.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -88,18 +90,26 @@ def _log_derivative(argument: ComplexArray, orders: int) -> ComplexArray:
     return result
 
 
-def _block(index: ComplexArray, size: Array) -> Array:
-    """Efficiencies and asymmetry (3, M) of spheres sorted by descending size."""
+def multipoles(index: ComplexArray, size: Array) -> Iterator[tuple[int, int, ComplexArray, ComplexArray]]:
+    """Mie coefficients order by order, for spheres sorted by descending size.
+
+    Parameters
+    ----------
+    index, size : ndarray (M,)
+        n + ik and size parameters, the sizes descending.
+
+    Yields
+    ------
+    n, m : int
+        Order, and the number of leading spheres that have it.
+    a, b : ndarray (m,)
+        Coefficients of the electric and magnetic multipoles, Bohren and Huffman (1983), eq 4.88.
+    """
     orders = _orders(size)
     derivative = _log_derivative(index * size, int(orders[0]))
     inverse_size = 1.0 / size
     psi_before, psi = np.cos(size), np.sin(size)
     chi_before, chi = -np.sin(size), np.cos(size)
-    extinction = np.zeros_like(size)
-    scattering = np.zeros_like(size)
-    asymmetry = np.zeros_like(size)
-    a_before = np.zeros_like(index)
-    b_before = np.zeros_like(index)
     # Spheres with at least n orders: orders are descending, so search the negated array.
     alive = np.searchsorted(-orders, -np.arange(int(orders[0]) + 1), side="right")
     for n in range(1, int(orders[0]) + 1):
@@ -114,6 +124,17 @@ def _block(index: ComplexArray, size: Array) -> Array:
         magnetic = derivative[n, :m] * index[:m] + n * over
         a = (electric * psi - psi_before) / (electric * xi - xi_before)
         b = (magnetic * psi - psi_before) / (magnetic * xi - xi_before)
+        yield n, m, a, b
+
+
+def _block(index: ComplexArray, size: Array) -> Array:
+    """Efficiencies and asymmetry (3, M) of spheres sorted by descending size."""
+    extinction = np.zeros_like(size)
+    scattering = np.zeros_like(size)
+    asymmetry = np.zeros_like(size)
+    a_before = np.zeros_like(index)
+    b_before = np.zeros_like(index)
+    for n, m, a, b in multipoles(index, size):
         extinction[:m] += (2 * n + 1) * (a.real + b.real)
         scattering[:m] += (2 * n + 1) * (a.real**2 + a.imag**2 + b.real**2 + b.imag**2)
         asymmetry[:m] += (2 * n + 1) / (n * (n + 1)) * (a.real * b.real + a.imag * b.imag)

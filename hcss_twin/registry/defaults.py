@@ -99,7 +99,22 @@ def hcss_register_optics() -> Sequence[ProviderSpec]:
             api_version=0,
             summary="Mie scattering of water or ice spheres with a modified gamma size distribution",
             references=(HCSS,),
-        )
+        ),
+        ProviderSpec(
+            name="bulk",
+            target="hcss_twin.optics.by_phase:BulkOptics",
+            parameters="hcss_twin.optics.parameters:BulkParameters",
+            api_version=0,
+            summary="Mie scattering of cold water droplets, bulk optics of rough crystals for ice",
+            references=(
+                "P. Yang et al., Spectrally Consistent Scattering, Absorption, and Polarization Properties of "
+                "Atmospheric Ice Crystals at Wavelengths from 0.2 to 100 um, J. Atmos. Sci. 70, 330 (2013)",
+                "T. C. Grenfell and S. G. Warren, Representation of a nonspherical ice particle by a collection of "
+                "independent spheres for scattering and absorption of radiation, J. Geophys. Res. 104, 31697 (1999)",
+                "P. M. Rowe, M. Fergoda and S. Neshyba, Temperature-Dependent Optical Properties of Liquid Water From "
+                "240 to 298 K, J. Geophys. Res. Atmos. 125, e2020JD032624 (2020)",
+            ),
+        ),
     ]
 
 

@@ -69,25 +69,93 @@ class TypeFractal(Section):
         return value
 
 
-class TypeMicrophysics(Section):
-    """``[microphysics]``: modified gamma distribution n(r) = a r^alpha exp(-b r^nu), r in um."""
+_BY_SHAPE = ("alpha", "b", "nu", "number_density", "radius_range_um")
+_BY_SIZE = ("effective_radius_um", "effective_variance", "water_content_kg_m3")
 
-    alpha: Number = Field(ge=0, le=20, description="Exponent of the radius.")
-    b: Number = Field(gt=0, description="Scale, um^-nu.")
-    nu: Number = Field(gt=0, le=10, description="Exponent in the exponential.")
-    number_density: Number = Field(gt=0, le=1e12, description="Particles per m3.")
-    radius_range_um: tuple[Number, Number] = Field(description="Limits of integration, um.")
+
+class TypeMicrophysics(Section):
+    """``[microphysics]``: modified gamma distribution n(r) = a r^alpha exp(-b r^nu), r in um.
+
+    Either by its shape and number, or as the gamma distribution (nu = 1) of an effective radius, an effective
+    variance and a content of liquid water or ice.
+    """
+
+    alpha: Number | None = Field(None, ge=0, le=20, description="Exponent of the radius.")
+    b: Number | None = Field(None, gt=0, description="Scale, um^-nu.")
+    nu: Number | None = Field(None, gt=0, le=10, description="Exponent in the exponential.")
+    number_density: Number | None = Field(None, gt=0, le=1e12, description="Particles per m3.")
+    effective_radius_um: Number | None = Field(
+        None,
+        gt=0,
+        le=500,
+        description="Area-weighted mean radius, um; instead of alpha, b, nu, number_density.",
+    )
+    effective_variance: Number | None = Field(
+        None,
+        ge=0.01,
+        le=0.4,
+        description="Width of the area-weighted distribution; with effective_radius_um.",
+    )
+    water_content_kg_m3: Number | None = Field(
+        None, gt=0, le=0.1, description="Liquid water or ice per volume, kg m-3; with effective_radius_um."
+    )
+    radius_range_um: tuple[Number, Number] | None = Field(
+        None,
+        description="Limits of integration, um; by default, with effective_radius_um, 0.01 to 10 times it.",
+    )
     source: str = Field(description="Where the numbers come from.")
 
     @field_validator("radius_range_um")
     @classmethod
-    def _ascending(cls, value: tuple[float, float]) -> tuple[float, float]:
-        low, high = value
-        if not 0 < low < high:
+    def _ascending(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and not 0 < value[0] < value[1]:
+            low, high = value
             raise PydanticCustomError(
                 "radius_range_um", f"[{low:g}, {high:g}] is no range; allowed: 0 < smallest < largest"
             )
         return value
+
+    @model_validator(mode="after")
+    def _one_way(self) -> TypeMicrophysics:
+        shape = [name for name in _BY_SHAPE[:4] if getattr(self, name) is not None]
+        size = [name for name in _BY_SIZE if getattr(self, name) is not None]
+        both = f"allowed: either {', '.join(_BY_SHAPE)}, or {', '.join(_BY_SIZE)}"
+        if shape and size:
+            raise PydanticCustomError(
+                "two_ways", f"{', '.join(shape)} given together with {', '.join(size)}; {both}"
+            )
+        wanted = _BY_SIZE if size else _BY_SHAPE
+        missing = [name for name in wanted if getattr(self, name) is None]
+        if missing:
+            raise PydanticCustomError("incomplete", f"{', '.join(missing)} missing; {both}")
+        return self
+
+    def particles(self, phase: Literal["water", "ice"]) -> Microphysics:
+        """Return the particles of these numbers.
+
+        Raises
+        ------
+        ValueError
+            If a given range of radii changes the effective radius or variance noticeably.
+        """
+        if self.effective_radius_um is not None:
+            from hcss_twin.optics.size_distribution import gamma_distribution
+
+            assert self.effective_variance is not None
+            assert self.water_content_kg_m3 is not None
+            return gamma_distribution(
+                phase,
+                self.effective_radius_um,
+                self.effective_variance,
+                self.water_content_kg_m3,
+                self.radius_range_um,
+            )
+        assert self.alpha is not None
+        assert self.b is not None
+        assert self.nu is not None
+        assert self.number_density is not None
+        assert self.radius_range_um is not None
+        return Microphysics(phase, self.alpha, self.b, self.nu, self.number_density, self.radius_range_um)
 
 
 class CloudType(Section):
@@ -210,11 +278,14 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
     CatalogError
         If there is no such type.
     ScenarioError
-        If the type's file is malformed or the merged geometry is impossible.
+        If the type's file is malformed, its particles do not fit together or the merged geometry is impossible.
     """
     cloud_type = load_cloud_type(section.type, catalog)
     geometry = layer_geometry(section, cloud_type, field)
-    particles = cloud_type.microphysics
+    try:
+        particles = cloud_type.microphysics.particles(cloud_type.layer.phase)
+    except ValueError as error:
+        raise ScenarioError([Problem(f"{field}.type", f"'{section.type}', microphysics: {error}")]) from error
     layer = CloudLayer(
         name=section.type,
         base_m=geometry.base,
@@ -225,13 +296,6 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
         coverage_mode=section.coverage_mode,
         edge_taper=section.edge_taper,
         temperature_K=section.temperature,
-        microphysics=Microphysics(
-            phase=cloud_type.layer.phase,
-            alpha=particles.alpha,
-            b=particles.b,
-            nu=particles.nu,
-            number_density_m3=particles.number_density,
-            radius_range_um=particles.radius_range_um,
-        ),
+        microphysics=particles,
     )
     return ResolvedLayer(layer, cloud_type.fractal.model_dump())

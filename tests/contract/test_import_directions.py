@@ -25,11 +25,11 @@ ALLOWED = {
     "clouds": STAND_ON | {"evaluation", "netcdf_format", "drafts", "version"},
     "matching": STAND_ON | {"evaluation", "clouds", "drafts"},
     "sea": STAND_ON,
-    "optics": STAND_ON,
+    "optics": STAND_ON | {"netcdf_format", "drafts"},
     "atmosphere": STAND_ON | {"netcdf_format", "version"},
     "climatology": {"catalog"} | GROUND,
     "multiple_scattering": {"physics", "providers"} | GROUND,
-    "radiance": STAND_ON | {"atmosphere"},
+    "radiance": STAND_ON | {"atmosphere", "multiple_scattering"},
     "cube": {"physics"} | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }

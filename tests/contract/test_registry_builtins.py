@@ -31,9 +31,9 @@ from hcss_twin.testing import (
 HELD_TO_THE_KIT = {
     "clouds": {"fractal", "imagery", "surrogate"},
     "sea": {"cox-munk", "rough-sea"},
-    "optics": {"mie"},
+    "optics": {"bulk", "mie"},
     "atmosphere": {"band-model", "table"},
-    "radiance": {"as-printed"},
+    "radiance": {"as-printed", "physical"},
 }
 
 
@@ -181,6 +181,16 @@ class TestMie(OpticsContract):
         return create("optics", "mie", inputs)
 
 
+class TestMieWithHenyeyGreenstein(TestMie):
+    def make_provider(self, inputs):
+        return create("optics", "mie", inputs, phase_function="henyey-greenstein")
+
+
+class TestBulk(TestMie):
+    def make_provider(self, inputs):
+        return create("optics", "bulk", inputs)
+
+
 class TestTable(TransmittanceContract):
     @pytest.fixture
     def inputs(self):
@@ -210,3 +220,13 @@ class TestBandModel(TransmittanceContract):
 class TestAsPrinted(RadianceModelContract):
     def make_provider(self, inputs):
         return create("radiance", "as-printed", inputs)
+
+
+class TestPhysical(RadianceModelContract):
+    def make_provider(self, inputs):
+        return create("radiance", "physical", inputs)
+
+
+class TestPhysicalTwoStream(RadianceModelContract):
+    def make_provider(self, inputs):
+        return create("radiance", "physical", inputs, cloud_solver="two-stream", streams=4)

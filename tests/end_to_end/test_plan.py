@@ -13,8 +13,8 @@ TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
     [
         ({"time": "3000-01-01T00:00:00Z"}, "time", "1700 to 2200"),
         ({"frames.first": 10_000_000, "frames.interval": 1e6}, "frames", "1700 to 2200"),
-        ({"bands": [[17.0, 30.0]]}, "bands[0]", "2.5 to 16 um"),
-        ({"bands": [[1.2, 1.3]]}, "bands[0]", "2.5"),
+        ({"bands": [[17.0, 30.0]]}, "bands[0]", "0.3 to 16 um"),
+        ({"bands": [[0.26, 0.28]]}, "bands[0]", "0.3 to 16 um"),
         ({"clouds.top": 40.0}, "clouds.thickness_min", "closest valid choice is 7"),
         (
             {"atmosphere.provider": "table", "atmosphere.parameters": {"file": "us-standrd"}},

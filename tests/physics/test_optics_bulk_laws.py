@@ -7,7 +7,7 @@ from hcss_twin.catalog import Catalog
 from hcss_twin.optics.bulk import bulk_efficiencies, bulk_properties
 from hcss_twin.optics.mie import MieOptics
 from hcss_twin.optics.parameters import MieParameters
-from hcss_twin.optics.size_distribution import projected_area_m1, water_content_kg_m3
+from hcss_twin.optics.size_distribution import gamma_distribution, projected_area_m1
 from hcss_twin.optics.spheres import mie_efficiencies
 from hcss_twin.providers import Microphysics, Optics, OpticsInputs
 from hcss_twin.refractive_index import RefractiveIndex, load_refractive_index
@@ -40,16 +40,20 @@ def test_small_spheres_follow_rayleigh() -> None:
     assert np.all(np.abs(g) < 1e-3)
 
 
-def test_window_extinction_of_a_10_um_cloud_is_hu_and_stamnes() -> None:
+def test_window_properties_of_a_10_um_cloud_are_those_of_hu_and_stamnes() -> None:
     # Y. X. Hu and K. Stamnes, J. Climate 6, 728 (1993), at 10.8 um: 129.8 m2/kg, albedo .522, asymmetry .923,
-    # fitted over size distributions; a gamma distribution of effective variance 0.1 gives 133.7 m2/kg.
-    variance = 0.1
-    cloud = Microphysics("water", 1 / variance - 3, 1 / (10 * variance), 1.0, 1e8, (0.01, 100.0))
+    # fitted over size distributions. Effective variance 0.172 is the closest of the usual ones.
+    cloud = gamma_distribution("water", 10.0, 0.172, 1e-3)
+    bulk = bulk_properties(cloud, load_refractive_index(Catalog(), "water"), np.array([10.8]), 200)
+    assert bulk.extinction_m1[0] / 1e-3 == pytest.approx(129.8, rel=0.004)
+    assert bulk.albedo[0] == pytest.approx(0.522, rel=0.012)
+    assert bulk.asymmetry[0] == pytest.approx(0.923, rel=0.001)
+
+
+def test_narrower_distributions_extinguish_little_more_at_equal_effective_radius() -> None:
     index = load_refractive_index(Catalog(), "water")
-    bulk = bulk_properties(cloud, index, np.array([10.8]), 200)
-    assert bulk.extinction_m1[0] / water_content_kg_m3(cloud) == pytest.approx(129.8, rel=0.035)
-    assert bulk.albedo[0] == pytest.approx(0.522, rel=0.03)
-    assert bulk.asymmetry[0] == pytest.approx(0.923, rel=0.01)
+    narrow = bulk_properties(gamma_distribution("water", 10.0, 0.1, 1e-3), index, np.array([10.8]), 200)
+    assert narrow.extinction_m1[0] / 1e-3 == pytest.approx(129.8, rel=0.031)
 
 
 def test_coefficients_are_proportional_to_the_number_of_particles(optics) -> None:
@@ -102,8 +106,8 @@ def test_a_wavenumber_does_not_depend_on_the_others_asked_for() -> None:
 
 def test_provider_fits_the_contract_and_refuses_what_it_does_not_cover(optics) -> None:
     assert isinstance(optics, Optics)
-    with pytest.raises(ValueError, match="closest is 4000"):
-        optics.single_scattering(STRATUS, np.array([1000.0, 4100.0]))
+    with pytest.raises(ValueError, match=r"closest is 33333\.3"):
+        optics.single_scattering(STRATUS, np.array([1000.0, 34000.0]))
     with pytest.raises(ValueError, match="number_density_m3"):
         optics.single_scattering(
             Microphysics(**{**STRATUS.__dict__, "number_density_m3": 0.0}), np.array([900.0])
@@ -120,4 +124,4 @@ def test_refractive_index_is_linear_in_the_logarithm_of_wavelength() -> None:
 def test_only_the_table_of_the_cloud_at_hand_is_read() -> None:
     catalog = Catalog()
     MieOptics(OpticsInputs(catalog), MieParameters()).single_scattering(STRATUS, np.array([1000.0]))
-    assert list(catalog.used) == ["optical_constants/water.csv"]
+    assert list(catalog.used) == ["optical_constants/water.csv", "optics/mie-stratus.nc"]

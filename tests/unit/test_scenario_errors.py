@@ -229,6 +229,12 @@ STRATUS = (catalog_root() / "cloud_types" / "stratus.toml").read_text(encoding="
         ("thickness_min = 10.0", "thickness_min = 999.0", ["thickness_min 999 m", "choice is 967"]),
         ("[0.02, 50.0]", "[50.0, 0.02]", ["radius_range_um: [50, 0.02] is no range"]),
         ("b = 0.193", "b = true", ["microphysics.b: true is not a number"]),
+        (
+            "b = 0.193",
+            "effective_radius_um = 10.0",
+            ["alpha, nu, number_density given together with effective_radius_um", "either alpha, b"],
+        ),
+        ("b = 0.193", "", ["microphysics: b missing; allowed: either alpha, b, nu"]),
         ("[layer]", "[[layer", ["not valid TOML"]),
     ],
 )

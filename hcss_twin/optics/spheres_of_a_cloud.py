@@ -1,0 +1,113 @@
+"""Spheres of water or ice of the clouds of one run: refractive indices and tables, each made once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.optics.bulk_table import VALID_UM, Accuracy, BulkTable
+from hcss_twin.optics.parameters import MieParameters
+from hcss_twin.optics.table_store import TableStore
+from hcss_twin.providers import Microphysics, SingleScattering
+from hcss_twin.refractive_index import RefractiveIndex, load_refractive_index, load_water_at
+
+Array = NDArray[np.float64]
+
+VALID_CM1 = (1e4 / VALID_UM[1], 1e4 / VALID_UM[0])
+
+WATER_NOTES = (
+    "refractive indices of cloud particles are for one temperature each: water as the provider's parameters say, "
+    "ice at -7 degC",
+    "below 2.6 um single moments of the Mie phase function are known within 0.003, above within 0.0005; 128 of them "
+    "carry the whole phase function of water clouds above about 3 um",
+)
+
+
+class CloudSpheres:
+    """Bulk properties of clouds of spheres.
+
+    Parameters
+    ----------
+    catalog : Catalog
+        With refractive indices and tables.
+    parameters : MieParameters
+        Refractive indices and accuracy.
+
+    Raises
+    ------
+    ScenarioError
+        If both a refractive index and a temperature of water are given, or the temperature has no data.
+    """
+
+    def __init__(self, catalog: Catalog, parameters: MieParameters) -> None:
+        self._catalog = catalog
+        self._parameters = parameters
+        count = 2 if parameters.phase_function == "henyey-greenstein" else parameters.moments
+        self._accuracy = Accuracy(parameters.radius_nodes, parameters.spectral_step, count)
+        self._store = TableStore(catalog)
+        self._indices: dict[str, RefractiveIndex] = {}
+        self._tables: dict[Microphysics, BulkTable] = {}
+        given = parameters.model_fields_set
+        if parameters.water_temperature_K is not None and "water_index" in given:
+            message = f"given together with water_index = '{parameters.water_index}'; allowed: one of the two"
+            raise ScenarioError([Problem("water_temperature_K", message)])
+
+    def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
+        """Return bulk properties at ``wavenumber_cm1`` (V,).
+
+        Raises
+        ------
+        ValueError
+            If a wavenumber lies outside 0.3 to 16 um or outside the refractive-index table, or the
+            particles' parameters are not valid.
+        CatalogError
+            If the refractive-index table is missing or malformed.
+        """
+        wavenumber = np.asarray(wavenumber_cm1, dtype=np.float64)
+        check_range(wavenumber)
+        if wavenumber.size == 0:
+            return SingleScattering(np.empty(0), np.empty(0), np.empty((2, 0)))
+        if cloud.number_density_m3 <= 0.0:
+            raise ValueError(f"number_density_m3 {cloud.number_density_m3}: allowed above 0")
+        index = self._index(cloud.phase)
+        index.at(wavenumber)  # refuses wavelengths a user's table does not cover
+        single = replace(cloud, number_density_m3=1.0)
+        if single not in self._tables:
+            self._tables[single] = BulkTable(single, index, self._accuracy)
+        table = self._tables[single]
+        position = np.log(1e4 / wavenumber)
+        self._store.complete(table, position)
+        extinction, absorption, _, moments = table(position)
+        return SingleScattering(cloud.number_density_m3 * extinction, 1.0 - absorption / extinction, moments)
+
+    def _index(self, phase: str) -> RefractiveIndex:
+        if phase not in self._indices:
+            parameters = self._parameters
+            if phase == "water" and parameters.water_temperature_K is not None:
+                self._indices[phase] = load_water_at(self._catalog, parameters.water_temperature_K)
+            else:
+                name = parameters.water_index if phase == "water" else parameters.ice_index
+                self._indices[phase] = load_refractive_index(self._catalog, name)
+        return self._indices[phase]
+
+
+def check_range(wavenumber_cm1: Array) -> None:
+    """Refuse wavenumbers outside 0.3 to 16 um.
+
+    Raises
+    ------
+    ValueError
+        Naming the first of them and the closest that is allowed.
+    """
+    low, high = VALID_CM1
+    outside = ~((wavenumber_cm1 >= low) & (wavenumber_cm1 <= high))
+    if np.any(outside):
+        wrong = float(wavenumber_cm1[outside][0])
+        raise ValueError(
+            f"wavenumber_cm1 {wrong:g}: cloud optics allow {low:g} to {high:g}; "
+            f"closest is {low if wrong < low else high:g}"
+        )

@@ -1,0 +1,100 @@
+"""Where tables of bulk properties come from: the catalog, the user's cache, or computation."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.errors import CatalogError
+from hcss_twin.optics import table_file
+from hcss_twin.optics.bulk_table import BulkTable
+
+Array = NDArray[np.float64]
+
+FOLDER, SUFFIX = "optics", ".nc"
+
+_WORTH_A_BAR = 64
+"""Wavelengths to compute from which progress is shown: less is done at once."""
+
+
+def cache_folder() -> Path | None:
+    """Folder of computed tables: HCSS_CACHE_DIR, or hcss-twin in the user's cache folder; None without a home.
+
+    That is XDG_CACHE_HOME or ~/.cache, and LOCALAPPDATA on Windows.
+    """
+    own = os.environ.get("HCSS_CACHE_DIR")
+    if own:
+        return Path(own) / "optics"
+    usual = os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME")
+    try:
+        root = Path(usual) if usual else Path.home() / ".cache"
+    except RuntimeError:  # a user of the system without a folder
+        return None
+    return root / "hcss-twin" / "optics"
+
+
+class TableStore:
+    """Finds the values of tables, computes those that nobody has, and keeps them.
+
+    Parameters
+    ----------
+    catalog : Catalog
+        Holds the tables that ship.
+    """
+
+    def __init__(self, catalog: Catalog) -> None:
+        self._catalog = catalog
+        self._shipped: dict[str, str] | None = None
+        self._looked_up: set[str] = set()
+
+    def complete(self, table: BulkTable, position: Array) -> None:
+        """Give ``table`` the values that ``position`` (V,), ln wavelength, needs."""
+        if table.key not in self._looked_up:
+            self._looked_up.add(table.key)
+            self._look_up(table)
+        if table.complete(position, _progress) and (path := _cached(table)):
+            table_file.write_if_possible(table, path)
+
+    def _look_up(self, table: BulkTable) -> None:
+        name = self._names().get(table.key)
+        if name is not None:
+            table_file.read_into(table, self._catalog.find(name, FOLDER, SUFFIX))
+            return
+        # A damaged file is computed again and replaced: nothing is lost but time.
+        with suppress(CatalogError, OSError):
+            if (path := _cached(table)) and path.is_file():
+                table_file.read_into(table, path)
+
+    def _names(self) -> dict[str, str]:
+        """Names of the shipped tables by their keys."""
+        if self._shipped is None:
+            self._shipped = {}
+            for name in self._catalog.names(FOLDER, SUFFIX):
+                with suppress(CatalogError):  # other formats lie there too
+                    self._shipped[table_file.key_of(self._catalog.root / FOLDER / f"{name}{SUFFIX}")] = name
+        return self._shipped
+
+
+def _cached(table: BulkTable) -> Path | None:
+    folder = cache_folder()
+    return None if folder is None else folder / f"{table.key}{SUFFIX}"
+
+
+def _progress(pieces: Iterable[NDArray[np.intp]], total: int) -> Iterator[NDArray[np.intp]]:
+    """Show a bar on a terminal while many wavelengths are computed."""
+    if total < _WORTH_A_BAR or not sys.stderr.isatty():
+        yield from pieces
+        return
+    import click
+
+    with click.progressbar(length=total, label="cloud optics", file=sys.stderr) as bar:
+        for piece in pieces:
+            yield piece
+            bar.update(piece.size)

@@ -1,0 +1,137 @@
+"""Ice crystals: published band averages come back, and the limits of large particles and of spheres hold."""
+
+import netCDF4
+import numpy as np
+import pytest
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.errors import CatalogError, ScenarioError
+from hcss_twin.optics.by_phase import BulkOptics
+from hcss_twin.optics.ice_crystals import load_crystals
+from hcss_twin.optics.mie import MieOptics
+from hcss_twin.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.optics.size_distribution import gamma_distribution, projected_area_m1
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import Microphysics, OpticsInputs
+from hcss_twin.refractive_index import load_refractive_index, load_water_at
+
+CIRRUS = Microphysics("ice", 7.0, 1.0 / 3.0, 1.0, 0.13e6, (1.0, 150.0))
+STRATUS = Microphysics("water", 3.0, 0.193, 1.30, 80e6, (0.02, 50.0))
+
+
+@pytest.fixture(scope="module")
+def bulk() -> BulkOptics:
+    # Coarse where nothing ships: the ratios to spheres are what is looked at here.
+    return BulkOptics(OpticsInputs(Catalog()), BulkParameters(radius_nodes=50, spectral_step=0.05))
+
+
+@pytest.fixture(scope="module")
+def published():
+    with netCDF4.Dataset(Catalog().root / "optics" / "ice-yang-2013.nc") as data:
+        return {name: np.asarray(data[name][:]) for name in data.variables if name != "roughness"}
+
+
+@pytest.mark.parametrize("row", [1, 5])
+def test_band_means_are_the_published_ones(bulk, published, row) -> None:
+    # The published tables are means over RRTMGP's bands; between band centres ours are interpolated.
+    cloud = gamma_distribution("ice", published["effective_diameter"][row] / 2.0, 0.1, 1e-3)
+    for band, (low, high) in enumerate(published["band_limits"]):
+        if low < 700.0 or high > 3250.0:
+            continue
+        nu = np.linspace(low, high, 40)
+        found = bulk.single_scattering(cloud, nu)
+        weight = planck(nu, 245.0)
+        weight /= weight.sum()
+        extinction = weight @ found.extinction_m1
+        scattering = weight @ (found.extinction_m1 * found.albedo)
+        asymmetry = weight @ (found.extinction_m1 * found.albedo * found.moments[1]) / scattering
+        assert extinction == pytest.approx(published["extinction"][2, band, row], rel=0.01)
+        assert scattering / extinction == pytest.approx(published["albedo"][2, band, row], abs=0.012)
+        assert asymmetry == pytest.approx(published["asymmetry"][2, band, row], abs=0.03)
+
+
+@pytest.mark.parametrize("radius", [20.0, 60.0])
+def test_in_the_visible_crystals_take_away_twice_their_projected_area(bulk, radius) -> None:
+    cloud = gamma_distribution("ice", radius, 0.1, 1e-3)
+    result = bulk.single_scattering(cloud, np.array([1e4 / 0.7]))
+    assert result.extinction_m1[0] / projected_area_m1(cloud) == pytest.approx(2.05, abs=0.03)
+    assert result.albedo[0] > 0.9999
+
+
+def test_crystals_scatter_less_forward_than_spheres_in_the_visible(bulk) -> None:
+    nu = np.array([1e4 / 2.2, 1e4 / 1.6, 1e4 / 0.87])
+    spheres = MieOptics(OpticsInputs(Catalog()), MieParameters())
+    crystals, round_ones = (each.single_scattering(CIRRUS, nu).moments[1] for each in (bulk, spheres))
+    assert np.all(crystals < round_ones - 0.04)
+    assert crystals[2] == pytest.approx(0.75, abs=0.02)  # Yang et al. (2013), severely roughened
+
+
+def test_rougher_crystals_scatter_less_forward() -> None:
+    nu = np.array([1e4 / 0.87])
+    asymmetry = [
+        BulkOptics(OpticsInputs(Catalog()), BulkParameters(roughness=each))
+        .single_scattering(CIRRUS, nu)
+        .moments[1, 0]
+        for each in ("smooth", "moderate", "severe")
+    ]
+    assert asymmetry[0] > max(asymmetry[1:]) + 0.004
+
+
+def test_albedo_stays_in_range_over_all_wavelengths_and_sizes(bulk) -> None:
+    nu = 1e4 / np.linspace(2.0, 16.0, 60)[::-1]
+    for radius in (6.0, 30.0, 90.0):
+        result = bulk.single_scattering(gamma_distribution("ice", radius, 0.1, 1e-4), nu)
+        assert np.all((result.albedo > 0.0) & (result.albedo <= 1.0))
+        assert np.all((result.moments[1] > 0.5) & (result.moments[1] < 1.0))
+
+
+def test_a_size_outside_the_table_is_refused(bulk) -> None:
+    with pytest.raises(
+        ValueError, match=r"effective radius 4 um of ice: .* allows 5\.4\d+ to 96\.0\d; closest is 5\.4"
+    ):
+        bulk.single_scattering(gamma_distribution("ice", 4.0, 0.1, 1e-4), np.array([1000.0]))
+
+
+def test_unknown_tables_are_refused(tmp_path) -> None:
+    with pytest.raises(CatalogError, match="'yang' is neither"):
+        load_crystals(Catalog(), "yang", "severe")
+    with pytest.raises(CatalogError, match="no roughness 'rough'; it has smooth, moderate, severe"):
+        load_crystals(Catalog(), "ice-yang-2013", "rough")
+    (tmp_path / "mine.nc").write_bytes(b"no")
+    with pytest.raises(CatalogError, match="not a readable NetCDF"):
+        load_crystals(Catalog(base=tmp_path), "mine.nc", "severe")
+
+
+def test_water_is_the_same_spheres_as_of_mie() -> None:
+    nu = np.array([900.0, 2500.0])
+    inputs = OpticsInputs(Catalog())
+    ours = BulkOptics(inputs, BulkParameters()).single_scattering(STRATUS, nu)
+    theirs = MieOptics(inputs, MieParameters(water_index="water-273K")).single_scattering(STRATUS, nu)
+    np.testing.assert_array_equal(ours.extinction_m1, theirs.extinction_m1)
+    np.testing.assert_array_equal(ours.moments, theirs.moments)
+
+
+def test_water_index_between_two_tables_is_linear_in_temperature() -> None:
+    catalog = Catalog()
+    cold, warm = (load_refractive_index(catalog, f"water-{kelvin}K") for kelvin in (263, 273))
+    between = load_water_at(catalog, 268.0)
+    np.testing.assert_allclose(between.n, 0.5 * (cold.n + warm.n), rtol=1e-12)
+    np.testing.assert_allclose(between.k, np.sqrt(cold.k * warm.k), rtol=1e-12)
+    np.testing.assert_array_equal(load_water_at(catalog, 263.0).k, cold.k)
+    # Rowe et al. (2020), Fig 5: near 11 um colder water absorbs more.
+    assert load_water_at(catalog, 243.0).at(np.array([900.0]))[0].imag > warm.at(np.array([900.0]))[0].imag
+
+
+@pytest.mark.parametrize(("kelvin", "closest"), [(239.0, "240"), (274.0, "273")])
+def test_water_temperatures_without_data_are_refused(kelvin, closest) -> None:
+    optics = MieOptics(OpticsInputs(Catalog()), MieParameters(water_temperature_K=kelvin))
+    with pytest.raises(ValueError, match=f"allow 240 to 273 K; closest is {closest}"):
+        optics.single_scattering(STRATUS, np.array([900.0]))
+
+
+def test_an_index_and_a_temperature_together_are_refused() -> None:
+    parameters = MieParameters(water_index="water", water_temperature_K=260.0)
+    with pytest.raises(
+        ScenarioError, match=r"water_temperature_K: given together with water_index = 'water'"
+    ):
+        MieOptics(OpticsInputs(Catalog()), parameters)

@@ -1,0 +1,68 @@
+"""Particles given by effective radius, effective variance and water content."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.errors import ScenarioError
+from hcss_twin.optics import size_distribution as size
+from hcss_twin.scenario.cloud_types import resolve_layer
+from hcss_twin.scenario.models import Layer
+
+BY_SHAPE = "alpha = 3.0\nb = 0.193  # um^-nu\nnu = 1.30\nnumber_density = 80.0e6  # m-3\nradius_range_um = [0.02, 50.0]"
+
+
+@given(
+    radius=st.floats(1.0, 200.0),
+    variance=st.floats(0.02, 0.35),
+    content=st.floats(1e-6, 1e-2),
+    phase=st.sampled_from(["water", "ice"]),
+)
+def test_a_gamma_distribution_has_the_radius_variance_and_content_it_was_made_from(
+    radius, variance, content, phase
+) -> None:
+    cloud = size.gamma_distribution(phase, radius, variance, content)
+    assert size.effective_radius_um(cloud) == pytest.approx(radius, rel=1e-4)
+    assert size.effective_variance(cloud) == pytest.approx(variance, rel=1e-3)
+    assert size.water_content_kg_m3(cloud) == pytest.approx(content, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((0.0, 0.1, 1e-4), "effective_radius_um 0.0: allowed above 0"),
+        ((10.0, 0.5, 1e-4), "effective_variance 0.5: allowed above 0 and below"),
+        ((10.0, 0.1, -1.0), "water_content_kg_m3 -1.0: allowed above 0"),
+        ((10.0, 0.1, 1e-4, (5.0, 12.0)), "radius_range_um 5, 12: cuts so much off.*closest is 0.1, 100"),
+    ],
+)
+def test_impossible_sizes_are_refused(arguments, message) -> None:
+    with pytest.raises(ValueError, match=message):
+        size.gamma_distribution("water", *arguments)
+
+
+def own_type(folder, microphysics):
+    text = (Catalog().root / "cloud_types" / "stratus.toml").read_text(encoding="utf-8")
+    assert BY_SHAPE in text
+    (folder / "mine.toml").write_text(text.replace(BY_SHAPE, microphysics), encoding="utf-8")
+    return resolve_layer(Layer.model_validate({"type": "mine.toml"}), Catalog(base=folder), "clouds").layer
+
+
+def test_a_cloud_type_may_give_effective_radius_variance_and_water_content(tmp_path) -> None:
+    given = "effective_radius_um = 10.0\neffective_variance = 0.1\nwater_content_kg_m3 = 3e-4"
+    cloud = own_type(tmp_path, given).microphysics
+    assert size.effective_radius_um(cloud) == pytest.approx(10.0, rel=1e-6)
+    assert size.water_content_kg_m3(cloud) == pytest.approx(3e-4, rel=1e-12)
+    assert (cloud.alpha, cloud.nu) == (pytest.approx(7.0), 1.0)
+
+
+def test_a_range_that_cuts_the_distribution_is_a_problem_of_the_cloud_type(tmp_path) -> None:
+    given = (
+        "effective_radius_um = 10.0\neffective_variance = 0.1\nwater_content_kg_m3 = 3e-4\n"
+        "radius_range_um = [9, 11]"
+    )
+    with pytest.raises(
+        ScenarioError, match=r"clouds\.type: 'mine\.toml', microphysics: radius_range_um 9, 11"
+    ):
+        own_type(tmp_path, given)
