@@ -60,7 +60,7 @@ class PhysicalParameters(BaseModel):
         8, ge=2, le=64, description="Gauss streams for sunlight that clouds scatter toward the sensor."
     )
     azimuth_modes: int = Field(
-        8,
+        16,
         ge=1,
         le=128,
         description="Terms of the Fourier series over azimuth for sunlight; at most twice sun_streams.",

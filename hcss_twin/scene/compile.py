@@ -44,7 +44,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     """
     columns = _Columns(plan)
     tolerance = plan.scenario.accuracy * TABLE_SHARE
-    sun = _sun(plan, float(plan.frame_times_s[plan.frame_times_s.size // 2]))
+    times, time_error = _time_nodes(columns, plan, 0.5 * tolerance)
+    sun = _sun(plan, times[len(times) // 2])
     axes: tuple[ThicknessAxis | None, ...] = tuple(
         place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, 0.5 * tolerance)
         if plan.cloudy_layers[index]
@@ -64,7 +65,6 @@ def compile_tables(plan: Plan) -> RadianceTables:
             )
             _require_room(plan, pair, len(columns.quantities.names))
             axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
-    times, time_error = _time_nodes(columns, plan, 0.5 * tolerance)
     tables = tuple(columns.table(axes, pair, _sun(plan, time)) for time in times)
     return RadianceTables(columns.quantities, times, axes, pair, tables, time_error + error)
 
@@ -98,6 +98,10 @@ def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[
     if not plan.sun_matters or times.size == 1:
         return (float(times[middle]),), 0.0
     known = {frame: columns.probe(_sun(plan, float(times[frame]))) for frame in (0, times.size - 1)}
+    change = float(np.max(np.abs(known[times.size - 1] / known[0] - 1.0)))
+    near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
+    if change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, times.size - 1):
+        return (float(times[0]),), change
     pending, worst = [(0, times.size - 1)], 0.0
     while pending:
         low, high = pending.pop()
@@ -137,6 +141,7 @@ class _Columns:
         self._grid = plan.spectral_grid
         terms = tuple(plan.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
+        self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
         self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
 
     @property
@@ -149,8 +154,14 @@ class _Columns:
         return self._to_bands(self._plan.model.clear(self._grid.wavenumber_cm1, sun))
 
     def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
-        """Terms of cloudy columns, (N, K, B), from the thickness of each layer, (N, L)."""
-        return self._to_bands(self._plan.model.cloudy(self._grid.wavenumber_cm1, thickness_m, sun))
+        """Terms of cloudy columns, (N, K, B), from the thickness of each layer, (N, L); each is computed once."""
+        keys = [(sun, tuple(row)) for row in thickness_m.tolist()]
+        new = [row for row, key in enumerate(keys) if key not in self._known]
+        if new:
+            found = self._plan.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
+            for row, terms in zip(new, self._to_bands(found), strict=True):
+                self._known[keys[row]] = terms
+        return np.stack([self._known[key] for key in keys])
 
     def alone(self, index: int, sun: Sun | None) -> Columns:
         """Columns with cloud in one layer only, as a function of its thickness (N,)."""

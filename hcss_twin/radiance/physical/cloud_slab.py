@@ -13,8 +13,12 @@ from hcss_twin.multiple_scattering.two_stream import solve_layers_two_stream, so
 from hcss_twin.providers import CloudLayer, Optics
 from hcss_twin.radiance.parameters import PhysicalParameters
 from hcss_twin.radiance.physical.directions import VIEW, Directions
+from hcss_twin.radiance.physical.operator_table import OperatorTable, thickness_grid
 
 Array = NDArray[np.float64]
+
+_FAINT_SUN = 0.015
+"""Share below which sunlight is solved in closed form: clouds reflect a twentieth where it is so faint."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,8 @@ class SlabMaker:
         Solver, streams and azimuth modes.
     wavenumber_cm1 : ndarray (V,)
     directions : Directions
+    sun_share : ndarray (V,)
+        Sunlight on a white plane over the Planck radiance of the sea.
     """
 
     def __init__(
@@ -68,14 +74,20 @@ class SlabMaker:
         parameters: PhysicalParameters,
         wavenumber_cm1: Array,
         directions: Directions,
+        sun_share: Array,
     ) -> None:
+        self._sun_share = sun_share
+        self._tables: dict[CloudLayer, OperatorTable] = {}
         self._optics = optics
         self._parameters = parameters
         self._wavenumber = wavenumber_cm1
         self._directions = directions
 
     def make(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
-        """Solve ``layer`` at every thickness.
+        """Return ``layer`` at every thickness.
+
+        Operators are solved once, on a grid of thicknesses that double, and interpolated in ln(thickness); rows
+        keep their sums, because the weights of the interpolation sum to one.
 
         Parameters
         ----------
@@ -84,6 +96,38 @@ class SlabMaker:
         top_K, base_K : ndarray (T,)
             Temperatures of the two faces.
         """
+        if layer not in self._tables:
+            grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m)
+            self._tables[layer] = OperatorTable(grid, self._solve(layer, grid))
+        table = self._tables[layer]
+        tops = layer.cloud_top_m(thickness_m)
+        slabs = []
+        for t, thickness in enumerate(thickness_m.tolist()):
+            if table.least_m <= thickness <= table.most_m:
+                operators = table.at(thickness)
+            else:  # outside the layer's range: without a table
+                operators = tuple(each[0] for each in self._solve(layer, np.array([thickness])))
+            emissivity, far, direct, reflection, transmission, back, through, beam = operators
+            slabs.append(
+                CloudSlab(
+                    base_m=float(tops[t] - thickness),
+                    top_m=float(tops[t]),
+                    top_temperature_K=float(top_K[t]),
+                    base_temperature_K=float(base_K[t]),
+                    emissivity=emissivity,
+                    far_share=far,
+                    direct=direct,
+                    reflection=reflection,
+                    transmission=transmission,
+                    sun_reflection=back,
+                    sun_transmission=through,
+                    sun_direct=beam,
+                )
+            )
+        return slabs
+
+    def _solve(self, layer: CloudLayer, thickness_m: Array) -> tuple[Array, ...]:
+        """Operators of a layer with the thickness as first axis, in the order of :class:`CloudSlab`."""
         where = self._directions
         scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
         depth = thickness_m[:, None] * scattering.extinction_m1
@@ -93,30 +137,15 @@ class SlabMaker:
         kept = [VIEW, *range(extras, solved.mu.size)]
         factor = 2.0 * np.pi * where.streams.mu * where.streams.weight
         # (T, V, D, N) -> (T, D, N, V)
-        reflection = np.moveaxis(solved.reflection[:, :, kept, extras:] * factor, 1, -1)
-        transmission = np.moveaxis(solved.transmission[:, :, kept, extras:] * factor, 1, -1)
+        reflection, transmission = (
+            np.ascontiguousarray(np.moveaxis(each[:, :, kept, extras:] * factor, 1, -1))
+            for each in (solved.reflection, solved.transmission)
+        )
         emissivity, far, direct = (
-            np.moveaxis(each[:, :, kept], 1, -1)
+            np.ascontiguousarray(np.moveaxis(each[:, :, kept], 1, -1))
             for each in (solved.emissivity, solved.far_share, solved.direct)
         )
-        tops = layer.cloud_top_m(thickness_m)
-        return [
-            CloudSlab(
-                base_m=float(tops[t] - thickness_m[t]),
-                top_m=float(tops[t]),
-                top_temperature_K=float(top_K[t]),
-                base_temperature_K=float(base_K[t]),
-                emissivity=emissivity[t],
-                far_share=far[t],
-                direct=direct[t],
-                reflection=reflection[t],
-                transmission=transmission[t],
-                sun_reflection=back[t],
-                sun_transmission=through[t],
-                sun_direct=beam[t],
-            )
-            for t in range(thickness_m.size)
-        ]
+        return emissivity, far, direct, reflection, transmission, back, through, beam
 
     def _layers(self, depth: Array, albedo: Array, moments: Array) -> LayerOperators:
         where = self._directions
@@ -135,23 +164,32 @@ class SlabMaker:
         if where.sun is None:
             nothing = np.zeros((count, 1 + where.count, size))
             return nothing, nothing, np.zeros((count, size))
-        view, azimuth = np.array([where.mu[VIEW]]), np.array([where.relative_azimuth])
-        if self._parameters.cloud_solver == "adding-doubling":
-            brdf, btdf = solve_sun(
-                depth,
-                albedo,
-                moments,
-                view,
-                where.mu_sun,
-                azimuth,
-                streams=self._parameters.sun_streams,
-                modes=self._parameters.azimuth_modes,
-            )
-        else:
-            brdf, btdf = solve_sun_two_stream(
-                depth, albedo, moments, view, where.mu_sun, azimuth, streams=where.count
-            )
+        brdf, btdf = self._toward_view(depth, albedo, moments)
         sun, streams = 1, range(2, solved.mu.size)
         back = np.concatenate((brdf, solved.reflection[:, :, streams, sun]), axis=-1)
         through = np.concatenate((btdf, solved.transmission[:, :, streams, sun]), axis=-1)
         return np.moveaxis(back, 1, -1), np.moveaxis(through, 1, -1), solved.direct[:, :, sun]
+
+    def _toward_view(self, depth: Array, albedo: Array, moments: Array) -> tuple[Array, Array]:
+        """Bidirectional reflectance and transmittance toward the view, (T, V, 1)."""
+        where = self._directions
+        angles = (np.array([where.mu[VIEW]]), where.mu_sun, np.array([where.relative_azimuth]))
+        exact = self._parameters.cloud_solver == "adding-doubling"
+        # Where the sun gives little the closed form, good to some 15 %, does.
+        bright = self._sun_share > _FAINT_SUN if exact else np.zeros(albedo.shape, dtype=np.bool_)
+        brdf, btdf = np.empty((2, *depth.shape, 1))
+        if np.any(bright):
+            brdf[:, bright], btdf[:, bright] = solve_sun(
+                depth[:, bright],
+                albedo[bright],
+                moments[:, bright],
+                *angles,
+                streams=self._parameters.sun_streams,
+                modes=self._parameters.azimuth_modes,
+            )
+        faint = ~bright
+        if np.any(faint):
+            brdf[:, faint], btdf[:, faint] = solve_sun_two_stream(
+                depth[:, faint], albedo[faint], moments[:, faint], *angles, streams=where.count
+            )
+        return brdf, btdf

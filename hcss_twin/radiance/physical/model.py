@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -23,6 +24,17 @@ Array = NDArray[np.float64]
 
 _LARGEST_SUN_DEG = 88.0
 """Zenith angle from which sunlight scattered in the air is left out: paths to the sun graze the Earth."""
+
+
+@dataclass(frozen=True)
+class _Shared:
+    """What all columns have in common at some wavenumbers and for one position of the sun."""
+
+    air: Air
+    directions: Directions
+    sea: SeaSurface
+    received: Array
+    maker: SlabMaker
 
 
 class Physical:
@@ -59,8 +71,7 @@ class Physical:
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (V,) of a cloud-free column."""
-        air, directions, sea = self._shared(wavenumber_cm1, sun)
-        return self._terms(self._column(air, directions, sea, ()))
+        return self._terms(self._column(self._shared(wavenumber_cm1, sun), ()))
 
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (N, V) of columns with a thickness (N, L) of each layer, none all 0.
@@ -77,29 +88,36 @@ class Physical:
             raise ValueError(
                 "thickness_m: allowed 0 or more, and a layer > 0; a column without cloud is clear()"
             )
-        air, directions, sea = self._shared(wavenumber_cm1, sun)
-        maker = SlabMaker(self._inputs.optics, self._parameters, wavenumber_cm1, directions)
-        slabs = [self._slabs(maker, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
+        shared = self._shared(wavenumber_cm1, sun)
+        slabs = [self._slabs(shared.maker, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
         results = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in self.terms}
         for row, thickness in enumerate(thickness_m):
             present = [slabs[i][float(h)] for i, h in enumerate(thickness) if h > 0.0]
             present.sort(key=lambda slab: slab.base_m, reverse=True)
-            found = self._terms(self._column(air, directions, sea, tuple(present)))
+            found = self._terms(self._column(shared, tuple(present)))
             for name, values in found.items():
                 results[name][row] = values
         return results
 
-    def _shared(self, wavenumber_cm1: Array, sun: Sun | None) -> tuple[Air, Directions, SeaSurface]:
+    def _shared(self, wavenumber_cm1: Array, sun: Sun | None) -> _Shared:
         return self._scene(wavenumber_cm1.tobytes(), sun if sun is not None and sun.is_up else None)
 
-    def _make_scene(self, wavenumbers: bytes, sun: Sun | None) -> tuple[Air, Directions, SeaSurface]:
+    def _make_scene(self, wavenumbers: bytes, sun: Sun | None) -> _Shared:
         wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
         inputs = self._inputs
         directions = make_directions(inputs.view, sun, inputs.wind_from_deg, self._parameters.streams)
-        return (
-            Air(inputs.transmittance, inputs.profile, wavenumber),
+        air = Air(inputs.transmittance, inputs.profile, wavenumber)
+        received = np.zeros_like(wavenumber)
+        if directions.sun is not None:
+            irradiance = inputs.solar_irradiance(wavenumber)
+            received = directions.mu_sun * irradiance / directions.sun.distance_au**2
+        share = received / (np.pi * air.black_body(inputs.sea_temperature_K))
+        return _Shared(
+            air,
             directions,
             make_sea_surface(inputs.sea, wavenumber, directions),
+            received,
+            SlabMaker(inputs.optics, self._parameters, wavenumber, directions, share),
         )
 
     def _slabs(self, maker: SlabMaker, layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
@@ -118,22 +136,16 @@ class Physical:
         made = maker.make(layer, thickness, top, base)
         return {float(h): slab for h, slab in zip(thickness, made, strict=True)}
 
-    def _column(
-        self, air: Air, directions: Directions, sea: SeaSurface, slabs: tuple[CloudSlab, ...]
-    ) -> Column:
-        received = np.zeros_like(air.wavenumber_cm1)
-        if directions.sun is not None:
-            irradiance = self._inputs.solar_irradiance(air.wavenumber_cm1)
-            received = directions.mu_sun * irradiance / directions.sun.distance_au**2
+    def _column(self, shared: _Shared, slabs: tuple[CloudSlab, ...]) -> Column:
         space = self._parameters.space_temperature
         return Column(
-            air=air,
-            directions=directions,
+            air=shared.air,
+            directions=shared.directions,
             slabs=slabs,
-            sea=sea,
-            sea_source=air.black_body(self._inputs.sea_temperature_K),
-            space=air.black_body(space) if space > 0.0 else np.zeros_like(received),
-            received=received,
+            sea=shared.sea,
+            sea_source=shared.air.black_body(self._inputs.sea_temperature_K),
+            space=shared.air.black_body(space) if space > 0.0 else np.zeros_like(shared.received),
+            received=shared.received,
         )
 
     def _terms(self, column: Column) -> dict[str, Array]:

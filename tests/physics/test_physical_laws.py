@@ -1,0 +1,191 @@
+"""Laws of radiation that the physical model keeps with any providers."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from hcss_twin.atmosphere.profile_file import load_profile
+from hcss_twin.catalog import Catalog
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import AtmosphereInputs, OpticsInputs, SeaInputs, Sun, View
+from hcss_twin.radiance.parameters import PhysicalParameters
+from hcss_twin.radiance.physical.model import Physical
+from hcss_twin.radiance.physical.operator_table import OperatorTable, thickness_grid
+from hcss_twin.radiance.solar_spectrum import SolarSpectrum
+from hcss_twin.registry.creation import parameters_model
+from hcss_twin.registry.kinds import Kind
+from hcss_twin.registry.registry import Registry
+from hcss_twin.testing.plain import PlainGas, PlainOptics, PlainSea
+from hcss_twin.testing.samples import sample_high_layer, sample_layer, sample_radiance_inputs
+
+NU = np.array([800.0, 1000.0, 1200.0, 2200.0, 2600.0, 3500.0])
+ENCLOSURE_K = 285.0
+ONE_LAYER = np.array([[50.0], [200.0], [800.0]])
+TWO_LAYERS = np.array([[100.0, 300.0], [800.0, 2000.0], [0.0, 500.0], [60.0, 0.0]])
+
+
+def made(kind, name, inputs, **parameters):
+    registry = Registry.defaults_only()
+    entry = registry.resolve(kind, name)
+    return registry.create(entry, inputs, parameters_model(entry)(**parameters))
+
+
+def profile_at(temperature_K):
+    profile = load_profile("us-standard-1976", Catalog())
+    if temperature_K is None:
+        return profile
+    return dataclasses.replace(profile, temperature_K=np.full_like(profile.temperature_K, temperature_K))
+
+
+def gas(name, profile):
+    if name == "plain":
+        return PlainGas(profile)
+    return made(Kind.ATMOSPHERE, name, AtmosphereInputs(profile, Catalog()))
+
+
+def sea(name, wind=8.0):
+    if name == "plain":
+        return PlainSea()
+    name, _, slopes = name.partition(" ")
+    parameters = {"slopes": slopes} if slopes else {}
+    return made(Kind.SEA, name, SeaInputs(wind, 270.0, ENCLOSURE_K, Catalog()), **parameters)
+
+
+def optics(name):
+    return PlainOptics() if name == "plain" else made(Kind.OPTICS, name, OpticsInputs(Catalog()))
+
+
+def scene(
+    profile, gas_name="plain", sea_name="plain", optics_name="plain", zenith=30.0, layers=1, sea_K=ENCLOSURE_K
+):
+    return dataclasses.replace(
+        sample_radiance_inputs(profile, (sample_layer(), sample_high_layer())[:layers]),
+        transmittance=gas(gas_name, profile),
+        sea=sea(sea_name),
+        optics=optics(optics_name),
+        sea_temperature_K=sea_K,
+        view=View(zenith, 40.0),
+        wind_from_deg=270.0,
+    )
+
+
+def total(terms):
+    return np.sum(list(terms.values()), axis=0)
+
+
+def departure(model, thickness):
+    black = planck(NU, ENCLOSURE_K)
+    return max(
+        np.abs(total(model.clear(NU, None)) / black - 1.0).max(),
+        np.abs(total(model.cloudy(NU, thickness, None)) / black - 1.0).max(),
+    )
+
+
+@pytest.mark.parametrize("gas_name", ["plain", "band-model"])
+@pytest.mark.parametrize("sea_name", ["plain", "cox-munk", "rough-sea", "rough-sea gram-charlier"])
+@pytest.mark.parametrize("optics_name", ["plain", "mie", "bulk"])
+@pytest.mark.parametrize("zenith", [0.0, 55.0, 80.0])
+def test_an_isothermal_enclosure_is_black(gas_name, sea_name, optics_name, zenith):
+    inputs = scene(profile_at(ENCLOSURE_K), gas_name, sea_name, optics_name, zenith)
+    model = Physical(inputs, PhysicalParameters(space_temperature=ENCLOSURE_K, streams=4))
+    assert departure(model, ONE_LAYER) < 1e-9
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("solver", ["adding-doubling", "two-stream"])
+def test_an_enclosure_with_two_layers_is_black(order, solver):
+    inputs = scene(profile_at(ENCLOSURE_K), "band-model", "rough-sea", "plain", 40.0, layers=2)
+    parameters = PhysicalParameters(
+        space_temperature=ENCLOSURE_K, closure_order=order, cloud_solver=solver, streams=4
+    )
+    assert departure(Physical(inputs, parameters), TWO_LAYERS) < 1e-9
+
+
+@pytest.mark.parametrize("sun", [None, Sun(40.0, 200.0, 1.0)])
+def test_a_cloud_that_vanishes_leaves_clear_sky(sun):
+    layer = dataclasses.replace(sample_layer(), thickness_min_m=1e-3)
+    inputs = dataclasses.replace(scene(profile_at(None), "band-model", "rough-sea", "bulk"), layers=(layer,))
+    model = Physical(inputs, PhysicalParameters())
+    clear = total(model.clear(NU, sun))
+    thin = total(model.cloudy(NU, np.array([[1e-3], [1e-2]]), sun))
+    # One hundredth of a metre has an optical thickness of 2e-4.
+    np.testing.assert_allclose(thin[0], clear, rtol=1e-4)
+    np.testing.assert_allclose(thin[0] - clear, (thin[1] - clear) / 10.0, rtol=0.05, atol=1e-7 * clear.max())
+
+
+def test_the_closure_converges_with_its_order():
+    inputs = scene(profile_at(None), "band-model", "rough-sea", "bulk", 50.0)
+    found = [
+        total(Physical(inputs, PhysicalParameters(closure_order=order)).cloudy(NU, ONE_LAYER, None))
+        for order in (0, 1, 2)
+    ]
+    first, second = (np.abs(found[k] / found[2] - 1.0).max() for k in (0, 1))
+    assert second < 0.2 * first
+    assert second < 1e-3
+
+
+def test_more_streams_change_little():
+    inputs = scene(profile_at(None), "band-model", "rough-sea", "bulk", 20.0)
+    sun = Sun(40.0, 200.0, 1.0)
+    eight, sixteen = (
+        total(Physical(inputs, PhysicalParameters(streams=count)).cloudy(NU, ONE_LAYER, sun))
+        for count in (8, 16)
+    )
+    np.testing.assert_allclose(eight, sixteen, rtol=5e-3)
+
+
+def test_terms_that_are_left_out_are_0_and_the_others_stay():
+    inputs = scene(profile_at(None), "plain", "rough-sea", "bulk")
+    sun = Sun(40.0, 200.0, 1.0)
+    whole = Physical(inputs, PhysicalParameters()).cloudy(NU, ONE_LAYER, sun)
+    name = "reflected_air_emission"
+    some = Physical(inputs, PhysicalParameters(leave_out=(name,))).cloudy(NU, ONE_LAYER, sun)
+    assert not np.any(some[name])
+    for other in set(whole) - {name}:
+        np.testing.assert_array_equal(some[other], whole[other])
+
+
+def test_water_cloud_is_bright_by_day_at_3_7_um_and_cirrus_dark():
+    nu = np.array([2700.0])
+    night = dataclasses.replace(
+        scene(profile_at(None), "band-model", "rough-sea", "bulk", sea_K=291.4),
+        solar_irradiance=SolarSpectrum(Catalog()),
+    )
+    high = dataclasses.replace(night, layers=(sample_high_layer(),))
+    sun = Sun(30.0, 200.0, 1.0)
+    clear = total(Physical(night, PhysicalParameters()).clear(nu, sun))
+    water = total(Physical(night, PhysicalParameters()).cloudy(nu, np.array([[800.0]]), sun))
+    ice = total(Physical(high, PhysicalParameters()).cloudy(nu, np.array([[2000.0]]), sun))
+    assert water[0] > 1.3 * clear
+    assert ice[0] < 0.8 * clear
+
+
+def test_a_white_cloud_gives_back_all_sunlight():
+    # Without air, and of optical thickness 8000: the flux over all views is what arrives.
+    profile = profile_at(None)
+    inputs = dataclasses.replace(
+        scene(profile), transmittance=PlainGas(profile, 0.0), optics=PlainOptics(1e-7, 1.0, 0.8)
+    )
+    cosine, weight = np.polynomial.legendre.leggauss(5)
+    mu, weight = 0.5 * (cosine + 1.0), 0.5 * weight
+    flux = 0.0
+    sun = Sun(60.0, 0.0, 1.0)
+    for m, w in zip(mu, weight, strict=True):
+        for azimuth in np.arange(22.5, 180.0, 45.0):
+            view = View(float(np.degrees(np.arccos(m))), float(azimuth))
+            model = Physical(dataclasses.replace(inputs, view=view), PhysicalParameters())
+            terms = model.cloudy(NU[5:], np.array([[800.0]]), sun)
+            flux += 2.0 * np.pi * m * w * terms["cloud_reflected_sun"][0, 0] / 4.0
+    assert flux == pytest.approx(0.01 * 0.5, rel=0.01)
+
+
+def test_a_table_of_operators_gives_back_smooth_functions_and_row_sums():
+    grid = thickness_grid(10.0, 3000.0)
+    direct = np.exp(-grid / 300.0)
+    table = OperatorTable(grid, (direct[:, None], (1.0 - direct)[:, None]))
+    for thickness in (10.0, 11.7, 299.0, 3000.0):
+        assert table.least_m <= thickness <= table.most_m
+        through, rest = (float(each[0]) for each in table.at(thickness))
+        assert through == pytest.approx(np.exp(-thickness / 300.0), rel=1e-6)
+        assert through + rest == pytest.approx(1.0, abs=1e-14)

@@ -1,0 +1,127 @@
+"""Columns of air, cloud and sea against discrete ordinates with 64 streams, where air is grey and plane-parallel."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from PythonicDISORT.pydisort import pydisort
+
+from hcss_twin.physics.planck import planck
+from hcss_twin.physics.profile import Profile
+from hcss_twin.providers import Declares, Sun, View
+from hcss_twin.radiance.parameters import PhysicalParameters
+from hcss_twin.radiance.physical.air import Air
+from hcss_twin.radiance.physical.model import Physical
+from hcss_twin.testing.plain import PlainOptics, PlainSea
+from hcss_twin.testing.samples import sample_layer, sample_radiance_inputs
+
+STREAMS = 64
+HALF = STREAMS // 2
+NU = np.array([2500.0])
+SEA_K, EMISSIVITY, ALBEDO, G = 300.0, 0.9, 0.7, 0.8
+ALTITUDE = np.array([0.0, 500.0, 1000.0, 1500.0, 2000.0, 4000.0, 8000.0, 16000.0, 30000.0])
+TEMPERATURE = np.array([298.0, 295.0, 291.0, 288.0, 285.0, 270.0, 245.0, 215.0, 230.0])
+DEPTH = np.array([0.1, 0.05, 0.0, 0.0, 0.1, 0.08, 0.05, 0.02])
+"""Optical thickness of the gas in each layer; none between 1000 and 2000 m, where the cloud is."""
+
+
+class PlaneGas:
+    """Grey gas in plane-parallel layers; transmittances multiply."""
+
+    declares = Declares(depends_on=frozenset({"view_zenith"}))
+
+    def transmittance(self, wavenumber_cm1, paths):
+        depth = [
+            sum(
+                np.sum(DEPTH * np.clip((leg.upper_m - ALTITUDE[:-1]) / np.diff(ALTITUDE), 0, 1))
+                / math.cos(math.radians(leg.zenith_deg))
+                - np.sum(DEPTH * np.clip((leg.lower_m - ALTITUDE[:-1]) / np.diff(ALTITUDE), 0, 1))
+                / math.cos(math.radians(leg.zenith_deg))
+                for leg in path.legs
+            )
+            for path in paths
+        ]
+        return np.exp(-np.array(depth))[:, None].repeat(wavenumber_cm1.size, axis=1)
+
+
+PROFILE = Profile("grey", ALTITUDE, 1e5 * np.exp(-ALTITUDE / 8e3), TEMPERATURE)
+LAYER = dataclasses.replace(
+    sample_layer(), base_m=1000.0, top_m=2000.0, thickness_min_m=10.0, temperature_K=280.0
+)
+
+
+def ours(view_mu, thickness_m, sun, albedo, **parameters):
+    inputs = dataclasses.replace(
+        sample_radiance_inputs(PROFILE, (LAYER,)),
+        transmittance=PlaneGas(),
+        sea=PlainSea(EMISSIVITY),
+        optics=PlainOptics(1e-10, albedo, G),
+        sea_temperature_K=SEA_K,
+        view=View(math.degrees(math.acos(view_mu)), 30.0),
+    )
+    model = Physical(inputs, PhysicalParameters(space_temperature=0.0, **parameters))
+    if thickness_m == 0.0:
+        return model.clear(NU, sun)
+    return {name: term[0] for name, term in model.cloudy(NU, np.array([[thickness_m]]), sun).items()}
+
+
+def discrete_ordinates(thickness_m, sun, albedo):
+    """Upward radiance at the top: a function of relative azimuth giving (32,) at the reference's cosines."""
+    air = Air(PlaneGas(), PROFILE, NU)
+    edges = [float(z) for z in ALTITUDE if not 1000.0 < z < 2000.0]
+    sources = air._sources(edges)[::-1, 0].copy()
+    gas = DEPTH[[0, 1, 2, 4, 5, 6, 7]][::-1].copy()
+    cloud = len(gas) - 1 - 2
+    tau, w, chi = gas.copy(), np.zeros(gas.size), np.zeros((gas.size, 600))
+    chi[:, 0] = 1.0
+    extinction = LAYER.microphysics.number_density_m3 * 1e-10
+    tau[cloud] = max(extinction * thickness_m, 1e-9)
+    w[cloud], chi[cloud] = (albedo if thickness_m else 0.0), G ** np.arange(600)
+    sources[cloud] = planck(NU, 280.0)[0] if thickness_m else 0.0
+    f = np.zeros(gas.size)
+    f[cloud] = G**STREAMS
+    mu_sun, beam = (0.5, 0.0) if sun is None else (math.cos(math.radians(sun.zenith_deg)), 0.01)
+    result = pydisort(
+        np.cumsum(tau),
+        w,
+        STREAMS,
+        chi,
+        mu_sun,
+        beam,
+        0.0,
+        NLeg=STREAMS,
+        f_arr=f,
+        NT_cor=sun is not None,
+        NFourier=STREAMS if sun is not None else 1,
+        b_pos=EMISSIVITY * planck(NU, SEA_K)[0],
+        BDRF_Fourier_modes=[1.0 - EMISSIVITY],  # it divides by pi
+        s_poly_coeffs=sources[:, None],
+    )
+    mu, field = result[0][:HALF], result[-1]
+    if sun is None:
+        return mu, lambda azimuth: result[3](0.0)[:HALF]
+    return mu, lambda azimuth: field(0.0, math.pi - azimuth)[:HALF]
+
+
+@pytest.mark.parametrize("thickness", [0.0, 10.0, 60.0, 200.0, 1000.0])
+def test_thermal_radiance_of_a_column(thickness):
+    mu, exact = discrete_ordinates(thickness, None, ALBEDO)
+    for index in np.flatnonzero(mu > 0.2)[::5]:
+        found = sum(ours(mu[index], thickness, None, ALBEDO).values())[0]
+        assert found == pytest.approx(exact(0.0)[index], rel=1e-3)
+
+
+@pytest.mark.parametrize("thickness", [0.0, 10.0, 60.0, 200.0, 1000.0])
+@pytest.mark.parametrize("albedo", [0.7, 0.98])
+def test_sunlit_radiance_of_a_column(thickness, albedo):
+    sun = Sun(40.0, 30.0 + 70.0, 1.0)
+    azimuth = math.radians(70.0)
+    mu, exact = discrete_ordinates(thickness, sun, albedo)
+    _, dark = discrete_ordinates(thickness, None, albedo)
+    for index in np.flatnonzero(mu > 0.2)[::5]:
+        terms = ours(mu[index], thickness, sun, albedo)
+        solar = terms["cloud_reflected_sun"][0] + terms["sea_reflected_sun"][0]
+        expected = exact(azimuth)[index] - dark(0.0)[index]
+        # Light exchanged between cloud and sea is a mean over azimuth.
+        assert solar == pytest.approx(expected, rel=0.02)
