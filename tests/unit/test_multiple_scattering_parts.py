@@ -83,6 +83,7 @@ def test_layers_without_meaning_are_refused(change, message) -> None:
         ({"relative_azimuth": [4.0]}, r"relative_azimuth 4: allowed 0 to pi; closest is 3.14159"),
         ({"relative_azimuth": [1.0, 2.0]}, r"relative_azimuth: shape \(2,\) given, allowed: \(1,\)"),
         ({"modes": 9}, r"modes 9: allowed 1 to 8, twice the streams; closest is 8"),
+        ({"moments": [[1.0], [0.999]]}, r"moments\[1\] 0.999 in size: sunlight allows up to 0.995"),
         ({"modes": 0}, r"modes 0: allowed 1 to 8, twice the streams; closest is 1"),
     ],
 )
