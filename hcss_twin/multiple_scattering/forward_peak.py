@@ -89,8 +89,8 @@ def _aureole(
     rest = 1.0 - albedo * scaled.peak
     tau = scaled.thickness / rest
     result = np.empty((*tau.shape, mu.size))
-    for p, m in enumerate(mu):
-        value = series * np.polynomial.legendre.legvander(onward[p : p + 1], known.shape[0] - 1)[0]
+    values = series * np.polynomial.legendre.legvander(onward, known.shape[0] - 1)
+    for p, (m, value) in enumerate(zip(mu, values, strict=True)):
         rate = 0.5 * (1.0 / m + 1.0 / sun)
         for t, y in enumerate(tau * rate):
             # exp(-y) (exp(w chi y) - 1) without overflow and without loss for thin layers

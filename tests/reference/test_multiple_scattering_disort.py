@@ -30,7 +30,7 @@ class Reference:
 def reference(tau: float, albedo: float, moments: np.ndarray, mu_sun: float) -> Reference:
     """Solve one layer; ``moments`` are all that matter."""
     thick, w, chi = np.array([tau]), np.array([albedo]), moments[np.newaxis]
-    scaling = {"NLeg": STREAMS, "f_arr": moments[STREAMS]}
+    scaling = {"NLeg": STREAMS, "f_arr": max(moments[STREAMS], 0.0)}
     # Its isotropic source is multiplied by 1 - albedo inside.
     source = np.array([[1.0]])
     mu, _, _, mean = pydisort(
