@@ -114,6 +114,15 @@ def test_500_random_layers_agree_with_discrete_ordinates() -> None:
     check(500)
 
 
+@pytest.mark.long
+def test_24_streams_are_enough_for_500_random_layers() -> None:
+    for tau, albedo, g, mu_sun in random_layers(500):
+        exact = reference(tau, albedo, g ** np.arange(600), mu_sun)
+        found = errors(tau, albedo, np.array([[1.0], [g]]), mu_sun, exact, 24, 0.05)
+        assert found.emissivity < 0.001
+        assert max(found.brdf, found.btdf) < 0.02
+
+
 @lru_cache
 def droplets(wavelength_um: float, index: complex) -> tuple[float, np.ndarray]:
     """Albedo and Legendre moments of water droplets of 10 um effective radius and variance 0.1."""
