@@ -93,13 +93,19 @@ def _aureole(
     for p, (m, value) in enumerate(zip(mu, values, strict=True)):
         rate = 0.5 * (1.0 / m + 1.0 / sun)
         for t, y in enumerate(tau * rate):
-            # exp(-y) (exp(w chi y) - 1) without overflow and without loss for thin layers
-            missing = -np.exp(-y * (1.0 - albedo * beyond)) * np.expm1(-y * albedo * beyond)
-            peak = -np.exp(-y * rest) * np.expm1(-y * albedo * scaled.peak)
+            missing = _scattered_onward(y, albedo * beyond)
+            peak = _scattered_onward(y, albedo * scaled.peak)
             total = value[:count].sum() * peak + value[count:] @ missing
             slant = path_through(scaled.thickness[t], mu[p], sun)
             straight = scaled.thickness[t] * np.exp(-y * rest)
             lit = straight > 0.0
             ratio = np.where(lit, slant / np.where(lit, straight, 1.0), 0.0)
             result[t, :, p] = total * ratio / (rate * 4.0 * np.pi * m * sun)
+    return result
+
+
+def _scattered_onward(y: Array, strength: Array) -> Array:
+    """exp(-y) (exp(strength y) - 1), without overflow for either sign and without loss for thin layers."""
+    slowest = np.exp(-y * (1.0 - np.maximum(strength, 0.0)))
+    result: Array = -np.sign(strength) * slowest * np.expm1(-y * np.abs(strength))
     return result
