@@ -98,7 +98,7 @@ def test_as_many_streams_give_the_same_radiances() -> None:
         layer = solve_layers([[tau]], [albedo], given, mu, HALF)
         np.testing.assert_allclose(layer.emissivity[0, 0, : mu.size], exact.emissivity[12:], atol=1e-9)
         views, azimuth = np.repeat(mu, 7), np.tile(AZIMUTH, mu.size)
-        brdf, btdf = solve_sun([[tau]], [albedo], given, views, mu_sun, azimuth, HALF, STREAMS)
+        brdf, btdf = solve_sun([[tau]], [albedo], given, views, mu_sun, azimuth, HALF, STREAMS, None, 0.0)
         largest = exact.brdf.max()
         np.testing.assert_allclose(brdf[0, 0].reshape(-1, 7), exact.brdf[12:], atol=1e-8 * largest)
         # The forward peak beyond 64 moments, of which the reference corrects the second order only.
