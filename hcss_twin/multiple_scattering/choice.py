@@ -160,7 +160,7 @@ def _sunlight(
     threads: int | None,
 ) -> list[Array]:
     """Reflectances and transmittances (suns, V, P)."""
-    found = [solve_sun(*layers, mu_view, sun, azimuth, streams, modes, threads) for sun in mu_sun]
+    found = [solve_sun(*layers, mu_view, sun, azimuth, streams, modes, threads, 0.0) for sun in mu_sun]
     return [np.concatenate([brdf for brdf, _ in found]), np.concatenate([btdf for _, btdf in found])]
 
 

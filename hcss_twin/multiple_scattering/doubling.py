@@ -22,51 +22,107 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from hcss_twin.multiple_scattering.operators import accumulate, eliminate
+from hcss_twin.multiple_scattering.operators import accumulate, eliminate, inner
 from hcss_twin.multiple_scattering.starting_layer import halvings, starting_layer
 
 # A layer that lets through less than this share in every way does not change any more when doubled.
 OPAQUE = 1e-18
 
+# A starting layer costs about as much as this many doublings.
+SPARE = 3
 
-@njit(cache=True, nogil=True)
-def solve_layer(
-    same: Any, other: Any, thickness: float, mu: Any, scale: Any, co_albedo: float, beams: int, closed: bool
-) -> tuple[Any, Any, Any, Any]:
-    """Return scaled kernels (D, C) of reflection and transmission, scaled emissivity and far share (D,).
 
-    Parameters as for :func:`starting_layer`, for any ``thickness``; ``closed`` where the kernels are means
-    over azimuth, whose rows with direct transmission and emissivity make 1.
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve_chains(
+    kernels: tuple[Any, Any, Any],
+    directions: tuple[Any, Any],
+    chains: tuple[Any, Any, Any, Any, Any],
+    whole: tuple[int, int],
+    part: tuple[int, int],
+    out: tuple[Any, Any, Any],
+) -> None:
+    """Solve every layer of every ``part[1]``-th chain from ``part[0]`` on.
+
+    One program for both, layers and sunlight, for arrays that are contiguous: each kind of argument
+    is compiled anew, for seconds.
+
+    Parameters
+    ----------
+    kernels : (ndarray (V, D, C), ndarray (V, D, C), ndarray (V,))
+        k+, k- as for :func:`starting_layer`, and 1 - w.
+    directions : (ndarray (D,), ndarray (D,))
+        mu and scale.
+    chains
+        ``cell``, ``column``, ``thickness``, ``doublings`` and ``first`` of
+        :class:`hcss_twin.multiple_scattering.chains.Chains`. Where the layer before is so much thinner
+        that a new start costs less, the chain starts anew.
+    whole : (int, int)
+        Beams, and 1 where the kernels are means over azimuth, whose rows with direct transmission and
+        emissivity make 1; else 0.
+    part : (int, int)
+        Which chains.
+    out : (ndarray (cells, R, S), ndarray (cells, R, S), ndarray (2, cells, R))
+        Kernels of reflection and transmission toward the last R directions from the first S, without their
+        scale; emissivity and far share toward the last R.
     """
-    rows, columns = same.shape
-    times = halvings(thickness, mu.min())
+    same, other, co_albedo = kernels
+    mu, scale = directions
+    cells, column, thickness, doublings, first = chains
+    beams, closed = whole
+    reflected, transmitted, emitted = out
+    rows, columns = same.shape[1], same.shape[2]
+    skipped, sources = rows - reflected.shape[1], reflected.shape[2]
     # Two more columns: beside T the emissivity and the far share, beside R the emissivity and the
     # light (e - f) / 2 toward the lower layer.
     reflection = np.empty((rows, columns + 2))
     transmission = np.empty((rows, columns + 2))
-    r, t, emissivity, far = starting_layer(same, other, thickness * 0.5**times, mu, scale, co_albedo, beams)
-    reflection[:, :columns] = r
-    transmission[:, :columns] = t
-    transmission[:, columns] = emissivity
-    transmission[:, columns + 1] = far
     down = np.empty((rows, columns + 2))
     up = np.empty((rows, columns + 2))
+    matrix = np.empty((columns - beams, columns - beams))
     direct = np.empty(rows)
-    for done in range(times):
-        left = 0.5 ** (times - done)
-        for i in range(rows):
-            direct[i] = math.exp(-thickness * left / mu[i])
-        if _is_opaque(transmission, direct, columns):
-            transmission[:, :columns] = 0.0
-            transmission[:, columns + 1] *= left
-            break
-        _double(reflection, transmission, direct, beams, columns, down, up)
-        if closed:
-            _close(reflection, transmission, direct, scale, beams, columns)
-    return reflection, transmission, transmission[:, columns].copy(), transmission[:, columns + 1].copy()
+    least_mu = mu[0]
+    for i in range(1, rows):
+        least_mu = min(least_mu, mu[i])
+    for chain in range(part[0], first.size - 1, part[1]):
+        depth = 0.0
+        opaque = False
+        for place in range(first[chain], first[chain + 1]):
+            v = column[place]
+            times = halvings(thickness[place], least_mu)
+            if place > first[chain] and doublings[place] <= times + SPARE:
+                times = doublings[place]
+            else:
+                depth = thickness[place] * 0.5**times
+                opaque = False
+                starting_layer(
+                    same[v], other[v], depth, mu, scale, co_albedo[v], beams, reflection, transmission
+                )
+            for _ in range(times):
+                if not opaque:
+                    for i in range(rows):
+                        direct[i] = math.exp(-depth / mu[i])
+                    opaque = _is_opaque(transmission, direct, columns)
+                if opaque:
+                    for i in range(rows):
+                        for j in range(columns):
+                            transmission[i, j] = 0.0
+                        transmission[i, columns + 1] *= 0.5
+                else:
+                    _double(reflection, transmission, direct, beams, columns, down, up, matrix)
+                    if closed:
+                        _close(reflection, transmission, direct, scale, beams, columns)
+                depth *= 2.0
+            cell = cells[place]
+            for i in range(skipped, rows):
+                emitted[0, cell, i - skipped] = transmission[i, columns] / scale[i]
+                emitted[1, cell, i - skipped] = transmission[i, columns + 1] / scale[i]
+                for j in range(sources):
+                    unscaled = 1.0 / (scale[i] * scale[j])
+                    reflected[cell, i - skipped, j] = reflection[i, j] * unscaled
+                    transmitted[cell, i - skipped, j] = transmission[i, j] * unscaled
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _is_opaque(transmission: Any, direct: Any, columns: int) -> bool:
     for i in range(direct.size):
         if direct[i] > OPAQUE:
@@ -77,19 +133,30 @@ def _is_opaque(transmission: Any, direct: Any, columns: int) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _double(
-    reflection: Any, transmission: Any, direct: Any, beams: int, columns: int, down: Any, up: Any
+    reflection: Any,
+    transmission: Any,
+    direct: Any,
+    beams: int,
+    columns: int,
+    down: Any,
+    up: Any,
+    matrix: Any,
 ) -> None:
-    """Replace the layer by two of it. ``down`` and ``up`` (D, C + 2) are room for the light between."""
+    """Replace the layer by two of it.
+
+    ``down`` and ``up`` (D, C + 2) are room for the light between, ``matrix`` (N, N) for 1 - R R.
+    """
     rows = direct.size
     streams = columns - beams
     for i in range(rows):
         reflection[i, columns] = transmission[i, columns]
         reflection[i, columns + 1] = 0.5 * (transmission[i, columns] - transmission[i, columns + 1])
-    down[beams:columns] = 0.0
+    for i in range(beams, columns):
+        for j in range(columns + 2):
+            down[i, j] = 0.0
     accumulate(down, reflection, reflection, beams, columns, beams, columns)
-    matrix = np.empty((streams, streams))
     for k in range(streams):
         i = beams + k
         for j in range(streams):
@@ -100,7 +167,7 @@ def _double(
         down[i, columns] += transmission[i, columns]
         down[i, columns + 1] += 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
     # Symmetric, and positive definite because no layer reflects more than it receives.
-    eliminate(matrix, down[beams:columns])
+    eliminate(matrix, down, beams)
     # From here the last column of ``down`` is what goes up where the base alone is warm.
     for i in range(rows):
         for j in range(columns):
@@ -108,7 +175,8 @@ def _double(
         for j in range(columns, columns + 2):
             up[i, j] = reflection[i, j]
     accumulate(up, reflection, down, 0, rows, beams, columns)
-    for start, stop in ((0, beams), (columns, rows)):
+    for side in range(2):
+        start, stop = (0, beams) if side == 0 else (columns, rows)
         for i in range(start, stop):
             for j in range(columns):
                 down[i, j] = transmission[i, j]
@@ -126,10 +194,12 @@ def _double(
         up[i, columns] = transmission[i, columns] + direct[i] * down[i, columns]
         up[i, columns + 1] = 0.5 * transmission[i, columns + 1] + direct[i] * down[i, columns + 1]
     accumulate(up, transmission, down, 0, rows, beams, columns)
-    transmission[:] = up
+    for i in range(rows):
+        for j in range(columns + 2):
+            transmission[i, j] = up[i, j]
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _close(reflection: Any, transmission: Any, direct: Any, scale: Any, beams: int, columns: int) -> None:
     """Give back the rounding errors by which the rows of a layer just doubled miss 1.
 

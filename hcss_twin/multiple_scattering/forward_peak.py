@@ -35,6 +35,9 @@ Array = NDArray[np.float64]
 # Moments of a Henyey-Greenstein function below this are left out.
 _LEAST_MOMENT = 1e-10
 
+# Sharper peaks would take more than some thousands of moments.
+_MOST_ASYMMETRY = 0.995
+
 
 def once_back(
     scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array
@@ -48,7 +51,13 @@ def once_back(
 def once_through(
     scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array
 ) -> Array:
-    """Btdf (T, V, P) of light scattered once by the scaled phase function, and of the aureole."""
+    """Btdf (T, V, P) of light scattered once by the scaled phase function, and of the aureole.
+
+    Raises
+    ------
+    ValueError
+        If a Henyey-Greenstein function has |g| above 0.995.
+    """
     onward = np.array([scattering_cosine(-m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
     series = (2 * np.arange(scaled.moments.shape[0]) + 1)[:, np.newaxis] * scaled.moments
     truncated = np.asarray(np.polynomial.legendre.legval(onward, series), dtype=np.float64)
@@ -68,6 +77,10 @@ def _aureole(
     count = scaled.moments.shape[0]
     if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
         largest = max(float(np.max(np.abs(moments[1]), initial=0.0)), 0.1)
+        if largest > _MOST_ASYMMETRY:
+            raise ValueError(
+                f"moments[1] {largest:g} in size: sunlight allows up to {_MOST_ASYMMETRY}; closest is that"
+            )
         known = extended_moments(moments, max(count + 1, int(np.log(_LEAST_MOMENT) / np.log(largest)) + 1))
     else:
         known = extended_moments(moments, max(count + 1, moments.shape[0]))
@@ -76,18 +89,23 @@ def _aureole(
     rest = 1.0 - albedo * scaled.peak
     tau = scaled.thickness / rest
     result = np.empty((*tau.shape, mu.size))
-    for p, m in enumerate(mu):
-        value = series * np.polynomial.legendre.legvander(onward[p : p + 1], known.shape[0] - 1)[0]
+    values = series * np.polynomial.legendre.legvander(onward, known.shape[0] - 1)
+    for p, (m, value) in enumerate(zip(mu, values, strict=True)):
         rate = 0.5 * (1.0 / m + 1.0 / sun)
-        y = tau * rate
-        # exp(-y) (exp(w chi y) - 1) without overflow and without loss for thin layers
-        through = np.exp(-y * (1.0 - albedo * beyond[:, np.newaxis]))
-        share = -np.expm1(-y * albedo * beyond[:, np.newaxis])
-        peak = np.exp(-y * rest) * -np.expm1(-y * albedo * scaled.peak)
-        total = value[:count].sum() * peak + np.einsum("l,ltv->tv", value[count:], through * share)
-        slant = path_through(scaled.thickness, mu[p], sun)
-        straight = scaled.thickness * np.exp(-y * rest)
-        lit = straight > 0.0
-        ratio = np.where(lit, slant / np.where(lit, straight, 1.0), 0.0)
-        result[..., p] = total * ratio / (rate * 4.0 * np.pi * m * sun)
+        for t, y in enumerate(tau * rate):
+            missing = _scattered_onward(y, albedo * beyond)
+            peak = _scattered_onward(y, albedo * scaled.peak)
+            total = value[:count].sum() * peak + value[count:] @ missing
+            slant = path_through(scaled.thickness[t], mu[p], sun)
+            straight = scaled.thickness[t] * np.exp(-y * rest)
+            lit = straight > 0.0
+            ratio = np.where(lit, slant / np.where(lit, straight, 1.0), 0.0)
+            result[t, :, p] = total * ratio / (rate * 4.0 * np.pi * m * sun)
+    return result
+
+
+def _scattered_onward(y: Array, strength: Array) -> Array:
+    """exp(-y) (exp(strength y) - 1), without overflow for either sign and without loss for thin layers."""
+    slowest = np.exp(-y * (1.0 - np.maximum(strength, 0.0)))
+    result: Array = -np.sign(strength) * slowest * np.expm1(-y * np.abs(strength))
     return result

@@ -6,17 +6,22 @@ streams; extra directions have weight 0 and scale 1: light reaches them but does
 them. Rows are beams, streams, other extras; columns the first two only, for nobody asks what enters
 along the other extras. Light that passes without scattering is a diagonal part of its own, "delta":
 the kernel of an extra direction could not hold it, and thin layers keep their digits.
+
+Whatever calls these compiles them once more, so calls are few and not nested, elements are written one by
+one (an assignment to a slice compiles all of its checks), and no wrapper for the interpreter is made.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numba import njit
 
+# For functions that only compiled ones call.
+inner = njit(cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
-@njit(cache=True, nogil=True)
+
+@inner
 def accumulate(out: Any, a: Any, b: Any, start: int, stop: int, beams: int, columns: int) -> None:
     """Add to rows ``start`` to ``stop`` of ``out`` the sum over streams of ``a`` [i, k] ``b`` [k, :]."""
     width = out.shape[1]
@@ -36,77 +41,33 @@ def accumulate(out: Any, a: Any, b: Any, start: int, stop: int, beams: int, colu
                 row[j] += f0 * b0[j]
 
 
-@njit(cache=True, nogil=True)
-def multiply(a: Any, a_delta: Any, b: Any, b_delta: Any, beams: int) -> Any:
-    """Kernel (rows, columns) of the product of two operators; its delta part is the product of theirs."""
-    rows, columns = a.shape
-    out = np.empty((rows, columns))
-    for i in range(rows):
-        for j in range(columns):
-            out[i, j] = a_delta[i] * b[i, j] + a[i, j] * b_delta[j]
-    accumulate(out, a, b, 0, rows, beams, columns)
-    return out
-
-
-@njit(cache=True, nogil=True)
-def apply(a: Any, a_delta: Any, vector: Any, beams: int) -> Any:
-    """Operator on a vector over the rows."""
-    rows, columns = a.shape
-    out = a_delta * vector
-    for i in range(rows):
-        for k in range(beams, columns):
-            out[i] += a[i, k] * vector[k]
-    return out
-
-
-@njit(cache=True, nogil=True)
-def solve(a: Any, a_delta: Any, b: Any, b_delta: Any, vector: Any, beams: int) -> tuple[Any, Any]:
-    """Kernel of a^-1 b, and a^-1 vector. The operator ``a`` must be close to the identity."""
-    rows, columns = a.shape
-    streams = columns - beams
-    delta = b_delta / a_delta
-    matrix = a[beams:columns, beams:columns].copy()
-    known = np.empty((rows, columns + 1))
-    for i in range(rows):
-        for j in range(columns):
-            known[i, j] = b[i, j] - a[i, j] * delta[j]
-        known[i, columns] = vector[i]
-    for k in range(streams):
-        matrix[k, k] += a_delta[beams + k]
-    eliminate(matrix, known[beams:columns])
-    for i in range(rows):
-        if i < beams or i >= columns:
-            for k in range(beams, columns):
-                factor = a[i, k]
-                for j in range(columns + 1):
-                    known[i, j] -= factor * known[k, j]
-            known[i] /= a_delta[i]
-    return known[:, :columns].copy(), known[:, columns].copy()
-
-
-@njit(cache=True, nogil=True)
-def eliminate(matrix: Any, right: Any) -> None:
-    """Solve ``matrix`` x = ``right`` in place of ``right``; both are overwritten.
+@inner
+def eliminate(matrix: Any, right: Any, first: int) -> None:
+    """Solve ``matrix`` x = rows of ``right`` from ``first`` on, in place; both are overwritten.
 
     No pivoting: the matrices here are close to the identity, or symmetric and positive definite, and
     elimination of those is stable without (N. J. Higham, "Accuracy and Stability of Numerical
     Algorithms", 2nd ed., SIAM 2002, chapters 9 and 10).
     """
-    n, columns = right.shape
+    n, columns = matrix.shape[0], right.shape[1]
     for k in range(n):
-        inverse = 1.0 / matrix[k, k]
+        pivot, known = matrix[k], right[first + k]
+        inverse = 1.0 / pivot[k]
         for j in range(k + 1, n):
-            matrix[k, j] *= inverse
+            pivot[j] *= inverse
         for j in range(columns):
-            right[k, j] *= inverse
+            known[j] *= inverse
         for i in range(k + 1, n):
-            factor = matrix[i, k]
+            row, other = matrix[i], right[first + i]
+            factor = row[k]
             for j in range(k + 1, n):
-                matrix[i, j] -= factor * matrix[k, j]
+                row[j] -= factor * pivot[j]
             for j in range(columns):
-                right[i, j] -= factor * right[k, j]
+                other[j] -= factor * known[j]
     for k in range(n - 1, 0, -1):
+        known = right[first + k]
         for i in range(k):
             factor = matrix[i, k]
+            other = right[first + i]
             for j in range(columns):
-                right[i, j] -= factor * right[k, j]
+                other[j] -= factor * known[j]

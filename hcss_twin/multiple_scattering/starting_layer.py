@@ -20,9 +20,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numba import njit
 
-from hcss_twin.multiple_scattering.operators import apply, multiply, solve
+from hcss_twin.multiple_scattering.operators import accumulate, eliminate, inner
 
 # Largest tau' / mu of a starting layer. Its error, relative to the exponent of transmission, is the
 # sixth power of this over 100800: 2e-13.
@@ -39,11 +40,19 @@ def halvings(thickness: float, least_mu: float) -> int:
     return count
 
 
-@njit(cache=True, nogil=True)
+@inner
 def starting_layer(
-    same: Any, other: Any, thickness: float, mu: Any, scale: Any, co_albedo: float, beams: int
-) -> tuple[Any, Any, Any, Any]:
-    """Return scaled kernels of reflection and transmission, scaled emissivity and far share.
+    same: Any,
+    other: Any,
+    thickness: float,
+    mu: Any,
+    scale: Any,
+    co_albedo: float,
+    beams: int,
+    reflection: Any,
+    transmission: Any,
+) -> None:
+    """Write scaled kernels of reflection and transmission, and beside the latter what the layer emits.
 
     Parameters
     ----------
@@ -57,27 +66,87 @@ def starting_layer(
         1 - w.
     beams : int
         How many extra directions stand before the streams.
+    reflection, transmission : ndarray (D, C + 2)
+        Written to; the last two columns of ``transmission`` become scaled emissivity and far share.
     """
-    x = -(same + other)
-    y = other - same
+    rows, columns = same.shape
+    streams = columns - beams
     half = 0.5 * thickness
-    inverse = 1.0 / mu
-    source = half * co_albedo * inverse * scale
-    y_source = apply(y, inverse, source, beams)
-    load = source + (half * half / 15.0) * apply(x, inverse, y_source, beams)
-    even, emitted = _cayley(x, y, half, inverse, load, beams)
-    odd, slanted = _cayley(y, x, half, inverse, half * y_source, beams)
-    emissivity = 2.0 * emitted
-    # Of a source 1 at the base and -1 at the top the odd part leaves; halves of both make 0 to 1.
-    far = emitted - (1.0 / 3.0) * slanted
-    return odd - even, -(odd + even), emissivity, far
-
-
-@njit(cache=True, nogil=True)
-def _cayley(first: Any, second: Any, half: float, inverse: Any, load: Any, beams: int) -> Any:
-    """Return the kernel of (1 + K)^-1 K, and (1 + K)^-1 of ``load`` over the denominator of K."""
-    z2 = (half * inverse) ** 2
-    square = half * half * multiply(first, inverse, second, inverse, beams)
-    top_delta = (1.0 + z2 / 15.0) * (half * inverse)
-    top = multiply(square / 15.0, 1.0 + z2 / 15.0, half * first, half * inverse, beams)
-    return solve(0.4 * square + top, 1.0 + 0.4 * z2 + top_delta, top, top_delta, load, beams)
+    # h X and h Y, kernels and their common delta part.
+    kernels = np.empty((2, rows, columns))
+    delta = np.empty(rows)
+    # What drives the even and the odd part.
+    load = np.empty((2, rows))
+    for i in range(rows):
+        delta[i] = half / mu[i]
+        load[0, i] = delta[i] * co_albedo * scale[i]
+        for j in range(columns):
+            kernels[0, i, j] = -half * (same[i, j] + other[i, j])
+            kernels[1, i, j] = half * (other[i, j] - same[i, j])
+    for i in range(rows):
+        total = delta[i] * load[0, i]
+        for k in range(beams, columns):
+            total += kernels[1, i, k] * load[0, k]
+        load[1, i] = total
+    for i in range(rows):
+        total = delta[i] * load[1, i]
+        for k in range(beams, columns):
+            total += kernels[0, i, k] * load[1, k]
+        load[0, i] += total / 15.0
+    square = np.empty((rows, columns))
+    known = np.empty((rows, columns + 1))
+    top = np.empty((rows, columns))
+    matrix = np.empty((streams, streams))
+    for part in range(2):
+        first, second = kernels[part], kernels[1 - part]
+        # K is ``top`` over 1 + 2 z^2 / 5, z^2 = h^2 X Y: kernels of z^2 and of both of these.
+        for i in range(rows):
+            for j in range(columns):
+                square[i, j] = delta[i] * second[i, j] + first[i, j] * delta[j]
+        accumulate(square, first, second, 0, rows, beams, columns)
+        for i in range(rows):
+            widened = 15.0 + delta[i] * delta[i]
+            for j in range(columns):
+                top[i, j] = widened * first[i, j] + square[i, j] * delta[j]
+        accumulate(top, square, first, 0, rows, beams, columns)
+        # (1 + K)^-1 K and (1 + K)^-1 of the load: ``square`` becomes the kernel of the denominator.
+        for i in range(rows):
+            for j in range(columns):
+                top[i, j] /= 15.0
+                square[i, j] = 0.4 * square[i, j] + top[i, j]
+        for i in range(rows):
+            known[i, columns] = load[part, i]
+            for j in range(columns):
+                z2 = delta[j] * delta[j]
+                numerator = (1.0 + z2 / 15.0) * delta[j]
+                known[i, j] = top[i, j] - square[i, j] * (numerator / (1.0 + 0.4 * z2 + numerator))
+        for k in range(streams):
+            i = beams + k
+            for j in range(streams):
+                matrix[k, j] = square[i, beams + j]
+            z2 = delta[i] * delta[i]
+            matrix[k, k] += 1.0 + 0.4 * z2 + (1.0 + z2 / 15.0) * delta[i]
+        eliminate(matrix, known, beams)
+        for i in range(rows):
+            if i < beams or i >= columns:
+                z2 = delta[i] * delta[i]
+                diagonal = 1.0 + 0.4 * z2 + (1.0 + z2 / 15.0) * delta[i]
+                for j in range(columns + 1):
+                    total = known[i, j]
+                    for k in range(beams, columns):
+                        total -= square[i, k] * known[k, j]
+                    known[i, j] = total / diagonal
+        # Even then odd: R + T and T - R. Of a source 1 at the base and -1 at the top the odd part leaves;
+        # halves of both make 0 to 1.
+        for i in range(rows):
+            if part == 0:
+                for j in range(columns):
+                    reflection[i, j] = -known[i, j]
+                    transmission[i, j] = -known[i, j]
+                transmission[i, columns] = 2.0 * known[i, columns]
+                transmission[i, columns + 1] = known[i, columns]
+            else:
+                for j in range(columns):
+                    reflection[i, j] += known[i, j]
+                    transmission[i, j] -= known[i, j]
+                transmission[i, columns + 1] -= known[i, columns] / 3.0

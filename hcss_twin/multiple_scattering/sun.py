@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from hcss_twin.multiple_scattering.chains import chains
 from hcss_twin.multiple_scattering.checks import checked_layers, checked_sun
-from hcss_twin.multiple_scattering.doubling import solve_layer
+from hcss_twin.multiple_scattering.doubling import solve_chains
 from hcss_twin.multiple_scattering.forward_peak import once_back, once_through
 from hcss_twin.multiple_scattering.parallel import in_threads
-from hcss_twin.multiple_scattering.phase_function import delta_m
-from hcss_twin.multiple_scattering.scattering_kernels import directions, scattering_kernels
+from hcss_twin.multiple_scattering.phase_function import ScaledScattering, delta_m
+from hcss_twin.multiple_scattering.scattering_kernels import Directions, directions, scattering_kernels
 from hcss_twin.multiple_scattering.single_scattering import path_back, path_through
 from hcss_twin.multiple_scattering.streams import gauss_streams
 
@@ -30,6 +28,7 @@ def solve_sun(
     streams: int,
     modes: int,
     threads: int | None = None,
+    mode_tolerance: float = 1e-5,
 ) -> tuple[Array, Array]:
     """Bidirectional reflectance and transmittance, sr-1: radiance over mu_sun times the sun's irradiance.
 
@@ -37,6 +36,10 @@ def solve_sun(
     Fourier series over azimuth. Reflected light scattered once is exact, with the full phase function;
     transmitted light has its whole forward peak (:mod:`hcss_twin.multiple_scattering.forward_peak`), so
     that direct light beside it is exp(-tau / mu_sun), with the thickness as given.
+
+    Layers of one wavenumber whose thicknesses differ by powers of 2 cost little more than one, as in
+    :func:`hcss_twin.multiple_scattering.layer.solve_layers`. With ``mode_tolerance`` 0 a layer differs by
+    less than 1e-9 of itself from what it is alone; with another also by a mode, where rounding decides.
 
     Parameters
     ----------
@@ -50,7 +53,11 @@ def solve_sun(
     relative_azimuth : array_like (P,)
         Angle between the bearings toward sensor and sun, radians in [0, pi]; pi is glint.
     modes : int
-        Terms of the Fourier series, 1 to twice the streams.
+        Terms of the Fourier series, 1 to twice the streams: the most that are summed.
+    mode_tolerance : float
+        The series of a layer ends after two modes in succession whose amplitudes are both at most this
+        share of brdf and btdf so far, in every direction asked for. At least 0 and below 1; 0 sums all
+        ``modes``. What is left out was at most three times this in 200 random layers of 8 to 24 streams.
 
     Returns
     -------
@@ -59,7 +66,8 @@ def solve_sun(
     Raises
     ------
     ValueError
-        If a value is outside its range or shapes do not fit.
+        If a value is outside its range or shapes do not fit, or if a Henyey-Greenstein function has |g|
+        above 0.995.
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     mu, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)
@@ -69,57 +77,78 @@ def solve_sun(
             f"modes {modes}: allowed 1 to {2 * streams}, twice the streams; "
             f"closest is {min(max(modes, 1), 2 * streams)}"
         )
+    if not 0.0 <= mode_tolerance < 1.0:
+        closest = "" if not np.isfinite(mode_tolerance) or mode_tolerance > 0.0 else "; closest is 0"
+        raise ValueError(f"mode_tolerance {mode_tolerance:g}: allowed from 0, below 1{closest}")
     scaled = delta_m(thickness, w, chi, 2 * streams)
     distinct, of_view = np.unique(mu, return_inverse=True)
-    brdf = once_back(scaled, w, chi, mu, sun, azimuth)
-    btdf = once_through(scaled, w, chi, mu, sun, azimuth)
+    flat = (thickness.size, mu.size)
+    brdf = once_back(scaled, w, chi, mu, sun, azimuth).reshape(flat)
+    btdf = once_through(scaled, w, chi, mu, sun, azimuth).reshape(flat)
     where = directions(np.array([sun]), quadrature, distinct)
-    kernels = [scattering_kernels(where, scaled, mode) for mode in range(modes)]
-    same, other = np.stack([one[0] for one in kernels]), np.stack([one[1] for one in kernels])
-    shape = (modes, *thickness.shape, distinct.size)
-    back, through = np.empty(shape), np.empty(shape)
+    going = np.ones(thickness.shape, dtype=np.bool_)
+    # Whose mode before was negligible.
+    quiet = np.zeros(thickness.size, dtype=np.bool_)
+    for mode in range(modes):
+        cells, back, through = _more_than_once(where, scaled, mode, going, threads)
+        # The sunbeam travels away from the sun: its azimuth difference is the supplement.
+        term = np.cos(mode * (np.pi - azimuth))
+        small = np.ones(cells.size, dtype=np.bool_)
+        for total, part in ((brdf, back), (btdf, through)):
+            amplitude = ((1.0 if mode == 0 else 2.0) * part)[:, of_view]
+            total[cells] += amplitude * term
+            small &= np.all(np.abs(amplitude) <= mode_tolerance * np.abs(total[cells]), axis=1)
+        if mode_tolerance > 0.0:
+            going.flat[cells] = ~(small & quiet[cells])
+            quiet[cells] = small
+            if not np.any(going):
+                break
+    shape = (*thickness.shape, mu.size)
+    return brdf.reshape(shape), btdf.reshape(shape)
+
+
+def _more_than_once(
+    where: Directions, scaled: ScaledScattering, mode: int, wanted: NDArray[np.bool_], threads: int | None
+) -> tuple[NDArray[np.int64], Array, Array]:
+    """Solve one mode of the layers ``wanted`` (T, V).
+
+    Returns
+    -------
+    cells : ndarray of int (n,)
+        Which layers, in the flattened (T, V).
+    back, through : ndarray (n, views)
+        Kernels from the sun without what they hold of light scattered once.
+    """
+    found = chains(scaled.thickness, wanted)
+    few = ScaledScattering(
+        scaled.thickness[:, found.wavenumber],
+        scaled.albedo[found.wavenumber],
+        scaled.co_albedo[found.wavenumber],
+        scaled.moments[:, found.wavenumber],
+        scaled.peak[found.wavenumber],
+    )
+    same, other = scattering_kernels(where, few, mode)
+    views = where.mu.size - where.columns
+    back, through = np.empty((found.cell.size, views, 1)), np.empty((found.cell.size, views, 1))
+    # Of no use here: what the layers emit.
+    emitted = np.empty((2, found.cell.size, views))
+    place = np.arange(found.cell.size)
 
     def part(start: int, step: int) -> None:
-        toward = (where.mu, where.scale)
-        out = (back, through)
-        _solve_all((same, other), scaled.thickness, scaled.co_albedo, toward, start, step, out)
+        solve_chains(
+            (same, other, few.co_albedo),
+            (where.mu, where.scale),
+            (place, found.column, found.thickness, found.doublings, found.first),
+            (where.beams, int(mode == 0)),
+            (start, step),
+            (back, through, emitted),
+        )
 
-    in_threads(part, thickness.size, threads)
-    # What the modes hold of light scattered once is taken out again.
-    tau = scaled.thickness[..., np.newaxis]
-    back -= other[:, np.newaxis, :, where.columns :, 0] * path_back(tau, distinct, sun)
-    through -= same[:, np.newaxis, :, where.columns :, 0] * path_through(tau, distinct, sun)
-    for mode in range(modes):
-        # The sunbeam travels away from the sun: its azimuth difference is the supplement.
-        term = (1.0 if mode == 0 else 2.0) * np.cos(mode * (np.pi - azimuth))
-        brdf += back[mode][..., of_view] * term
-        btdf += through[mode][..., of_view] * term
-    return brdf, btdf
-
-
-@njit(cache=True, nogil=True)
-def _solve_all(
-    kernels: tuple[Any, Any],
-    thickness: Any,
-    co_albedo: Any,
-    directions: tuple[Any, Any],
-    start: int,
-    step: int,
-    out: tuple[Any, Any],
-) -> None:
-    """Solve every ``step``-th layer from ``start`` on, in the order of the flattened (T, V)."""
-    same, other = kernels
-    mu, scale = directions
-    back, through = out
-    modes, columns, views = same.shape[0], thickness.shape[1], back.shape[3]
-    first = mu.size - views
-    for cell in range(start, thickness.size, step):
-        t, v = cell // columns, cell % columns
-        for mode in range(modes):
-            # Of no use here: what the layer emits.
-            r, d, _, _ = solve_layer(
-                same[mode, v], other[mode, v], thickness[t, v], mu, scale, co_albedo[v], 1, mode == 0
-            )
-            for i in range(views):
-                back[mode, t, v, i] = r[first + i, 0]
-                through[mode, t, v, i] = d[first + i, 0]
+    in_threads(part, found.first.size - 1, threads)
+    tau, sun, view = found.thickness[:, np.newaxis], where.mu[0], where.mu[where.columns :]
+    once = np.s_[found.column, where.columns :, 0]
+    return (
+        found.cell,
+        back[:, :, 0] - other[once] * path_back(tau, view, sun),
+        through[:, :, 0] - same[once] * path_through(tau, view, sun),
+    )

@@ -163,7 +163,7 @@ def test_the_mean_over_azimuth_of_sunlight_is_the_kernel() -> None:
     moments, views = henyey_greenstein_moments([0.3]), np.array([0.2, 0.6, 1.0])
     azimuth = np.pi * (np.arange(32) + 0.5) / 32
     arguments = ([[0.1], [3.0]], [0.9], moments)
-    brdf, btdf = solve_sun(*arguments, np.repeat(views, 32), 0.5, np.tile(azimuth, 3), 12, 24)
+    brdf, btdf = solve_sun(*arguments, np.repeat(views, 32), 0.5, np.tile(azimuth, 3), 12, 24, None, 0.0)
     layer = solve_layers(*arguments, [0.5, *views], 12)
     for found, kernel in ((brdf, layer.reflection), (btdf, layer.transmission)):
         mean = found.reshape(2, 1, 3, 32).mean(axis=-1)
@@ -180,3 +180,8 @@ def test_results_do_not_depend_on_the_number_of_threads() -> None:
     np.testing.assert_array_equal(one.far_share, three.far_share)
     arguments = (tau, albedo, moments, [0.3], 0.5, [1.0], 4, 4)
     np.testing.assert_array_equal(solve_sun(*arguments, threads=1), solve_sun(*arguments, threads=3))
+
+
+def test_a_thick_layer_that_scatters_backward_transmits_no_sunlight() -> None:
+    _, btdf = solve_sun([[1e5], [1e6]], [0.9], henyey_greenstein_moments([-0.9]), [0.5], 0.5, [1.0], 4, 8)
+    np.testing.assert_array_equal(btdf, 0.0)
