@@ -65,6 +65,9 @@ class Declares:
         Whether a cloud generator can give any window of a frame alone.
     notes : tuple of str
         What a user should know; copied into plan and cube.
+    legs : {"any", "to_space"}
+        Paths a transmittance provider knows: any legs, or only such as reach from one target to space. For the
+        latter the radiance model fits a law that serves other paths.
     """
 
     depends_on: frozenset[str] = frozenset()
@@ -74,6 +77,7 @@ class Declares:
     evolves: bool = False
     tileable: bool = True
     notes: tuple[str, ...] = ()
+    legs: Literal["any", "to_space"] = "any"
 
 
 # --- clouds -----------------------------------------------------------------------------

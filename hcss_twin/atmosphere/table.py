@@ -82,6 +82,7 @@ class TableTransmittance:
                 "target_altitude_m": self._target_range_m,
             },
             native_grid_cm1=self._wavenumber,
+            legs="to_space",
             resolution_cm1=table.resolution_cm1,
             notes=(
                 f"atmosphere table {parameters.file}: {table.source}",

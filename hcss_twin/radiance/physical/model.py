@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.physics.paths import to_space
-from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun
+from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun, TransmittanceProvider
 from hcss_twin.radiance.parameters import PhysicalParameters
 from hcss_twin.radiance.physical.air import Air
 from hcss_twin.radiance.physical.cloud_slab import CloudSlab, SlabMaker
 from hcss_twin.radiance.physical.column import Column
 from hcss_twin.radiance.physical.directions import VIEW, Directions, make_directions
+from hcss_twin.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.radiance.physical.sea_surface import SeaSurface, make_sea_surface
 from hcss_twin.radiance.physical.terms import AIR_SUN, SOLAR_TERMS, TERMS
 from hcss_twin.radiance.physical.tracing import Tracer
@@ -63,10 +64,13 @@ class Physical:
     def __init__(self, inputs: RadianceInputs, parameters: PhysicalParameters) -> None:
         self._inputs = inputs
         self._parameters = parameters
+        self._gas: TransmittanceProvider = inputs.transmittance
+        if inputs.transmittance.declares.legs == "to_space":
+            self._gas = PowerLawGas(inputs.transmittance, inputs.profile)
         self._scene = lru_cache(maxsize=4)(self._make_scene)
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
-            notes=_notes(parameters),
+            notes=_notes(parameters, inputs),
         )
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
@@ -106,7 +110,7 @@ class Physical:
         wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
         inputs = self._inputs
         directions = make_directions(inputs.view, sun, inputs.wind_from_deg, self._parameters.streams)
-        air = Air(inputs.transmittance, inputs.profile, wavenumber)
+        air = Air(self._gas, inputs.profile, wavenumber)
         received = np.zeros_like(wavenumber)
         if directions.sun is not None:
             irradiance = inputs.solar_irradiance(wavenumber)
@@ -157,28 +161,39 @@ class Physical:
         return result
 
     def _scattered_in_air(self, column: Column) -> Array:
-        """Sunlight scattered once into the view above the highest interface, where the provider knows it."""
+        """Sunlight scattered once into the view, where the provider knows it.
+
+        What the air below a cloud scatters passes the cloud directly, there and back.
+        """
         own = getattr(self._inputs.transmittance, "solar_path_radiance", None)
         where = column.directions
+        result = np.zeros_like(column.received)
         if own is None or where.sun is None or where.sun.zenith_deg > _LARGEST_SUN_DEG:
-            return np.zeros_like(column.received)
-        lower = column.slabs[0].top_m if column.slabs else 0.0
-        scattered = own(
-            column.air.wavenumber_cm1,
-            [to_space(lower, where.zenith_deg[VIEW])],
-            where.sun.zenith_deg,
-            float(np.degrees(where.relative_azimuth)),
-        )[0]
-        result: Array = scattered * column.received / where.mu_sun
-        return result
+            return result
+        lower = [*(slab.top_m for slab in column.slabs), 0.0]
+        paths = [to_space(altitude, where.zenith_deg[VIEW]) for altitude in lower]
+        azimuth_deg = float(np.degrees(where.relative_azimuth))
+        above = own(column.air.wavenumber_cm1, paths, where.sun.zenith_deg, azimuth_deg)
+        through = np.ones_like(result)
+        for index, scattered in enumerate(np.diff(above, axis=0, prepend=0.0)):
+            result += through * np.maximum(scattered, 0.0)
+            if index < len(column.slabs):
+                slab = column.slabs[index]
+                through = through * slab.direct[VIEW] * slab.sun_direct
+        return result * column.received / where.mu_sun
 
 
-def _notes(parameters: PhysicalParameters) -> tuple[str, ...]:
+def _notes(parameters: PhysicalParameters, inputs: RadianceInputs) -> tuple[str, ...]:
     notes = [
         f"physical radiance: {parameters.streams} streams, gas exact for {parameters.closure_order} changes"
     ]
     if parameters.cloud_solver != "adding-doubling":
         notes.append("physical radiance: clouds by a two-stream closed form, see docs/multiple-scattering.md")
+    if inputs.transmittance.declares.legs == "to_space":
+        notes.append(
+            "physical radiance: the atmosphere knows paths to space only; others by a power law fitted to them, "
+            "a few percent off where light goes down and up again"
+        )
     if parameters.leave_out:
         notes.append(f"terms left out by choice: {', '.join(parameters.leave_out)}")
     return tuple(notes)

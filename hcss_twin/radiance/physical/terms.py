@@ -13,7 +13,7 @@ TERMS: Mapping[str, str] = {
     "sea_reflected_sun": "sunlight reflected by the sea, directly or through clouds",
     "path_emission": "thermal emission of the air that reaches the sensor without being scattered",
     "reflected_air_emission": "thermal emission of the air (and of space) that sea or clouds reflect or scatter",
-    "path_scattered_sun": "sunlight scattered once by the air above the highest cloud or the sea",
+    "path_scattered_sun": "sunlight scattered once by the air",
 }
 
 SOLAR_TERMS = frozenset({"cloud_reflected_sun", "sea_reflected_sun", "path_scattered_sun"})

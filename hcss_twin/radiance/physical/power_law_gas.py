@@ -1,0 +1,103 @@
+"""Transmittance of any path from a provider that knows only those from a height to space.
+
+At each wavenumber -ln T = (sum over layers of air mass x w)^a. The layers' amounts w follow from vertical paths to
+space, so that these are reproduced; the exponent a, from a vertical and a slant path at the surface, tells how far
+absorption saturates. Errors of slant paths are below those of the product of legs, but stay a few percent of band
+means for paths up and down again; a provider with any path is better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.errors import ProviderError
+from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
+from hcss_twin.physics.profile import Profile
+from hcss_twin.providers import Declares, TransmittanceProvider
+
+Array = NDArray[np.float64]
+
+_SLANT_DEG = 60.0
+_LEAST_DEPTH, _MOST_DEPTH = 1e-12, 700.0
+_EXPONENTS = (0.2, 1.0)
+"""Between a strong Lorentz line (.5) with room for tables that fall off more slowly, and weak absorption."""
+
+
+class PowerLawGas:
+    """A transmittance provider for any path, fitted to one for paths to space.
+
+    Parameters
+    ----------
+    provider : TransmittanceProvider
+        Declares ``legs = "to_space"``.
+    profile : Profile
+        Its levels are the layers' limits; targets outside the provider's range are not asked for.
+    """
+
+    def __init__(self, provider: TransmittanceProvider, profile: Profile) -> None:
+        self.declares: Declares = provider.declares
+        self._provider = provider
+        self._profile = profile
+        low, high = provider.declares.valid.get("target_altitude_m", (0.0, float(profile.altitude_m[-1])))
+        levels = profile.altitude_m
+        self._targets = [float(z) for z in levels[:-1] if low <= z <= high]
+        self._known: dict[bytes, tuple[Array, Array]] = {}
+
+    def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return transmittance (P, V) of composite paths."""
+        amount, exponent = self._fit(wavenumber_cm1)
+        airmass = np.stack([self._profile.airmass(path) for path in paths])
+        result: Array = np.exp(-((airmass @ amount) ** exponent))
+        for row, path in enumerate(paths):
+            own = self._own(wavenumber_cm1, path)
+            if own is not None:
+                result[row] = own
+        return result
+
+    def _own(self, wavenumber_cm1: Array, path: Path) -> Array | None:
+        """What the provider itself says of the path down to a target from the sun and up again, (V,).
+
+        No emission is weighted with differences of these, so that they need not fit the law.
+        """
+        legs = joined(path)
+        if len(legs) != 2 or any(leg.upper_m != SPACE or leg.lower_m != legs[0].lower_m for leg in legs):
+            return None
+        try:
+            return self._provider.transmittance(wavenumber_cm1, [Path(legs)])[0]
+        except ProviderError:  # beyond its angles
+            return None
+
+    def _fit(self, wavenumber_cm1: Array) -> tuple[Array, Array]:
+        """Amounts of the layers (L, V) and exponents (V,)."""
+        key = wavenumber_cm1.tobytes()
+        if key not in self._known:
+            vertical = self._depth(wavenumber_cm1, [to_space(z, 0.0) for z in self._targets])
+            slant = self._depth(wavenumber_cm1, [to_space(self._targets[0], _SLANT_DEG)])[0]
+            mass = float(self._profile.mean_airmass(self._targets[0], np.array([_SLANT_DEG]))[0])
+            exponent = np.clip(np.log(slant / vertical[0]) / np.log(mass), *_EXPONENTS)
+            above = vertical ** (1.0 / exponent)
+            # Amounts fall with height; a table's rounding may say otherwise.
+            above = np.minimum.accumulate(above, axis=0)
+            amount = np.zeros((self._profile.altitude_m.size - 1, wavenumber_cm1.size))
+            amount[: len(self._targets)] = above - np.concatenate((above[1:], np.zeros_like(above[:1])))
+            self._known[key] = amount, exponent
+        return self._known[key]
+
+    def _depth(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        transmittance = self._provider.transmittance(wavenumber_cm1, paths)
+        depth = -np.log(np.maximum(transmittance, np.exp(-_MOST_DEPTH)))
+        return np.asarray(np.maximum(depth, _LEAST_DEPTH))
+
+
+def joined(path: Path) -> tuple[Leg, ...]:
+    """Return the legs of a path with those joined that continue one another in the same direction."""
+    legs: list[Leg] = []
+    for leg in sorted(path.legs, key=lambda each: (each.zenith_deg, each.lower_m)):
+        if legs and legs[-1].zenith_deg == leg.zenith_deg and legs[-1].upper_m == leg.lower_m:
+            legs[-1] = Leg(legs[-1].lower_m, leg.upper_m, leg.zenith_deg)
+        elif leg.lower_m < leg.upper_m:
+            legs.append(leg)
+    return tuple(legs)
