@@ -66,9 +66,10 @@ class PowerLawGas:
         if len(legs) != 2 or any(leg.upper_m != SPACE or leg.lower_m != legs[0].lower_m for leg in legs):
             return None
         try:
-            return self._provider.transmittance(wavenumber_cm1, [Path(legs)])[0]
+            found: Array = self._provider.transmittance(wavenumber_cm1, [Path(legs)])[0]
         except ProviderError:  # beyond its angles
             return None
+        return found
 
     def _fit(self, wavenumber_cm1: Array) -> tuple[Array, Array]:
         """Amounts of the layers (L, V) and exponents (V,)."""
