@@ -4,7 +4,7 @@
 
     python docs/figures/radiance_modes.py            # prints the tables of docs/physical.md
     python docs/figures/radiance_modes.py --write    # puts them into docs/physical.md
-    python docs/figures/radiance_modes.py --check    # fails where the page differs by more than 1 percent
+    python docs/figures/radiance_modes.py --check    # fails where the page differs by more than 2 percent
 
 Geometry, atmosphere, clouds and sea are those of the shipped scenario ``baseline`` (cloud top at 6 km), except that
 the clouds have the profile's temperature, and that the as-printed model has eqs 16 and 18 unscaled: its fits to the
@@ -29,6 +29,7 @@ BEGIN, END = "<!-- made by docs/figures/radiance_modes.py -->\n", "<!-- end -->\
 BANDS = ("swir-2.7-3.0", "mwir", "lwir")
 BAND_TITLES = ("2.7-3.0", "3-5", "8-14")
 THIN_M = 100.0
+HEADER = "| term | equations, and what is different | as-printed | physical | difference |"
 
 AS_PRINTED = {"radiance.model": "as-printed", "radiance.parameters": {}}
 PHYSICAL = {
@@ -104,8 +105,9 @@ def _beside_the_paper() -> list[str]:
     lines = [
         "### Beside the paper's Table IV",
         "",
-        "Cover .3 of opaque cloud; 2.7-3.0 / 3-5 / 8-14 um. The paper's numbers follow from a cloud at 249.2 K without sunlight and glint "
-        "scaled by .162 (`hcss run baseline` has these fits), so neither column should agree by day.",
+        "Cover .3 of opaque cloud; 2.7-3.0 / 3-5 / 8-14 um. The paper's numbers follow from a cloud at 249.2 K "
+        "without sunlight and glint scaled by .162 (`hcss run baseline` has these fits), so neither column "
+        "should agree by day.",
         "",
         "| view zenith | paper, ours | as-printed, day | physical, day | physical, night |",
         "|---|---|---|---|---|",
@@ -141,7 +143,7 @@ def main() -> int:
 
 
 def _alike(old: str, new: str) -> bool:
-    """Whether two pages differ in numbers by less than 1 percent, or 2 in the last of three digits, and in nothing else."""
+    """Whether two pages differ in numbers by less than 2 percent or 1e-4, and in nothing else."""
     number = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
     if number.sub("#", old) != number.sub("#", new):
         return False
