@@ -18,6 +18,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import argparse
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable
 from typing import Any
@@ -41,6 +44,17 @@ LEAST_MU = {"75": 0.259, "87": 0.05}
 Layer = tuple[float, float, float, float]
 
 SPEED_LAYER = (10.0, 0.9, 0.85, 0.6)
+
+FIRST_CALLS = """
+import time
+from hcss_twin.multiple_scattering.layer import solve_layers
+from hcss_twin.multiple_scattering.sun import solve_sun
+start = time.process_time()
+layer = [[1.0]], [0.9], [[1.0], [0.8]]
+solve_layers(*layer, [1.0], 8, threads=1)
+solve_sun(*layer, [1.0], 0.5, [0.0], 8, 16, threads=1)
+print(time.process_time() - start)
+"""
 
 
 def random_layers(count: int) -> list[Layer]:
@@ -81,7 +95,7 @@ def print_errors(layers: list[Layer]) -> None:
             lowest = min(mine.reflection.min(), mine.transmission.min())
             negative[streams] = min(negative.get(streams, 0.0), lowest)
             back, through = solve_sun(
-                [[tau]], [albedo], given, views, mu_sun, azimuth, streams, modes, threads=1
+                [[tau]], [albedo], given, views, mu_sun, azimuth, streams, modes, 1, mode_tolerance=0.0
             )
             off = np.abs(mine.emissivity[0, 0, : mu.size] - emissivity[seen])
             off_back = np.abs(back[0, 0].reshape(mu.size, -1) - exact_back[seen])
@@ -140,7 +154,7 @@ def print_two_stream(layers: list[Layer]) -> None:
             rows.append((layer.reflection[few] @ flux, passed))
         found["reflected"].append(difference(rows[0][0], rows[1][0]))
         found["transmitted"].append(difference(rows[0][1], rows[1][1]))
-        back, through = solve_sun(*arguments, views, mu_sun, azimuth, 16, 32, threads=1)
+        back, through = solve_sun(*arguments, views, mu_sun, azimuth, 16, 32, 1, mode_tolerance=0.0)
         fast_back, fast_through = solve_sun_two_stream(*arguments, views, mu_sun, azimuth, 8)
         found["brdf"].append(difference(back, fast_back) / back.max())
         found["btdf"].append(difference(through, fast_through) / max(back.max(), through.max()))
@@ -187,7 +201,7 @@ def print_speed(quick: bool) -> None:
             best_s(lambda n=streams: solve_layers(tau, albedo, moments, [1.0, 0.5], n, 1), repeats) / count
         )
         sun = best_s(
-            lambda n=streams: solve_sun(tau, albedo, moments, views, 0.6, azimuth, n, 2 * n, 1),
+            lambda n=streams: solve_sun(tau, albedo, moments, views, 0.6, azimuth, n, 2 * n, 1, 0.0),
             max(2, repeats // 5),
         )
         sun /= count
@@ -200,7 +214,9 @@ def print_speed(quick: bool) -> None:
     least = float(gauss_streams(8).mu.min())
     depth = 10.0 * (1.0 - 0.9 * 0.85**16)
     print(f"\n8 streams: {halvings(depth, least)} doublings for thickness 10")
-    modes = best_s(lambda: solve_sun(tau, albedo, moments, views, 0.6, azimuth, 8, 8, 1), repeats) / count
+    modes = (
+        best_s(lambda: solve_sun(tau, albedo, moments, views, 0.6, azimuth, 8, 8, 1, 0.0), repeats) / count
+    )
     print(f"Sun, 8 streams, 8 modes: {modes * 1e6:.0f} us per layer")
     fast = best_s(lambda: solve_layers_two_stream(tau, albedo, moments, [1.0, 0.5], 8), repeats) / count
     fast_sun = (
@@ -209,12 +225,70 @@ def print_speed(quick: bool) -> None:
     print(f"Two-stream, 8 streams: {fast * 1e6:.1f} us, sun {fast_sun * 1e6:.1f} us per layer")
 
 
+def print_families(quick: bool) -> None:
+    """Time per layer of ten halves of thickness 10 against ten layers that are no halves of each other."""
+    count, repeats = 50, 2 if quick else 5
+    albedo, moments = np.full(count, 0.9), np.stack([np.ones(count), np.full(count, 0.85)])
+    views, azimuth = np.repeat([1.0, 0.5], 4), np.tile([0.0, 1.0, 2.0, 3.0], 2)
+    halves = np.repeat(10.0 * 0.5 ** np.arange(10)[:, np.newaxis], count, axis=1)
+    others = halves * (1.0 + 1e-6 * np.arange(10))[:, np.newaxis]
+    print("\nTen halves of thickness 10, us per layer, one thread\n")
+    print("| streams | thermal, apart | one chain | sun, 2N modes, apart | one chain |")
+    print("|---|---|---|---|---|")
+    for streams in (8, 16):
+        cells = [
+            best_s(lambda n=streams, t=t: solve_layers(t, albedo, moments, [1.0, 0.5], n, 1), repeats)
+            for t in (others, halves)
+        ]
+        cells += [
+            best_s(
+                lambda n=streams, t=t: solve_sun(t, albedo, moments, views, 0.6, azimuth, n, 2 * n, 1, 0.0), 2
+            )
+            for t in (others, halves)
+        ]
+        print(f"| {streams} | " + " | ".join(f"{1e6 * cell / halves.size:.1f}" for cell in cells) + " |")
+
+
+def print_mode_tolerance(layers: list[Layer], quick: bool) -> None:
+    """Time saved by leaving out modes, and what that changes."""
+    tau, albedo, g, _ = np.array(layers).T
+    moments = np.stack([np.ones_like(g), g])
+    mu = np.array([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.26])
+    views, azimuth = np.repeat(mu, AZIMUTH.size), np.tile(AZIMUTH, mu.size)
+    print(f"\nModes left out, {len(layers)} random layers, view zenith to 75 degrees, sun at 53 degrees\n")
+    print("| streams | mode_tolerance | time / all modes | largest change of brdf or btdf, relative |")
+    print("|---|---|---|---|")
+    for streams in (8, 16, 24):
+        arguments = (tau[np.newaxis], albedo, moments, views, 0.6, azimuth, streams, 2 * streams, 1)
+        every, whole = solve_sun(*arguments, 0.0), best_s(lambda a=arguments: solve_sun(*a, 0.0), 2)
+        for tolerance in (1e-5, 1e-4, 1e-3):
+            few = solve_sun(*arguments, tolerance)
+            change = max(float(np.max(np.abs(f / e - 1.0))) for f, e in zip(few, every, strict=True))
+            spent = best_s(lambda a=arguments, t=tolerance: solve_sun(*a, t), 1 if quick else 2)
+            print(f"| {streams} | {tolerance:g} | {spent / whole:.2f} | {change:.2g} |")
+
+
+def print_first_calls() -> None:
+    """Processor time of the first calls where nothing is compiled yet, and where all is."""
+    with tempfile.TemporaryDirectory() as empty:
+        environment = os.environ | {"NUMBA_CACHE_DIR": empty}
+        command = [sys.executable, "-c", FIRST_CALLS]
+        cold, warm = (
+            float(subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout)
+            for _ in range(2)
+        )
+    print(f"\nFirst solve_layers and solve_sun: {cold:.1f} s with nothing compiled, {warm:.2f} s after")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="a tenth of the layers")
     options = parser.parse_args()
+    print_first_calls()
     print_speed(options.quick)
+    print_families(options.quick)
     layers = random_layers(20 if options.quick else 200)
+    print_mode_tolerance(layers, options.quick)
     print_two_stream(layers)
     print_errors(layers)
 

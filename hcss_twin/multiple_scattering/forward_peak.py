@@ -18,6 +18,8 @@ which for thin layers is again exact single scattering.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -86,6 +88,7 @@ def _aureole(
         known = extended_moments(moments, max(count + 1, moments.shape[0]))
     beyond = known[count:]
     series = 2.0 * np.arange(known.shape[0]) + 1.0
+    missing, peak = _scattered_onward(albedo * beyond), _scattered_onward(albedo * scaled.peak)
     rest = 1.0 - albedo * scaled.peak
     tau = scaled.thickness / rest
     result = np.empty((*tau.shape, mu.size))
@@ -93,9 +96,7 @@ def _aureole(
     for p, (m, value) in enumerate(zip(mu, values, strict=True)):
         rate = 0.5 * (1.0 / m + 1.0 / sun)
         for t, y in enumerate(tau * rate):
-            missing = _scattered_onward(y, albedo * beyond)
-            peak = _scattered_onward(y, albedo * scaled.peak)
-            total = value[:count].sum() * peak + value[count:] @ missing
+            total = value[:count].sum() * peak(y) + value[count:] @ missing(y)
             slant = path_through(scaled.thickness[t], mu[p], sun)
             straight = scaled.thickness[t] * np.exp(-y * rest)
             lit = straight > 0.0
@@ -104,8 +105,12 @@ def _aureole(
     return result
 
 
-def _scattered_onward(y: Array, strength: Array) -> Array:
-    """exp(-y) (exp(strength y) - 1), without overflow for either sign and without loss for thin layers."""
-    slowest = np.exp(-y * (1.0 - np.maximum(strength, 0.0)))
-    result: Array = -np.sign(strength) * slowest * np.expm1(-y * np.abs(strength))
-    return result
+def _scattered_onward(strength: Array) -> Callable[[Array], Array]:
+    """exp(-y) (exp(strength y) - 1) of y, without overflow for either sign and without loss for thin layers."""
+    slowest, size, sign = 1.0 - np.maximum(strength, 0.0), np.abs(strength), -np.sign(strength)
+
+    def scattered(y: Array) -> Array:
+        result: Array = np.exp(-y * slowest) * np.expm1(-y * size) * sign
+        return result
+
+    return scattered
