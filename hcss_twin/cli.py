@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import click
@@ -231,14 +232,19 @@ class _Stop:
     """Handler of Ctrl-C and of the request to end.
 
     It raises, which unwinds the writer, and it remembers: an exception that a callback of a C library
-    swallowed is raised again before the next frame.
+    swallowed is raised again before the next frame. Inside the compiler of the kernels it only remembers, because
+    an exception in its callbacks would end the process there and then.
     """
 
     def __init__(self) -> None:
         self.signal = 0
 
-    def __call__(self, number: int, _frame: object) -> None:
+    def __call__(self, number: int, frame: FrameType | None) -> None:
         self.signal = number
+        while frame is not None:
+            if "llvmlite" in frame.f_code.co_filename:
+                return
+            frame = frame.f_back
         raise KeyboardInterrupt
 
     def check(self) -> None:
