@@ -196,8 +196,9 @@ def scenarios(as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(titles))
         return
+    width = max(map(len, titles), default=0) + 2
     for name, title in titles.items():
-        click.echo(f"{name:<14}{title}")
+        click.echo(f"{name:<{width}}{title}")
 
 
 @cli.command()

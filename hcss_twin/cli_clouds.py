@@ -132,8 +132,10 @@ def import_command(
     from hcss_twin.clouds.database.segmentation import Cleaning
     from hcss_twin.reporting.entry_preview import draw_entry
 
-    if (options["coverage"] is None) is (options["method"] == "coverage"):
-        raise click.UsageError("--coverage goes with --method coverage, and only with it")
+    if options["coverage"] is None and options["method"] == "coverage":
+        raise click.UsageError("--method coverage needs --coverage, the fraction of cloudy pixels")
+    if options["coverage"] is not None and options["method"] != "coverage":
+        raise click.UsageError("--coverage goes with --method coverage only")
     if options["window"] is not None and options["method"] != "local":
         raise click.UsageError("--window goes with --method local only")
     try:

@@ -90,8 +90,8 @@ def test_an_existing_entry_is_kept_unless_forced(here):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--method", "coverage"], "--coverage goes with"),
-        (["--coverage", "0.3"], "--coverage goes with"),
+        (["--method", "coverage"], "needs --coverage"),
+        (["--coverage", "0.3"], "needs --coverage"),
         (["--window", "9"], "--window goes with"),
         (["--close", "4"], "closest is 5"),
         (["--pixel-size", "2 parsec"], "unit of length"),

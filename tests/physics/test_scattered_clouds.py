@@ -271,7 +271,7 @@ def test_clouds_can_be_chosen_by_size(folder):
     clouds = _clouds(folder, coverage=0.01, parameters={"cloud_pixels": [4, 30]})
     assert "2 clouds of 4 to 28 pixels" in clouds.declares.notes[0]
     with pytest.raises(
-        CatalogError, match=r"cloud_pixels: \(100, 200\) given, the entry's whole clouds have 4 to 51"
+        ScenarioError, match=r"cloud_pixels: \[100, 200\] given; allowed: a range that meets 4 to 51"
     ):
         _clouds(folder, parameters={"cloud_pixels": [100, 200]})
 

@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from hcss_twin.clouds.database.entry import CloudEntry
 from hcss_twin.clouds.imagery.grey_levels import thickness_of
-from hcss_twin.errors import CatalogError
+from hcss_twin.errors import CatalogError, Problem, ScenarioError
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,9 @@ def single_clouds(
     Raises
     ------
     CatalogError
-        If no cloud is left.
+        If the border cut all clouds.
+    ScenarioError
+        If none has the size asked for.
     """
     labels, grey, missing = entry.labels[::-1], entry.grey[::-1], entry.missing[::-1]
     cut = np.zeros(entry.facts.clouds + 1, dtype=np.bool_)
@@ -83,8 +85,18 @@ def single_clouds(
     if not shapes:
         whole = np.bincount(labels.ravel(), minlength=cut.size)[1:][~cut[1:]]
         if whole.size:
-            raise CatalogError(
-                f"cloud_pixels: {pixels} given, the entry's whole clouds have {whole.min()} to {whole.max()} pixels"
+            low, high = int(whole.min()), int(whole.max())
+            message = (
+                f"{list(pixels or ())} given; allowed: a range that meets {low} to {high}, the sizes of the "
+            )
+            raise ScenarioError(
+                [
+                    Problem(
+                        "clouds.parameters.cloud_pixels",
+                        f"{message}entry's whole clouds; closest is [{low}, {high}]",
+                    )
+                ],
+                origin="imagery clouds",
             )
         raise CatalogError(
             f"the border of the image or missing pixels cut all {entry.facts.clouds} clouds of the entry; allowed: "
