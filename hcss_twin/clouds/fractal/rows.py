@@ -18,7 +18,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS
-from hcss_twin.clouds.fractal.lattice import fill_scattered
+from hcss_twin.clouds.fractal.lattice import fill_row, fill_scattered
 
 _u4, _u8 = np.uint32, np.uint64
 
@@ -135,6 +135,24 @@ def _add(row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _add_noise(total: Any, plane: Any, weight: Any, rows: Any, nodes: Any) -> None:
+    """Add one node to each pixel: nothing is interpolated, nothing used twice."""
+    values = np.empty(nodes.size, dtype=np.float32)
+    work = np.empty(nodes.size, dtype=np.float32)
+    bits = np.empty(nodes.size, dtype=np.uint32)
+    first, last = nodes[0], nodes[nodes.size - 1]
+    adjoins = last - first == nodes.size - 1 and first >> 32 == last >> 32
+    for r in range(total.shape[0]):
+        if adjoins:
+            fill_row(plane, rows[r], first, values, bits, work)
+        else:
+            fill_scattered(plane, rows[r], nodes, values, bits, work)
+        row_total = total[r]
+        for c in range(values.size):
+            row_total[c] += weight * values[c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def add_octave(
     total: NDArray[np.float32],
     pool: NDArray[np.float32],
@@ -179,6 +197,9 @@ def add_octave(
         Whether rows of nodes are gathered at the columns before they are summed; a property of the octave
         and not of the tile, because it decides the order of sums.
     """
+    if slots.size == 0 and planes.size == 1 and columns.size == 0 and row_weights.shape[1] == 1:
+        _add_noise(total, planes[0], time_weights[0], rows, nodes)
+        return
     width, count = total.shape[1], nodes.size
     is_stored, interpolates_x, taps = slots.size > 0, columns.size > 0, row_weights.shape[1]
     ring = np.empty((4, width if gathers_first else count), dtype=np.float32)
