@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import Array, Declares, SeaInputs
 from hcss_twin.refractive_index import load_refractive_index
-from hcss_twin.sea.directions import directions
+from hcss_twin.sea.directions import directions, relative_azimuths
 from hcss_twin.sea.parameters import CoxMunkParameters
 from hcss_twin.sea.pierson_moskowitz import significant_wave_height_m
 from hcss_twin.sea.slopes import MEASURED_WIND_M_S, mean_square_slope, slope_density
@@ -107,11 +107,7 @@ class CoxMunkSea:
         angle between the directions.
         """
         out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
-        azimuth = np.asarray(relative_azimuth, dtype=np.float64)
-        if not np.all((azimuth >= 0.0) & (azimuth <= np.pi)):
-            raise ValueError(
-                f"relative_azimuth between {np.min(azimuth)} and {np.max(azimuth)}: allowed 0 to pi rad"
-            )
+        azimuth = relative_azimuths(relative_azimuth)
         index = self._index.at(wavenumber_cm1)
         slope_squared, cos_incidence = mirror_facet(out, into, azimuth)
         density = slope_density(slope_squared, self._mean_square_slope)

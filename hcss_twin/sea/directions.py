@@ -37,3 +37,19 @@ def bearings(wind_azimuth: Array | None, count: int) -> Array | None:
     if values.shape != (count,) or not np.all(np.isfinite(values)):
         raise ValueError(f"wind_azimuth of shape {values.shape}: needs ({count},), finite radians")
     return values
+
+
+def relative_azimuths(relative_azimuth: Array) -> Array:
+    """Return angles between the bearings toward sensor and source (M,) as float64.
+
+    Raises
+    ------
+    ValueError
+        If one leaves [0, pi].
+    """
+    values = np.asarray(relative_azimuth, dtype=np.float64)
+    if not np.all((values >= 0.0) & (values <= np.pi)):
+        raise ValueError(
+            f"relative_azimuth between {np.min(values)} and {np.max(values)}: allowed 0 to pi rad"
+        )
+    return values

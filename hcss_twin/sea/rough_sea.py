@@ -8,7 +8,8 @@ import numpy as np
 
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import Array, Declares, SeaInputs
-from hcss_twin.sea.directions import bearings, directions
+from hcss_twin.sea.cox_munk import mirror_facet
+from hcss_twin.sea.directions import bearings, directions, relative_azimuths
 from hcss_twin.sea.foam import foam_coverage, foam_reflectance
 from hcss_twin.sea.node_basis import Basis, basis_values, checked_nodes
 from hcss_twin.sea.parameters import RoughSeaParameters
@@ -16,7 +17,7 @@ from hcss_twin.sea.reflection import INCIDENCE_COUNT, FirstHit, Reflection, refl
 from hcss_twin.sea.sea_water import COLD_K, WARM_K, load_sea_water
 from hcss_twin.sea.shadowing import both_seen, smith_lambda
 from hcss_twin.sea.slope_statistics import slope_statistics
-from hcss_twin.sea.slopes import MEASURED_WIND_M_S
+from hcss_twin.sea.slopes import MEASURED_WIND_M_S, slope_density
 from hcss_twin.sea.visible_facets import incidence_nodes
 from hcss_twin.sea.wave_spectrum import WaveSpectrum
 
@@ -186,11 +187,7 @@ class RoughSea:
         -(wind_azimuth + relative_azimuth).
         """
         out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
-        azimuth = np.asarray(relative_azimuth, dtype=np.float64)
-        if not np.all((azimuth >= 0.0) & (azimuth <= np.pi)):
-            raise ValueError(
-                f"relative_azimuth between {np.min(azimuth)} and {np.max(azimuth)}: allowed 0 to pi rad"
-            )
+        azimuth = relative_azimuths(relative_azimuth)
         bearing = bearings(wind_azimuth, out.size)
         if bearing is not None or not self.anisotropic:
             shape, cosine = self._mirrors(
@@ -215,12 +212,9 @@ class RoughSea:
         other = bearing + azimuth
         upwind = sin_out * np.cos(bearing) + sin_in * np.cos(other)
         crosswind = sin_out * np.sin(bearing) + sin_in * np.sin(other)
-        horizontal_squared = (sin_out - sin_in) ** 2 + 4.0 * np.cos(0.5 * azimuth) ** 2 * (sin_out * sin_in)
-        slope_squared = horizontal_squared / vertical**2
-        cosine = np.minimum(0.5 * np.sqrt(vertical**2 + horizontal_squared), 1.0)
+        slope_squared, cosine = mirror_facet(out, into, azimuth)
         if self._slopes.isotropic:
-            variance = self._slopes.variance_upwind
-            density = np.exp(-0.5 * slope_squared / variance) / (2.0 * np.pi * variance)
+            density = slope_density(slope_squared, self._slopes.mean_square_slope)
         else:
             density = self._slopes.density(-upwind / vertical, -crosswind / vertical)
         seen = both_seen(
