@@ -90,7 +90,6 @@ def make_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Direction
 def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> Array:
     """Integral of BRDF x cosine over the sky, folded onto the streams by linear weights, (D, N, V)."""
     nodes, node_weights = np.polynomial.legendre.leggauss(_COSINES)
-    # Denser toward the mirror directions' neighbourhood than toward nothing in particular: plain Gauss in mu.
     mu_in, d_mu = 0.5 * (nodes + 1.0), 0.5 * node_weights
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
     hats = _hats(mu_in, directions.streams.mu)
