@@ -10,8 +10,8 @@ from hcss_twin.errors import ProviderError
 Array = NDArray[np.float64]
 
 
-def native_range(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> tuple[int, int]:
-    """Return the slice of the native grid that encloses the request.
+def native_nodes(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> NDArray[np.intp]:
+    """Return the indices of the native wavenumbers that enclose the requested ones, and no others.
 
     Parameters
     ----------
@@ -21,6 +21,11 @@ def native_range(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> tup
         Ascending.
     provider : str
         Who complains.
+
+    Returns
+    -------
+    ndarray of int (M,)
+        Ascending; both neighbours of a wavenumber between two, itself alone where it is native.
 
     Raises
     ------
@@ -33,9 +38,10 @@ def native_range(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> tup
             f"{provider}: wavenumbers {wavenumber_cm1[0]:.6g} to {wavenumber_cm1[-1]:.6g} cm-1; allowed {low:g} to "
             f"{high:g} cm-1 ({1e4 / high:.4g} to {1e4 / low:.4g} um)"
         )
-    first = int(np.searchsorted(native_cm1, wavenumber_cm1[0], side="right")) - 1
-    last = int(np.searchsorted(native_cm1, wavenumber_cm1[-1], side="left")) + 1
-    return first, last
+    needed = np.zeros(native_cm1.size, dtype=np.bool_)
+    needed[np.searchsorted(native_cm1, wavenumber_cm1, side="right") - 1] = True
+    needed[np.searchsorted(native_cm1, wavenumber_cm1, side="left")] = True
+    return np.flatnonzero(needed)
 
 
 def from_native(native_cm1: Array, values: Array, wavenumber_cm1: Array) -> Array:
@@ -44,7 +50,7 @@ def from_native(native_cm1: Array, values: Array, wavenumber_cm1: Array) -> Arra
     Parameters
     ----------
     native_cm1 : ndarray (N,)
-        What :func:`native_range` chose.
+        Those that :func:`native_nodes` chose.
     values : ndarray (P, N)
     wavenumber_cm1 : ndarray (V,)
 

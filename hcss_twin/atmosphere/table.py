@@ -8,11 +8,12 @@ transmittances (which would be too small wherever lines are saturated).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.atmosphere.native_grid import from_native, native_range
+from hcss_twin.atmosphere.native_grid import from_native, native_nodes
 from hcss_twin.atmosphere.parameters import TableParameters
 from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.atmosphere.table_file import AtmosphereTable, read_atmosphere_table
@@ -73,6 +74,7 @@ class TableTransmittance:
         fields = np.stack((np.log(depth), table.path_radiance / -np.expm1(-depth)), axis=1)
         self._ln_pressure = -np.log(self._profile.pressure_at(table.target_altitude_m))
         self._fields = fields  # (heights, 2, angles, wavenumbers)
+        self._fields_at = lru_cache(maxsize=2)(self._choose_fields)
         self._target_range_m = float(table.target_altitude_m[0]), float(table.target_altitude_m[-1])
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith"}),
@@ -119,8 +121,8 @@ class TableTransmittance:
 
     def _look_up(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Interpolate both fields at the table's own wavenumbers around the request: (2, P, N)."""
-        first, last = native_range(self._wavenumber, wavenumber_cm1, PROVIDER)
-        result = np.zeros((2, len(paths), last - first))
+        chosen = native_nodes(self._wavenumber, wavenumber_cm1, PROVIDER)
+        result = np.zeros((2, len(paths), chosen.size))
         result[0] = -np.inf  # no absorber: transmittance 1
         rows = [row for row, path in enumerate(paths) if path.legs]
         if not rows:
@@ -138,12 +140,16 @@ class TableTransmittance:
         at_height = window_start(self._ln_pressure, height)[:, None] + heights
         at_angle = window_start(nodes, airmass)[:, None] + angles
         # (P, heights, 2, angles, N): only what surrounds each path.
-        around = self._fields[at_height[:, :, None], :, at_angle[:, None, :], first:last].swapaxes(2, 3)
+        fields = self._fields_at(chosen.tobytes())
+        around = fields[at_height[:, :, None], :, at_angle[:, None, :]].swapaxes(2, 3)
         at_target = pchip_in_window(self._ln_pressure[at_height], around, height)
         local_nodes = np.take_along_axis(nodes, at_angle, axis=1)
         found = pchip_in_window(local_nodes, at_target.swapaxes(1, 2), airmass)
         result[:, rows] = found.swapaxes(0, 1)
         return result
+
+    def _choose_fields(self, nodes: bytes) -> Array:
+        return np.ascontiguousarray(self._fields[..., np.frombuffer(nodes, dtype=np.intp)])
 
     def _target(self, path: Path) -> float:
         target = path.legs[0].lower_m
@@ -176,8 +182,8 @@ class TableTransmittance:
 
     def _to_requested(self, wavenumber_cm1: Array, native: Array) -> Array:
         """Interpolate from the table's wavenumbers to the requested ones (band edges)."""
-        first, last = native_range(self._wavenumber, wavenumber_cm1, PROVIDER)
-        return from_native(self._wavenumber[first:last], native, wavenumber_cm1)
+        chosen = native_nodes(self._wavenumber, wavenumber_cm1, PROVIDER)
+        return from_native(self._wavenumber[chosen], native, wavenumber_cm1)
 
     def _require_same_profile(self, inputs: AtmosphereInputs) -> None:
         top = float(inputs.profile.altitude_m[-1])

@@ -216,6 +216,9 @@ class GuardedTransmittance(_Guard):
         if name == "path_radiance":
             getattr(self._provider, name)
             return self._path_radiance
+        if name == "transmittance_of_amounts":
+            getattr(self._provider, name)
+            return self._transmittance_of_amounts
         return super().__getattr__(name)
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
@@ -223,6 +226,14 @@ class GuardedTransmittance(_Guard):
         self._check_wavenumbers("transmittance", wavenumber_cm1)
         value = self._call("transmittance", self._provider.transmittance, wavenumber_cm1, paths)
         return self._fraction("transmittance()", value, (len(paths), wavenumber_cm1.size))
+
+    def _transmittance_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
+        """Return transmittance (P, V) in [0, 1] behind amounts of absorbers (P, K)."""
+        self._check_wavenumbers("transmittance_of_amounts", wavenumber_cm1)
+        value = self._call(
+            "transmittance_of_amounts", self._provider.transmittance_of_amounts, wavenumber_cm1, amounts
+        )
+        return self._fraction("transmittance_of_amounts()", value, (len(amounts), wavenumber_cm1.size))
 
     def _path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return thermal emission (P, V) of single upward legs, W m-2 sr-1 (cm-1)-1, not negative."""

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import Sun
+from hcss_twin.radiance.spectral_nodes import SpectralNodes
 from hcss_twin.scene.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.spectrum import choose_spectrum
 from hcss_twin.scene.tables import InstantTable, Quantities, RadianceTables
 from hcss_twin.scene.thickness_axis import Columns, ThicknessAxis, place_axis
 
@@ -20,9 +22,14 @@ Array = NDArray[np.float64]
 TABLE_SHARE = 0.1
 """Share of the scenario's accuracy that interpolation between table nodes may use."""
 
+SPECTRAL_SHARE = 0.1
+"""Share that may be lost by leaving out wavenumbers."""
 
 LARGEST_TABLE_BYTES = 128_000_000
 """Of the table of two layers at one instant; three of them are held where the sun moves."""
+
+SAME_SUN_DEG = 1.0
+"""Change of its zenith angle over which the sun's spectrum below the air is taken as one."""
 
 LONGEST_TIME_STEP_S = 3600.0
 """Time nodes are at most this far apart where the sun matters."""
@@ -42,7 +49,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     ScenarioError
         If the table of two layers would be too large for the accuracy asked for.
     """
-    columns = _Columns(plan)
+    spectrum = choose_spectrum(plan, _extreme_suns(plan), plan.scenario.accuracy * SPECTRAL_SHARE)
+    columns = _Columns(plan, spectrum.nodes)
     tolerance = plan.scenario.accuracy * TABLE_SHARE
     times, time_error = _time_nodes(columns, plan, 0.5 * tolerance)
     sun = _sun(plan, times[len(times) // 2])
@@ -61,12 +69,13 @@ def compile_tables(plan: Plan) -> RadianceTables:
                 low,
                 high,
                 0.5 * tolerance,
-                columns.wavenumbers,
             )
             _require_room(plan, pair, len(columns.quantities.names))
             axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
     tables = tuple(columns.table(axes, pair, _sun(plan, time)) for time in times)
-    return RadianceTables(columns.quantities, times, axes, pair, tables, time_error + error)
+    return RadianceTables(
+        columns.quantities, times, axes, pair, tables, spectrum, spectrum.estimated_error + time_error + error
+    )
 
 
 def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
@@ -121,6 +130,21 @@ def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[
     return tuple(float(times[frame]) for frame in sorted(known)), worst
 
 
+def _extreme_suns(plan: Plan) -> tuple[Sun | None, ...]:
+    """Highest, lowest and no sun, as far as the frames have them; one where it hardly moves."""
+    up = np.flatnonzero(plan.sun_zenith_deg < 90.0)
+    if not up.size:
+        return (None,)
+    zenith = plan.sun_zenith_deg[up]
+    frames = [up[np.argmin(zenith)]]
+    if np.ptp(zenith) > SAME_SUN_DEG:
+        frames.append(up[np.argmax(zenith)])
+    suns: list[Sun | None] = [_sun(plan, float(plan.frame_times_s[frame])) for frame in frames]
+    if up.size < plan.sun_zenith_deg.size:
+        suns.append(None)
+    return tuple(suns)
+
+
 def _is_up(plan: Plan, frame: int) -> bool:
     return bool(plan.sun_zenith_deg[frame] < 90.0)
 
@@ -136,18 +160,13 @@ def _sun(plan: Plan, time_s: float) -> Sun | None:
 class _Columns:
     """Columns of a plan's radiance model, integrated over its bands."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, nodes: SpectralNodes) -> None:
         self._plan = plan
-        self._grid = plan.spectral_grid
+        self._grid = nodes
         terms = tuple(plan.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
         self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
         self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
-
-    @property
-    def wavenumbers(self) -> int:
-        """Wavenumbers behind each column."""
-        return self._grid.wavenumber_cm1.size
 
     def clear(self, sun: Sun | None) -> Array:
         """Terms of the clear column, (K, B)."""
@@ -195,9 +214,7 @@ class _Columns:
                 else self.quantities.of(axis.sample(self.alone(index, sun)))
                 for index, axis in enumerate(axes)
             ),
-            None
-            if pair is None
-            else pair.exact(lambda thickness: self.cloudy(thickness, sun), self.wavenumbers),
+            None if pair is None else pair.exact(lambda thickness: self.cloudy(thickness, sun)),
         )
 
     def _to_bands(self, terms: Mapping[str, Array]) -> Array:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ProviderError
+from hcss_twin.scene.crossed_columns import complete
 from hcss_twin.scene.thickness_axis import (
     LINEAR_SHARE,
     MOST_NODES,
@@ -25,10 +26,10 @@ from hcss_twin.scene.thickness_axis import (
 
 Array = NDArray[np.float64]
 
-NUMBERS_AT_ONCE = 2**21
-"""Spectral numbers (columns times wavenumbers) of one term that are computed together: 17 MB."""
+CROSS_SHARE = 0.2
+"""Share of the tolerance left to the completion of the product of both axes from crosses."""
 
-PROBES = 9
+PROBES = 3
 """Nodes of the other layer, from the thinnest to the thickest, at which an axis is tried."""
 
 ROWS_AT_ONCE = 64
@@ -43,18 +44,21 @@ class LayerPair:
     ----------
     low, high : ThicknessAxis
         Of the lower and of the higher layer.
+    cross_tolerance : float
+        Relative error of the total that completing the product from crosses may cause.
     estimated_error : float
-        Relative error of the total: the largest found between exact nodes of both axes, plus the share of
-        the tolerance that the dense nodes use.
+        Relative error of the total: the largest found between exact nodes of both axes, plus the shares of
+        the tolerance that the dense nodes and the crosses use.
     """
 
     low: ThicknessAxis
     high: ThicknessAxis
+    cross_tolerance: float
     estimated_error: float
 
-    def exact(self, columns: Columns, wavenumbers: int) -> Array:
-        """Compute the columns of all pairs of exact nodes, (E, F, K, B)."""
-        return _product(columns, self.low.exact_m, self.high.exact_m, wavenumbers)
+    def exact(self, columns: Columns) -> Array:
+        """Terms of the columns of all pairs of exact nodes, (E, F, K, B), from some of them."""
+        return complete(columns, self.low.exact_m, self.high.exact_m, self.cross_tolerance)[0]
 
     def dense(self, exact: Array, named: Callable[[Array], Array]) -> NDArray[np.float32]:
         """Interpolate exact columns onto all pairs of dense nodes.
@@ -88,9 +92,7 @@ class LayerPair:
         return table
 
 
-def place_pair(
-    columns: Columns, low: ThicknessAxis, high: ThicknessAxis, tolerance: float, wavenumbers: int
-) -> LayerPair:
+def place_pair(columns: Columns, low: ThicknessAxis, high: ThicknessAxis, tolerance: float) -> LayerPair:
     """Add nodes to the axes of two layers until columns with both keep the tolerance.
 
     Parameters
@@ -100,19 +102,17 @@ def place_pair(
     low, high : ThicknessAxis
         Axes of the layers alone; the new ones have all their nodes.
     tolerance : float
-        Relative to the total; half of it for each axis.
-    wavenumbers : int
-        Wavenumbers behind each column, which decide how many fit into memory.
+        Relative to the total; a fifth of it for the crosses, and half of the rest for each axis.
 
     Raises
     ------
     ProviderError
         If the radiance does not converge with nodes, because a provider returns values that jump.
     """
-    axes, share = [low, high], 0.5 * tolerance
+    axes, share = [low, high], 0.5 * (1.0 - CROSS_SHARE) * tolerance
     while True:
-        values = _product(columns, axes[0].exact_m, axes[1].exact_m, wavenumbers)
-        errors = [_segment_errors(columns, axes, values, which, wavenumbers) for which in (0, 1)]
+        values, _ = complete(columns, axes[0].exact_m, axes[1].exact_m, CROSS_SHARE * tolerance)
+        errors = [_segment_errors(columns, axes, values, which) for which in (0, 1)]
         coarse = [[error > (1 - LINEAR_SHARE) * share for error in each] for each in errors]
         if not any(map(any, coarse)):
             break
@@ -127,23 +127,11 @@ def place_pair(
         for which, axis in enumerate(axes)
     ]
     worst = sum(max(each) for each in errors)
-    return LayerPair(placed[0], placed[1], worst + LINEAR_SHARE * tolerance)
+    cross = CROSS_SHARE * tolerance
+    return LayerPair(placed[0], placed[1], cross, worst + 2.0 * LINEAR_SHARE * share + cross)
 
 
-def _product(columns: Columns, low_m: Array, high_m: Array, wavenumbers: int) -> Array:
-    """Columns of all pairs, (E, F, K, B), some rows of low thicknesses at a time."""
-    rows = max(1, NUMBERS_AT_ONCE // (wavenumbers * high_m.size))
-    parts = []
-    for start in range(0, low_m.size, rows):
-        some = low_m[start : start + rows]
-        found = columns(np.stack(np.meshgrid(some, high_m, indexing="ij"), axis=-1).reshape(-1, 2))
-        parts.append(found.reshape(some.size, high_m.size, *found.shape[1:]))
-    return np.concatenate(parts)
-
-
-def _segment_errors(
-    columns: Columns, axes: list[ThicknessAxis], values: Array, which: int, wavenumbers: int
-) -> list[float]:
+def _segment_errors(columns: Columns, axes: list[ThicknessAxis], values: Array, which: int) -> list[float]:
     """Largest relative error of the total in the middle of the intervals of each segment of one axis."""
     axis, other = axes[which], axes[1 - which].exact_m
     probes = np.unique(np.linspace(0, other.size - 1, PROBES).round().astype(int))
@@ -151,8 +139,9 @@ def _segment_errors(
     errors = []
     for segment, place in zip(axis.segments, axis.places, strict=True):
         middle = np.sqrt(segment[:-1]) * np.sqrt(segment[1:])
-        low, high = (middle, other[probes]) if which == 0 else (other[probes], middle)
-        exact = np.moveaxis(_product(columns, low, high, wavenumbers), which, 0)
+        pairs = np.stack(np.meshgrid(middle, other[probes], indexing="ij"), axis=-1).reshape(-1, 2)
+        found = columns(pairs if which == 0 else pairs[:, ::-1])
+        exact = found.reshape(middle.size, probes.size, *found.shape[1:])
         guess = cubic(segment, along[place])(np.log(middle))
         errors.append(float(np.max(np.abs(np.sum(guess, axis=2) / np.sum(exact, axis=2) - 1.0))))
     return errors

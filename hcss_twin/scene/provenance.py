@@ -41,6 +41,8 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         attributes["hcss_significant_wave_height_m"] = float(wave_height)
     if tables is not None:
         attributes["hcss_table_error_estimated"] = tables.estimated_error
+        attributes["hcss_wavenumbers_used"] = int(tables.spectrum.nodes.wavenumber_cm1.size)
+        attributes["hcss_wavenumbers_known"] = tables.spectrum.dense
     return attributes
 
 

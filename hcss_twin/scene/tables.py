@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.scene.layer_pair import LayerPair
+from hcss_twin.scene.spectrum import Spectrum
 from hcss_twin.scene.thickness_axis import ThicknessAxis
 
 Array = NDArray[np.float64]
@@ -113,8 +114,11 @@ class RadianceTables:
         Axes of both layers together, which then are ``axes``.
     tables : tuple of InstantTable (T,)
         Tables at the nodes.
+    spectrum : Spectrum
+        Wavenumbers behind each column.
     estimated_error : float
-        Largest relative error of the total found between the nodes while they were placed.
+        Relative error of the total: the largest found between the nodes while they were placed, and that of the
+        spectrum.
     """
 
     quantities: Quantities
@@ -122,6 +126,7 @@ class RadianceTables:
     axes: tuple[ThicknessAxis | None, ...]
     pair: LayerPair | None
     tables: tuple[InstantTable, ...]
+    spectrum: Spectrum
     estimated_error: float
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,6 +33,7 @@ class Absorption:
             weights = wavelength_weights(self._tables, coefficients.wavenumber_cm1)
             upper = self._tables.upper["extinction"] @ weights
             self._matrix = np.concatenate((self._matrix, upper, weights))
+        self._window = lru_cache(maxsize=4)(self._make_window)
 
     @property
     def aerosol_column(self) -> int:
@@ -54,11 +57,15 @@ class Absorption:
             parts += [amount[:, first + 1 : first + 4], amount[:, first : first + 1] * boundary]
         return np.concatenate(parts, axis=1)
 
-    def transmittance(self, factors: Array, first: int, last: int) -> Array:
-        """Transmittance (P, last - first) at native wavenumbers ``first`` to ``last`` - 1."""
-        matrix = self._matrix[:, first:last]
-        # Most channels absorb in a few bands only.
-        used = np.flatnonzero(matrix.any(axis=1))
-        depth = factors[:, used] @ matrix[used]
+    def transmittance(self, factors: Array, nodes: NDArray[np.intp]) -> Array:
+        """Transmittance (P, N) at native wavenumbers, given by their indices."""
+        used, matrix = self._window(nodes.tobytes())
+        depth = factors[:, used] @ matrix
         result: Array = np.exp(np.negative(depth, out=depth), out=depth)
         return result
+
+    def _make_window(self, nodes: bytes) -> tuple[NDArray[np.intp], Array]:
+        """Channels that absorb at some wavenumbers, and their coefficients: most absorb in a few bands only."""
+        matrix = self._matrix[:, np.frombuffer(nodes, dtype=np.intp)]
+        used = np.flatnonzero(matrix.any(axis=1))
+        return used, matrix[used]

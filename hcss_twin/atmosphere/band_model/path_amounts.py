@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -18,6 +18,12 @@ Array = NDArray[np.float64]
 
 _KEPT_PARTS = 4096
 """Parts of the profile that are kept: legs of many paths are alike."""
+
+_KEPT_LEGS = 100_000
+"""Legs whose amounts are kept: columns with cloud tops at many heights share those between levels."""
+
+_SAME_ALTITUDE_M = 1e-3
+"""Altitudes are compared through distances from the Earth's centre, which round to about 1e-9 m."""
 
 
 class LayeredAir:
@@ -36,6 +42,10 @@ class LayeredAir:
         self._layers = make_layers(state, earth_radius_m)
         self.columns = state.density.shape[1]
         self._kept = lru_cache(maxsize=_KEPT_PARTS)(self._between)
+        self.amounts_upwards = lru_cache(maxsize=_KEPT_PARTS)(self._amounts_upwards)
+        self._level_m = state.altitude_m
+        self._level_set = frozenset(state.altitude_m.tolist())
+        self._by_leg: dict[Leg, Array] = {}
 
     def between(self, lower_m: float, upper_m: float) -> Layers:
         """Layers from one altitude to another; a target inside a layer becomes a level of its own."""
@@ -72,7 +82,7 @@ class LayeredAir:
         result: Array = np.append(bottoms, layers.radius_m[-1, 2]) - self.earth_radius_m
         return result
 
-    def amounts_upwards(self, altitude_m: float, sine: float) -> Array:
+    def _amounts_upwards(self, altitude_m: float, sine: float) -> Array:
         """Absorber amounts (K,) from an altitude to space, given the sine of the zenith angle there."""
         layers = self.between(altitude_m, SPACE)
         invariant = self._index(altitude_m) * (self.earth_radius_m + altitude_m) * sine
@@ -81,27 +91,43 @@ class LayeredAir:
 
     def amounts(self, paths: Sequence[Path]) -> Array:
         """Absorber amounts of composite paths, (P, K)."""
+        known = self._by_leg
+        if len(known) > _KEPT_LEGS:
+            known.clear()
+        new = {leg: None for path in paths for leg in path.legs if leg not in known}
+        if new:
+            self._compute(new)
         result = np.zeros((len(paths), self.columns))
-        unique = dict.fromkeys(leg for path in paths for leg in path.legs)
-        rows = {leg: row for row, leg in enumerate(unique)}
-        by_leg = self._by_leg(list(unique))
         longest = max((len(path.legs) for path in paths), default=0)
         for place in range(longest):
             chosen = [row for row, path in enumerate(paths) if place < len(path.legs)]
-            result[chosen] += by_leg[[rows[paths[row].legs[place]] for row in chosen]]
+            result[chosen] += [known[paths[row].legs[place]] for row in chosen]
         return result
 
-    def _by_leg(self, legs: Sequence[Leg]) -> Array:
-        """Absorber amounts of single legs, (P, K)."""
-        result = np.empty((len(legs), self.columns))
-        groups: dict[tuple[float, float], list[int]] = {}
-        for row, leg in enumerate(legs):
-            groups.setdefault((leg.lower_m, leg.upper_m), []).append(row)
-        for (lower, upper), members in groups.items():
-            layers = self.between(lower, upper)
-            slant = self.slant(layers, lower, np.array([legs[row].zenith_deg for row in members]))
-            result[members] = slant @ layers.amount
-        return result
+    def _compute(self, legs: Iterable[Leg]) -> None:
+        """Compute and keep the absorber amounts (K,) of single legs.
+
+        Rays from one altitude to levels of the profile are followed once, to space: the levels are on their way.
+        """
+        groups: dict[tuple[float, float | None], list[Leg]] = {}
+        for leg in legs:
+            to_level = leg.upper_m >= self._level_m[-1] or leg.upper_m in self._level_set
+            groups.setdefault((leg.lower_m, None if to_level else leg.upper_m), []).append(leg)
+        for (lower, between_levels), members in groups.items():
+            layers = self.between(lower, SPACE if between_levels is None else between_levels)
+            zenith = sorted({leg.zenith_deg for leg in members})
+            by_cell = self.slant(layers, lower, np.array(zenith))[:, :, None] * layers.amount
+            upward = np.cumsum(by_cell, axis=1)
+            tops = layers.radius_m[:, 2] - self.earth_radius_m
+            for leg in members:
+                row = zenith.index(leg.zenith_deg)
+                cells = tops.size
+                if between_levels is None:
+                    cells = int(np.searchsorted(tops, leg.upper_m - _SAME_ALTITUDE_M) + 1)
+                cells = min(cells, tops.size)
+                nothing = cells == 0 or leg.upper_m <= lower
+                amount = np.zeros(self.columns) if nothing else upward[row, cells - 1].copy()
+                self._by_leg[leg] = amount
 
     def _index(self, altitude_m: float) -> float:
         refractivity = np.interp(altitude_m, self._state.altitude_m, np.log(self._state.refractivity))

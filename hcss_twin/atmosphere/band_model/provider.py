@@ -14,13 +14,14 @@ from hcss_twin.atmosphere.band_model.coefficients import TRACE_GASES, read_coeff
 from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
 from hcss_twin.atmosphere.band_model.path_amounts import LayeredAir
 from hcss_twin.atmosphere.band_model.single_scattering import Illumination, SingleScattering
-from hcss_twin.atmosphere.native_grid import from_native, native_range
+from hcss_twin.atmosphere.native_grid import from_native, native_nodes
 from hcss_twin.errors import ProviderError
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs, Declares
 
 Array = NDArray[np.float64]
+Nodes = NDArray[np.intp]
 
 _LARGEST_ZENITH_DEG = 88.0
 _RAYS_AT_ONCE = 2
@@ -87,11 +88,24 @@ class BandModelTransmittance:
             If a wavenumber lies outside the declared range. Zenith angles go on to the horizon, so that the sun
             can set; emission and scattering end at 88 degrees.
         """
-        first, last = native_range(self._wavenumber, wavenumber_cm1, "band model")
-        amounts = self._air.amounts(paths)
+        return self.transmittance_of_amounts(wavenumber_cm1, self.absorber_amounts(paths))
+
+    def absorber_amounts(self, paths: Sequence[Path]) -> Array:
+        """Return amounts of absorbers (P, K) along composite paths; those of legs add."""
+        return self._air.amounts(paths)
+
+    def transmittance_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
+        """Return transmittance (P, V) behind amounts of absorbers (P, K).
+
+        Raises
+        ------
+        ProviderError
+            If a wavenumber lies outside the declared range.
+        """
+        nodes = native_nodes(self._wavenumber, wavenumber_cm1, "band model")
         factors = self._absorption.factors(amounts, self._absorption.humidity_percent(amounts))
-        native = self._absorption.transmittance(factors, first, last)
-        return from_native(self._wavenumber[first:last], native, wavenumber_cm1)
+        native = self._absorption.transmittance(factors, nodes)
+        return from_native(self._wavenumber[nodes], native, wavenumber_cm1)
 
     def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return thermal emission (P, V) of single legs as seen from their upper end, W m-2 sr-1 (cm-1)-1.
@@ -137,20 +151,20 @@ class BandModelTransmittance:
         ProviderError
             If the sun is lower than 88 degrees from the zenith anywhere on a path.
         """
-        first, last = native_range(self._wavenumber, wavenumber_cm1, "band model")
+        nodes = native_nodes(self._wavenumber, wavenumber_cm1, "band model")
         sun = Illumination(math.radians(sun_zenith_deg), math.radians(relative_azimuth_deg))
-        native = np.zeros((len(paths), last - first))
+        native = np.zeros((len(paths), nodes.size))
         for row, path in enumerate(paths):
             if len(path.legs) > 1:
                 raise ProviderError("band model: scattered sunlight is known for single legs only")
             for leg in path.legs:
                 _check(leg)
-                native[row] = self._scattering.radiance(leg, sun, first, last, asymmetry)
-        return from_native(self._wavenumber[first:last], native, wavenumber_cm1)
+                native[row] = self._scattering.radiance(leg, sun, nodes, asymmetry)
+        return from_native(self._wavenumber[nodes], native, wavenumber_cm1)
 
     def _emission(self, wavenumber_cm1: Array, paths: Sequence[Path], *, from_above: bool) -> Array:
-        first, last = native_range(self._wavenumber, wavenumber_cm1, "band model")
-        native = np.zeros((len(paths), last - first))
+        nodes = native_nodes(self._wavenumber, wavenumber_cm1, "band model")
+        native = np.zeros((len(paths), nodes.size))
         rays: dict[tuple[float, float], list[tuple[int, float]]] = {}
         for row, path in enumerate(paths):
             if len(path.legs) > 1:
@@ -158,20 +172,20 @@ class BandModelTransmittance:
             for leg in path.legs:
                 _check(leg)
                 rays.setdefault((leg.lower_m, leg.upper_m), []).append((row, leg.zenith_deg))
-        wavenumber = self._wavenumber[first:last]
+        wavenumber = self._wavenumber[nodes]
         for (lower, upper), members in rays.items():
             layers = self._air.between(lower, upper)
             if not layers.temperature_K.size:
                 continue
             # From the observer's end.
             order = slice(None, None, -1 if from_above else 1)
-            source = self._black_bodies(layers.temperature_K[order], first, last)
+            source = self._black_bodies(layers.temperature_K[order], nodes)
             for start in range(0, len(members), _RAYS_AT_ONCE):
                 some = members[start : start + _RAYS_AT_ONCE]
                 slant = self._air.slant(layers, lower, np.array([angle for _, angle in some]))
                 by_layer = np.add.reduceat(slant[:, :, None] * layers.amount, layers.first_cell, axis=1)
-                seen = self._cumulative_transmittance(by_layer[:, order], first, last)
-                emission, before = np.zeros((2, len(some), last - first))
+                seen = self._cumulative_transmittance(by_layer[:, order], nodes)
+                emission, before = np.zeros((2, len(some), nodes.size))
                 before += 1.0
                 for black, beyond in zip(source, seen, strict=True):
                     before -= beyond
@@ -183,24 +197,24 @@ class BandModelTransmittance:
                 native[[row for row, _ in some]] = emission
         return from_native(wavenumber, native, wavenumber_cm1)
 
-    def _black_bodies(self, temperature_K: Array, first: int, last: int) -> list[Array]:
+    def _black_bodies(self, temperature_K: Array, nodes: Nodes) -> list[Array]:
         """Planck radiances of layers, looked up for those of the profile itself."""
-        wavenumber = self._wavenumber[first:last]
+        wavenumber = self._wavenumber[nodes]
         return [
-            known[first:last]
+            known[nodes]
             if (known := self._planck.get(float(kelvin))) is not None
             else planck(wavenumber, kelvin)
             for kelvin in temperature_K
         ]
 
-    def _cumulative_transmittance(self, amount: Array, first: int, last: int) -> Array:
-        """Transmittance (L, P, last - first) through the first 1, 2, ... L layers, from amounts (P, L, K)."""
+    def _cumulative_transmittance(self, amount: Array, nodes: Nodes) -> Array:
+        """Transmittance (L, P, N) through the first 1, 2, ... L layers, from amounts (P, L, K)."""
         cumulative = np.cumsum(amount, axis=1).swapaxes(0, 1)
         count, rays, columns = cumulative.shape
         # One mean humidity for the whole ray, as in LOWTRAN7; cumulative ones would let layers emit less than nothing.
         humidity = np.tile(self._absorption.humidity_percent(cumulative[-1]), count)
         factors = self._absorption.factors(cumulative.reshape(count * rays, columns), humidity)
-        return self._absorption.transmittance(factors, first, last).reshape(count, rays, -1)
+        return self._absorption.transmittance(factors, nodes).reshape(count, rays, -1)
 
 
 def _check(leg: Leg) -> None:

@@ -25,6 +25,7 @@ from hcss_twin.errors import ProviderError
 from hcss_twin.physics.paths import Leg
 
 Array = NDArray[np.float64]
+Nodes = NDArray[np.intp]
 
 _DEPOLARIZATION = 0.0279
 _LOWEST_SUN_DEG = 88.0
@@ -61,11 +62,11 @@ class SingleScattering:
         self._rayleigh = coefficients.absorption[self._rayleigh_column]
         self._weights = wavelength_weights(self._tables, coefficients.wavenumber_cm1)
 
-    def radiance(self, leg: Leg, sun: Illumination, first: int, last: int, asymmetry: float | None) -> Array:
-        """Radiance over the sun's irradiance (last - first,), sr-1, at native wavenumbers."""
+    def radiance(self, leg: Leg, sun: Illumination, nodes: Nodes, asymmetry: float | None) -> Array:
+        """Radiance over the sun's irradiance (N,), sr-1, at native wavenumbers."""
         layers = self._air.between(leg.lower_m, leg.upper_m)
         if not layers.temperature_K.size:
-            return np.zeros(last - first)
+            return np.zeros(nodes.size)
         slant = self._air.slant(layers, leg.lower_m, np.array([leg.zenith_deg]))[0]
         by_layer = np.add.reduceat(slant[:, None] * layers.amount, layers.first_cell, axis=0)
         view = np.concatenate((np.zeros((1, by_layer.shape[1])), np.cumsum(by_layer[::-1], axis=0)))
@@ -93,12 +94,12 @@ class SingleScattering:
         )
         humidity = np.repeat(self._absorption.humidity_percent(view[-1:]), total.shape[0])
         factors = self._absorption.factors(total, humidity)
-        both = self._absorption.transmittance(factors, first, last)
-        molecular = np.exp(-view[:, self._rayleigh_column, None] * self._rayleigh[first:last])
+        both = self._absorption.transmittance(factors, nodes)
+        molecular = np.exp(-view[:, self._rayleigh_column, None] * self._rayleigh[nodes])
         result = _layer_sum(molecular, both * _rayleigh_phase(scattering_cosine))
         if self._aerosol != "none":
             particles, phase = self._aerosol_part(view, altitude, humidity[:1], scattering_cosine, asymmetry)
-            result += _layer_sum(particles[:, first:last], both * phase[:, first:last])
+            result += _layer_sum(particles[:, nodes], both * phase[:, nodes])
         return result
 
     def _aerosol_part(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import TransmittanceProvider
+from hcss_twin.radiance.physical.crossed import Crossed, Crossing
 
 Array = NDArray[np.float64]
 
@@ -20,6 +22,10 @@ _DARK = 1e-30
 
 _COARSE_MASS, _COARSE_STEP_M = 0.05, 8e3
 """Layers of scattered light hold this share of the air's mass at least, or are this thick."""
+
+
+_KEPT_LEGS = 256
+"""Legs whose absorbers are kept: columns share those below and above the layers."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +38,13 @@ class LegView:
         What the air of each leg sends through its path, W m-2 sr-1 (cm-1)-1.
     transmittance : ndarray (P, V)
         Of each path and its leg together.
+    crossed : Crossed (P,)
+        Each path and its leg together.
     """
 
     emission: Array
     transmittance: Array
+    crossed: Crossed
 
     def conditional(self, front: Array, source: Array) -> LegView:
         """Return emission and transmittance for an observer at the end of the paths, whose transmittance is ``front``.
@@ -45,7 +54,9 @@ class LegView:
         dark = front < _DARK
         safe = np.where(dark, 1.0, front)
         return LegView(
-            np.where(dark, source, self.emission / safe), np.where(dark, 0.0, self.transmittance / safe)
+            np.where(dark, source, self.emission / safe),
+            np.where(dark, 0.0, self.transmittance / safe),
+            self.crossed,
         )
 
 
@@ -61,11 +72,12 @@ class Air:
     """
 
     def __init__(self, provider: TransmittanceProvider, profile: Profile, wavenumber_cm1: Array) -> None:
-        self._provider = provider
+        self._crossing = Crossing(provider, wavenumber_cm1)
         self._profile = profile
         self.wavenumber_cm1 = wavenumber_cm1
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
+        self._pieces = lru_cache(maxsize=_KEPT_LEGS)(self._make_pieces)
 
     def black_body(self, temperature_K: float) -> Array:
         """Return the Planck radiance (V,)."""
@@ -73,13 +85,17 @@ class Air:
             self._black[temperature_K] = planck(self.wavenumber_cm1, temperature_K)
         return self._black[temperature_K]
 
-    def transmittance(self, paths: Sequence[Path]) -> Array:
+    def crossed(self, path: Path) -> Crossed:
+        """Return a path as the provider adds it."""
+        return self._crossing.of([path])
+
+    def transmittance(self, crossed: Crossed) -> Array:
         """Return transmittance (P, V) of composite paths."""
-        return self._provider.transmittance(self.wavenumber_cm1, paths)
+        return self._crossing.transmittance(crossed)
 
     def leg(
         self,
-        front: Sequence[Path],
+        front: Crossed,
         front_transmittance: Array,
         zenith_deg: Sequence[float],
         lower_m: float,
@@ -94,7 +110,7 @@ class Air:
 
         Parameters
         ----------
-        front : sequence of Path (P,)
+        front : Crossed (P,)
             What the light crosses after the leg, on its way to the sensor.
         front_transmittance : ndarray (P, V)
             Of ``front``.
@@ -110,13 +126,14 @@ class Air:
         edges = self._edges(lower_m, upper_m, self._coarse_m if coarse else self._profile.altitude_m)
         count = len(edges) - 1
         if count < 1:
-            return LegView(np.zeros_like(front_transmittance), front_transmittance)
-        paths = []
-        for path, zenith in zip(front, zenith_deg, strict=True):
-            for n in range(1, count + 1):
-                ends = (edges[count - n], edges[count]) if downward else (edges[0], edges[n])
-                reach = SPACE if upper_m == SPACE and ends[1] == edges[-1] else ends[1]
-                paths.append(path + Path((Leg(ends[0], reach, zenith),)))
+            return LegView(np.zeros_like(front_transmittance), front_transmittance, front)
+        distinct = tuple(sorted(set(zenith_deg)))
+        pieces = self._pieces(edges, upper_m == SPACE, downward, distinct)
+        number = np.arange(count)
+        place = np.array([distinct.index(zenith) for zenith in zenith_deg])
+        paths = front.take(np.repeat(np.arange(len(front)), count)) + pieces.take(
+            (place[:, None] * count + number).reshape(-1)
+        )
         beyond = self.transmittance(paths).reshape(len(front), count, -1)
         weights = np.concatenate(
             (front_transmittance[:, None] - beyond[:, :1], beyond[:, :-1] - beyond[:, 1:]), axis=1
@@ -126,7 +143,8 @@ class Air:
         sources = self._sources(edges)
         sources = sources[::-1] if downward else sources
         emission: Array = np.einsum("pnv,nv->pv", weights, sources)
-        return LegView(emission, beyond[:, -1])
+        whole = paths.take(np.arange(count - 1, len(paths), count))
+        return LegView(emission, beyond[:, -1], whole)
 
     def near_source(self, lower_m: float, upper_m: float, downward: bool) -> Array:
         """Return the Planck radiance (V,) of a leg's near end."""
@@ -134,13 +152,26 @@ class Air:
         near = min(upper_m, top) if downward else lower_m
         return self.black_body(float(self._profile.temperature_at(near)))
 
-    def _edges(self, lower_m: float, upper_m: float, levels: Array) -> list[float]:
+    def _make_pieces(
+        self, edges: tuple[float, ...], to_space: bool, downward: bool, zenith_deg: tuple[float, ...]
+    ) -> Crossed:
+        """Parts of legs (Z x N,): for each zenith angle the first layer, the first two, ... from the near end."""
+        count = len(edges) - 1
+        paths = []
+        for zenith in zenith_deg:
+            for n in range(1, count + 1):
+                low, high = (edges[count - n], edges[count]) if downward else (edges[0], edges[n])
+                reach = SPACE if to_space and high == edges[-1] else high
+                paths.append(Path((Leg(low, reach, zenith),)))
+        return self._crossing.of(paths)
+
+    def _edges(self, lower_m: float, upper_m: float, levels: Array) -> tuple[float, ...]:
         """Levels within a leg, and its ends."""
         top = min(upper_m, float(levels[-1]))
         if top <= lower_m:
-            return [lower_m]
+            return (lower_m,)
         inner = levels[(levels > lower_m) & (levels < top)]
-        return [lower_m, *(float(level) for level in inner), top]
+        return (lower_m, *(float(level) for level in inner), top)
 
     def _sources(self, edges: Sequence[float]) -> Array:
         """Planck radiance (N, V) of each layer between edges at its pressure-weighted mean temperature.

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from hcss_twin.physics.paths import Leg, Path
 from hcss_twin.radiance.physical.air import LegView
 from hcss_twin.radiance.physical.column import Column
+from hcss_twin.radiance.physical.crossed import Crossed
 from hcss_twin.radiance.physical.directions import VIEW
 from hcss_twin.radiance.physical.terms import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS
 
@@ -148,27 +149,29 @@ def _freeze(column: Column) -> _Frozen:
     view = where.zenith_deg[VIEW]
     zeniths = [where.zenith_deg[index] for index in where.stream_indices]
     gaps = len(column.slabs) + 1
-    front: list[Path] = []
+    front: list[Crossed] = []
     path = Path()
     for gap in range(gaps):
         lower, upper = column.gap_m(gap)
         path = path + Path((Leg(lower, upper, view),))
-        front.append(path)
+        front.append(air.crossed(path))
         if gap < len(column.slabs):
             path = path + Path((column.inside(gap, view),))
-    seen = air.transmittance(front)
+    seen = [air.transmittance(each) for each in front]
 
     def legs(gap: int, lower: float, upper: float, downward: bool) -> LegView:
-        many = np.repeat(seen[gap][None], len(zeniths), axis=0)
-        found = air.leg([front[gap]] * len(zeniths), many, zeniths, lower, upper, downward, coarse=True)
+        rows = np.zeros(len(zeniths), dtype=np.intp)
+        many = seen[gap][rows]
+        found = air.leg(front[gap].take(rows), many, zeniths, lower, upper, downward, coarse=True)
         return found.conditional(many, air.near_source(lower, upper, downward))
 
-    def sun(gap: int, to_sun: Path) -> Array:
+    def sun(gap: int, to_sun: Crossed) -> Array:
         if where.sun is None:
             return np.zeros_like(column.received)
-        through = air.transmittance([front[gap] + to_sun])
-        found = LegView(np.zeros_like(through), through).conditional(seen[gap][None], np.zeros_like(through))
-        result: Array = found.transmittance[0]
+        crossed = front[gap] + to_sun
+        through = air.transmittance(crossed)
+        found = LegView(np.zeros_like(through), through, crossed)
+        result: Array = found.conditional(seen[gap], np.zeros_like(through)).transmittance[0]
         return result
 
     clouds = range(len(column.slabs))

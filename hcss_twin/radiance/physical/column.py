@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.radiance.physical.air import Air
 from hcss_twin.radiance.physical.cloud_slab import CloudSlab
+from hcss_twin.radiance.physical.crossed import Crossed
 from hcss_twin.radiance.physical.directions import Directions
 from hcss_twin.radiance.physical.sea_surface import SeaSurface
 
@@ -61,7 +62,7 @@ class Column:
         result: Array = (slab.emissivity - slab.far_share) * black(near) + slab.far_share * black(far)
         return result
 
-    def sun_on_slab(self, index: int, from_above: bool) -> tuple[Array, Path]:
+    def sun_on_slab(self, index: int, from_above: bool) -> tuple[Array, Crossed]:
         """Return sunlight that a cloud sends toward each direction, (D, V), and the path of the sun to it.
 
         The direct transmittances of the clouds above are in it, the air is not.
@@ -71,7 +72,7 @@ class Column:
         lower = slab.top_m if from_above else slab.base_m
         return kernel * (self.received * self._sun_through(index)), self._sun_path(lower)
 
-    def sun_on_sea(self) -> tuple[Array, Path]:
+    def sun_on_sea(self) -> tuple[Array, Crossed]:
         """Return sunlight that the sea sends toward each direction, (D, V), and the path of the sun to it."""
         return self.sea.sun * (self.received * self._sun_through(len(self.slabs))), self._sun_path(0.0)
 
@@ -87,6 +88,6 @@ class Column:
             result = result * slab.sun_direct
         return result
 
-    def _sun_path(self, lower_m: float) -> Path:
+    def _sun_path(self, lower_m: float) -> Crossed:
         sun = self.directions.sun
-        return Path() if sun is None else to_space(lower_m, sun.zenith_deg)
+        return self.air.crossed(Path() if sun is None else to_space(lower_m, sun.zenith_deg))

@@ -7,15 +7,16 @@ cloud directly does not change direction.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.physics.paths import Leg, Path
+from hcss_twin.physics.paths import Path
 from hcss_twin.radiance.physical.closure import Closure, close
 from hcss_twin.radiance.physical.column import Column
+from hcss_twin.radiance.physical.crossed import Crossed
 from hcss_twin.radiance.physical.directions import VIEW
 from hcss_twin.radiance.physical.terms import AIR, CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS
 
@@ -27,7 +28,7 @@ class Rays:
 
     Parameters
     ----------
-    paths : sequence of Path (P,)
+    crossed : Crossed (P,)
         What lies between each ray's front and the sensor.
     transmittance : ndarray (P, V)
         Of these paths.
@@ -38,9 +39,9 @@ class Rays:
     """
 
     def __init__(
-        self, paths: Sequence[Path], transmittance: Array, directions: NDArray[np.int64], source: int
+        self, crossed: Crossed, transmittance: Array, directions: NDArray[np.int64], source: int
     ) -> None:
-        self.paths = paths
+        self.crossed = crossed
         self.transmittance = transmittance
         self.directions = directions
         self.source = source
@@ -63,7 +64,7 @@ class Tracer:
     def radiance(self) -> Array:
         """Return the radiance at the sensor by sources, (S, V)."""
         size = self._column.received.size
-        view = Rays([Path()], np.ones((1, size)), np.array([VIEW]), AIR)
+        view = Rays(self._column.air.crossed(Path()), np.ones((1, size)), np.array([VIEW]), AIR)
         return self._down(view, 0, self._order)[:, 0]
 
     @cached_property
@@ -90,15 +91,17 @@ class Tracer:
         where = self._column.directions.zenith_deg
         zeniths = [where[index] for index in rays.directions]
         leg = self._column.air.leg(
-            rays.paths, rays.transmittance, zeniths, lower_m, upper_m, downward, rays.source == SCATTERED_AIR
+            rays.crossed,
+            rays.transmittance,
+            zeniths,
+            lower_m,
+            upper_m,
+            downward,
+            rays.source == SCATTERED_AIR,
         )
         result = np.zeros((len(TERMS), *leg.emission.shape))
         result[rays.source] = leg.emission
-        paths = [
-            path + Path((Leg(lower_m, upper_m, zenith),))
-            for path, zenith in zip(rays.paths, zeniths, strict=True)
-        ]
-        return result, Rays(paths, leg.transmittance, rays.directions, rays.source)
+        return result, Rays(leg.crossed, leg.transmittance, rays.directions, rays.source)
 
     def _sea(self, rays: Rays, gap: int, order: int) -> Array:
         column = self._column
@@ -147,11 +150,11 @@ class Tracer:
         result += slab.direct[rays.directions] * through(rays, order)
         return result
 
-    def _add_sun(self, target: Array, rays: Rays, sunlight: Array, to_sun: Path) -> None:
+    def _add_sun(self, target: Array, rays: Rays, sunlight: Array, to_sun: Crossed) -> None:
         """Add sunlight (D, V) that leaves an interface; the sun's and the ray's air are one composite path."""
         if self._column.directions.sun is None:
             return
-        seen = self._column.air.transmittance([path + to_sun for path in rays.paths])
+        seen = self._column.air.transmittance(rays.crossed + to_sun)
         target += sunlight[rays.directions] * seen
 
     def _scattered(
@@ -174,17 +177,17 @@ class Tracer:
         """
         rows = kernel[rays.directions]
         if not np.any(rows):
-            return np.zeros((len(TERMS), len(rays.paths), self._column.received.size))
+            return np.zeros((len(TERMS), len(rays.crossed), self._column.received.size))
         if order == 0:
             result: Array = np.einsum("pjv,sjv->spv", rows, closure())
             return result * rays.transmittance
         streams = np.array(self._column.directions.stream_indices)
         after = Rays(
-            [path for path in rays.paths for _ in streams],
+            rays.crossed.take(np.repeat(np.arange(len(rays.crossed)), streams.size)),
             np.repeat(rays.transmittance, streams.size, axis=0),
-            np.tile(streams, len(rays.paths)),
+            np.tile(streams, len(rays.crossed)),
             SCATTERED_AIR,
         )
-        seen = look(after, order - 1).reshape(len(TERMS), len(rays.paths), streams.size, -1)
+        seen = look(after, order - 1).reshape(len(TERMS), len(rays.crossed), streams.size, -1)
         found: Array = np.einsum("pjv,spjv->spv", rows, seen)
         return found
