@@ -50,7 +50,10 @@ PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 
 @dataclass(frozen=True)
 class Assembly:
-    """The providers of one scene, built and guarded, and the states they share."""
+    """The providers of one scene, built and guarded, and the states they share.
+
+    ``particle_fields`` are the scenario's fields from which the particles of each layer come.
+    """
 
     entries: Mapping[str, Entry]
     bands: tuple[SpectralBand, ...]
@@ -61,6 +64,7 @@ class Assembly:
     motion: Motion
     layers: tuple[CloudLayer, ...]
     generators: tuple[CloudGenerator, ...]
+    particle_fields: tuple[str, ...]
     transmittance: TransmittanceProvider
     sea: SeaModel
     optics: Optics
@@ -149,7 +153,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
     clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around)
-    layers = tuple(layer for layer, _ in clouds)
+    layers = tuple(layer for layer, _, _ in clouds)
     builder.raise_problems()
     assert around is not None
     assert transmittance is not None
@@ -182,7 +186,8 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         grid=grid,
         motion=motion,
         layers=layers,
-        generators=tuple(generator for _, generator in clouds),
+        generators=tuple(generator for _, generator, _ in clouds),
+        particle_fields=tuple(field for _, _, field in clouds),
         transmittance=transmittance,
         sea=sea,
         optics=optics,
