@@ -85,9 +85,17 @@ class Assembly:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What users should know about profile and providers, in order, each once."""
-        notes = (note for declares in self.declarations for note in declares.notes)
-        return tuple(dict.fromkeys((*self.profile.notes, *notes)))
+        """What users should know about profile and providers, in order, each once.
+
+        A provider's notes on particles of a phase are told where a layer has them.
+        """
+        phases = dict.fromkeys(layer.microphysics.phase for layer in self.layers)
+        notes: list[str] = [*self.profile.notes]
+        for declares in self.declarations:
+            notes += declares.notes
+            for phase in phases:
+                notes += declares.notes_by_phase.get(phase, ())
+        return tuple(dict.fromkeys(notes))
 
     @property
     def cloudy_layers(self) -> tuple[bool, ...]:
