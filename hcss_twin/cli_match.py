@@ -246,7 +246,8 @@ def _told(found: Match) -> list[str]:
     """Tell a match in lines of text."""
     lines = [
         *found.target.notes,
-        f"{'':<11} {'image':>9} {'simulated':>9} {'spread':>8} {'error':>8}",
+        f"{'':<11} {'image':>9} {'simulated':>9} {'spread':>8} {'error':>8}  "
+        "(of the simulation: % of the image's value, or the difference)",
     ]
     for each in found.quantities:
         error = f"{each.error:+.1%}" if each.is_ratio else f"{each.error:+.3f}"

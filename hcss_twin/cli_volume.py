@@ -33,7 +33,7 @@ import click
     help="Height of a voxel in m.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
-@click.option("--force", is_flag=True, help="Replace an existing NetCDF file.")
+@click.option("--force", is_flag=True, help="Replace existing files.")
 def volume(
     cube: Path,
     frame: int,
@@ -44,14 +44,17 @@ def volume(
     force: bool,
 ) -> None:
     """Draw the cloud of CUBE in three dimensions; the cube must hold the truth layers."""
+    output = output or cube.with_name(f"{cube.stem}_volume.png")
+    if output.exists() and not force:
+        raise click.ClickException(f"{output} exists; give another name with -o, or --force")
     if occupancy_file is not None and occupancy_file.exists() and not force:
-        raise click.ClickException(f"{occupancy_file} exists; give another name, or --force")
+        raise click.ClickException(f"{occupancy_file} exists; give another name with --occupancy, or --force")
     from hcss_twin.reporting.cloud_columns import read_columns
     from hcss_twin.reporting.cloud_volume import draw_volume
     from hcss_twin.reporting.occupancy_file import write_occupancy
 
     columns = read_columns(cube, frame)
-    picture = draw_volume(columns, output or cube.with_name(f"{cube.stem}_volume.png"))
+    picture = draw_volume(columns, output)
     voxels = None if occupancy_file is None else write_occupancy(columns, occupancy_file, step_m)
     if as_json:
         named = None if occupancy_file is None else str(occupancy_file)

@@ -11,7 +11,7 @@ names. Principles:
 * A transmittance is asked for a *whole composite path*. Legs are summed, never multiplied,
   because band-model and k-distributed transmittances do not multiply.
 * Providers declare what they depend on, so that the plan can skip. This version uses the ranges of
-  wavenumber and view zenith, the native grid, ``tileable`` and ``notes``; the rest is for the plans
+  wavenumber and view zenith, the native grid, ``tileable`` and the notes; the rest is for the plans
   to come, and the conformance kit checks it already.
 * Outside a declared range is an error, never a clamp.
 
@@ -65,6 +65,8 @@ class Declares:
         Whether a cloud generator can give any window of a frame alone.
     notes : tuple of str
         What a user should know; copied into plan and cube.
+    notes_by_phase : mapping of str to tuple of str
+        The same of an optics provider, told only where a layer has particles of that phase ("water", "ice").
     legs : {"any", "to_space"}
         Paths a transmittance provider knows: any legs, or only such as reach from one target to space. For the
         latter the radiance model fits a law that serves other paths.
@@ -77,6 +79,7 @@ class Declares:
     evolves: bool = False
     tileable: bool = True
     notes: tuple[str, ...] = ()
+    notes_by_phase: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     legs: Literal["any", "to_space"] = "any"
 
 

@@ -16,9 +16,9 @@ Planck's function at 245 K or 5778 K, so that a provider can put the spectral de
 ratios belong to the centres of the bands; those of extinction and absorption are such that their linear interpolation
 gives the published means of the bands.
 
-The published extinction lies 4 to 6 percent below twice the projected area at every size, which no particle can do
+The published extinction lies 2 to 5 percent below twice the projected area at every size, which no particle can do
 in the visible; the rows' diameters are therefore relabelled with the volume-to-area ratio that their extinction at
-16000-22650 cm-1 implies (5 to 7 percent larger), which leaves the optics of a given ratio of volume to area consistent.
+16000-22650 cm-1 implies (6 to 9 percent larger), which leaves the optics of a given ratio of volume to area consistent.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from hcss_twin.matching.arrangement import obliqueness, unevenness
 from hcss_twin.matching.cloud_image import CloudImage
 from hcss_twin.matching.structure import Structure
 
-# A quantity is matched if the mean of the simulations is this near, relative to the simulated value.
+# A quantity is matched if the mean of the simulations is this near, relative to the image's value.
 CLOSE = 0.05
 
 # Anisotropy, aspect, grey level: ratios of lengths and of means.
@@ -45,7 +45,8 @@ class Quantity:
     tolerance : float
         Largest |error| that counts as matched; infinity where the quantity is only shown.
     is_ratio : bool
-        Whether the error is relative to the simulated value (eq 24) or a difference.
+        Whether the error is relative to the image's value or a difference. Eq 24, which the RMSE is made of, divides
+        by the simulated value instead.
     is_one_sided : bool
         Whether an image with less than the simulations have is one of their own.
     """
@@ -61,14 +62,16 @@ class Quantity:
 
     @property
     def error(self) -> float:
-        """(image - simulated) / simulated, or the difference."""
-        difference = self.image - self.simulated
-        return difference / self.simulated if self.is_ratio else difference
+        """(simulated - image) / image, or the difference; infinite where only the image's value is 0."""
+        difference = self.simulated - self.image
+        if not self.is_ratio or difference == 0.0:
+            return difference
+        return difference / self.image if self.image else math.copysign(math.inf, difference)
 
     @property
     def is_matched(self) -> bool:
         """Whether the error is within the tolerance; NaN, which nothing is compared with, is."""
-        size = self.error if self.is_one_sided else abs(self.error)
+        size = -self.error if self.is_one_sided else abs(self.error)
         return not size > self.tolerance
 
 
@@ -139,14 +142,14 @@ def describe_unmatched(
             f"{each.spread:.2g} ({size}){'; ' + why if why else ''}"
         )
     for axis in ("x", "y"):
-        ratio = np.log(getattr(image, f"along_{axis}") / getattr(simulated, f"along_{axis}"))
+        ratio = np.log(getattr(simulated, f"along_{axis}") / getattr(image, f"along_{axis}"))
         bad = np.abs(ratio) > math.log1p(_CLOSE_SEMIVARIANCE)
         if bad.any():
             listed = ", ".join(
                 f"{lag} px {math.expm1(value):+.0%}"
                 for lag, value in zip(image.lags[bad], ratio[bad], strict=True)
             )
-            lines.append(f"semivariance along {axis}: {listed} beside the simulations")
+            lines.append(f"semivariance along {axis}: {listed} in the simulations, relative to the image")
     return tuple(lines)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hcss_twin.optics.ice_crystals import CrystalRatios, load_crystals
 from hcss_twin.optics.parameters import BulkParameters
 from hcss_twin.optics.size_distribution import effective_radius_um
-from hcss_twin.optics.spheres_of_a_cloud import VALID_CM1, WATER_NOTES, CloudSpheres
+from hcss_twin.optics.spheres_of_a_cloud import ICE_NOTE, VALID_CM1, WATER_NOTES, CloudSpheres
 from hcss_twin.providers import Declares, Microphysics, OpticsInputs, SingleScattering
 
 Array = NDArray[np.float64]
@@ -36,11 +36,14 @@ class BulkOptics:
 
     declares = Declares(
         valid={"wavenumber_cm1": VALID_CM1},
-        notes=(
-            "ice is made of the crystals of Yang et al. (2013), known as averages over bands 70 to 1000 cm-1 wide; "
-            "its phase function is Henyey-Greenstein, without halos",
-            *WATER_NOTES,
-        ),
+        notes_by_phase={
+            "water": WATER_NOTES,
+            "ice": (
+                "ice is made of the crystals of Yang et al. (2013), known as averages over bands 70 to 1000 cm-1 "
+                "wide; its phase function is Henyey-Greenstein, without halos",
+                ICE_NOTE,
+            ),
+        },
     )
 
     def __init__(self, inputs: OpticsInputs, parameters: BulkParameters) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.optics.parameters import MieParameters
-from hcss_twin.optics.spheres_of_a_cloud import WATER_NOTES, CloudSpheres
+from hcss_twin.optics.spheres_of_a_cloud import ICE_NOTE, MOMENTS_NOTE, WATER_NOTES, CloudSpheres
 from hcss_twin.providers import Declares, Microphysics, OpticsInputs, SingleScattering
 
 Array = NDArray[np.float64]
@@ -33,10 +33,15 @@ class MieOptics:
 
     declares = Declares(
         valid={"wavenumber_cm1": (1e4 / 16.0, 1e4 / 0.3)},
-        notes=(
-            "ice particles are spheres, as in the HCSS paper; real ice crystals scatter less forward",
-            *WATER_NOTES,
-        ),
+        notes_by_phase={
+            "water": WATER_NOTES,
+            "ice": (
+                "ice particles are spheres, as in the HCSS paper; real ice crystals scatter less forward",
+                ICE_NOTE,
+                MOMENTS_NOTE,
+                "the forward peak of ice spheres needs more than 128 moments",
+            ),
+        },
     )
 
     def __init__(self, inputs: OpticsInputs, parameters: MieParameters) -> None:

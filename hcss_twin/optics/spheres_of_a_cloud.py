@@ -19,12 +19,17 @@ Array = NDArray[np.float64]
 
 VALID_CM1 = (1e4 / VALID_UM[1], 1e4 / VALID_UM[0])
 
-WATER_NOTES = (
-    "refractive indices of cloud particles are for one temperature each: water as the provider's parameters say, "
-    "ice at -7 degC",
-    "below 2.6 um single moments of the Mie phase function are known within 0.003, above within 0.0005; 128 of them "
-    "carry the whole phase function of water clouds above about 3 um",
+MOMENTS_NOTE = (
+    "below 2.6 um single moments of the Mie phase function are known within 0.003, above within 0.0005"
 )
+
+WATER_NOTES = (
+    "the refractive index of cloud droplets is for one temperature, as the provider's parameters say",
+    MOMENTS_NOTE,
+    "128 moments carry the whole phase function of water clouds above about 3 um",
+)
+
+ICE_NOTE = "the refractive index of ice particles is for one temperature, -7 degC in the catalog's table"
 
 
 class CloudSpheres:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from hcss_twin.providers import CloudLayer
+from hcss_twin.scene.particles import told
 from hcss_twin.scene.plan import Plan
 
 
@@ -28,6 +30,8 @@ def _lines(plan: Plan) -> Iterator[str]:
     )
     for layer in plan.layers if len(plan.layers) > 1 else ():
         yield f"  layer       {layer.name}: {layer.base_m:g}-{layer.top_m:g} m, coverage {layer.coverage:g}"
+    for layer in plan.layers:
+        yield f"  particles   {_particles(layer)}"
     for kind, entry in plan.assembly.entries.items():
         yield f"  {kind:<11} {entry.name} [{entry.origin}]"
     if plan.needs_radiance:
@@ -40,6 +44,15 @@ def _lines(plan: Plan) -> Iterator[str]:
         yield f"  note        {note}"
     for skipped in plan.skipped:
         yield f"  skipped     {skipped.what}: {skipped.why}{_bound(skipped.bound)}"
+
+
+def _particles(layer: CloudLayer) -> str:
+    about = told(layer)
+    return (
+        f"{about['name']}: {about['phase']}, effective radius {about['effective_radius_um']:.4g} um, variance "
+        f"{about['effective_variance']:.3g}, {about['water_content_g_m3']:.3g} g m-3; extinction "
+        f"{about['large_particle_extinction_m1']:.3g} m-1 of large particles"
+    )
 
 
 def _bound(bound: float | None) -> str:

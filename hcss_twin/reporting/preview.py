@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from pathlib import Path
@@ -22,6 +23,9 @@ PIXELS_SHOWN = 800
 """Longest side of a drawn frame; larger frames are thinned, which keeps extremes of the shown pixels exact."""
 
 FRAME_DURATION_MS = 250
+
+LABEL_PIXELS = 12
+"""Size of the letters above each frame of an animation."""
 
 
 def draw_preview(
@@ -133,8 +137,7 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
             cmap="gray",
             interpolation="nearest",
         )
-        seconds = (frame["time"].to_numpy() - start) / np.timedelta64(1, "ns") * 1e-9
-        axis.set_title(f"t = {seconds:g} s", fontsize=9)
+        axis.set_title(f"frame {chosen[position]}, {time_label(frame['time'].to_numpy(), start)}", fontsize=9)
         axis.tick_params(labelsize=7)
         axis.locator_params(nbins=5)
     for axis in axes[chosen.size :]:
@@ -145,9 +148,17 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
     bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend=extend)
     bar.set_label(_label(shown))
-    title = textwrap.fill(f"{dataset.attrs.get('title', '')} — {band}", int(13 * figure.get_figwidth()))
-    figure.suptitle(title, fontsize=10)
+    since = f"t from {np.datetime_as_string(start, unit='ms')}Z"
+    title = f"{dataset.attrs.get('title', '')} — {band} — {since}"
+    figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), fontsize=10)
     figure.savefig(path, dpi=110)
+
+
+def time_label(time: np.datetime64 | Array, start: np.datetime64) -> str:
+    """Write the time since the first frame, to the microsecond."""
+    seconds = (time - start) / np.timedelta64(1, "ns") * 1e-9
+    text = f"{float(seconds):.6f}".rstrip("0").rstrip(".")
+    return f"t = {text} s"
 
 
 def _label(data: xr.DataArray) -> str:
@@ -158,14 +169,23 @@ def _label(data: xr.DataArray) -> str:
 
 
 def _animation(data: xr.DataArray, path: Path) -> None:
-    from PIL import Image
+    from PIL import Image, ImageDraw, ImageFont
 
     step = max(1, -(-data.sizes["time"] // 200))
     chosen = _thin(data.isel(time=slice(None, None, step)))
     low, high = _limits(chosen.isel(time=slice(None, None, max(1, chosen.sizes["time"] // 8))).to_numpy())
+    times = chosen["time"].to_numpy()
+    # Frames have unequal steps of time where some are left out or the cube has them: each says its own time.
+    labels = [time_label(time, data["time"].to_numpy()[0]) for time in times]
+    font = ImageFont.load_default(LABEL_PIXELS)
+    width = max(chosen.sizes["x"], *(math.ceil(font.getlength(label)) + 4 for label in labels))
+    strip = LABEL_PIXELS + 6
     images = []
-    for index in range(chosen.sizes["time"]):
+    for index, label in enumerate(labels):
         frame = chosen.isel(time=index).to_numpy()[::-1]
         grey = np.clip((frame - low) / (high - low), 0, 1)
-        images.append(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)))
+        picture = Image.new("L", (width, chosen.sizes["y"] + strip), 0)
+        picture.paste(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)), (0, strip))
+        ImageDraw.Draw(picture).text((2, 2), label, fill=255, font=font)
+        images.append(picture)
     images[0].save(path, save_all=True, append_images=images[1:], duration=FRAME_DURATION_MS, loop=0)

@@ -12,8 +12,9 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import Problem, ScenarioError
-from hcss_twin.providers import CloudLayer, Microphysics
+from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.models import Layer
+from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.section import Section
 from hcss_twin.scenario.units import Length, Number, Whole
@@ -69,95 +70,6 @@ class TypeFractal(Section):
         return value
 
 
-_BY_SHAPE = ("alpha", "b", "nu", "number_density", "radius_range_um")
-_BY_SIZE = ("effective_radius_um", "effective_variance", "water_content_kg_m3")
-
-
-class TypeMicrophysics(Section):
-    """``[microphysics]``: modified gamma distribution n(r) = a r^alpha exp(-b r^nu), r in um.
-
-    Either by its shape and number, or as the gamma distribution (nu = 1) of an effective radius, an effective
-    variance and a content of liquid water or ice.
-    """
-
-    alpha: Number | None = Field(None, ge=0, le=20, description="Exponent of the radius.")
-    b: Number | None = Field(None, gt=0, description="Scale, um^-nu.")
-    nu: Number | None = Field(None, gt=0, le=10, description="Exponent in the exponential.")
-    number_density: Number | None = Field(None, gt=0, le=1e12, description="Particles per m3.")
-    effective_radius_um: Number | None = Field(
-        None,
-        gt=0,
-        le=500,
-        description="Area-weighted mean radius, um; instead of alpha, b, nu, number_density.",
-    )
-    effective_variance: Number | None = Field(
-        None,
-        ge=0.01,
-        le=0.4,
-        description="Width of the area-weighted distribution; with effective_radius_um.",
-    )
-    water_content_kg_m3: Number | None = Field(
-        None, gt=0, le=0.1, description="Liquid water or ice per volume, kg m-3; with effective_radius_um."
-    )
-    radius_range_um: tuple[Number, Number] | None = Field(
-        None,
-        description="Limits of integration, um; by default, with effective_radius_um, 0.01 to 10 times it.",
-    )
-    source: str = Field(description="Where the numbers come from.")
-
-    @field_validator("radius_range_um")
-    @classmethod
-    def _ascending(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        if value is not None and not 0 < value[0] < value[1]:
-            low, high = value
-            raise PydanticCustomError(
-                "radius_range_um", f"[{low:g}, {high:g}] is no range; allowed: 0 < smallest < largest"
-            )
-        return value
-
-    @model_validator(mode="after")
-    def _one_way(self) -> TypeMicrophysics:
-        shape = [name for name in _BY_SHAPE[:4] if getattr(self, name) is not None]
-        size = [name for name in _BY_SIZE if getattr(self, name) is not None]
-        both = f"allowed: either {', '.join(_BY_SHAPE)}, or {', '.join(_BY_SIZE)}"
-        if shape and size:
-            raise PydanticCustomError(
-                "two_ways", f"{', '.join(shape)} given together with {', '.join(size)}; {both}"
-            )
-        wanted = _BY_SIZE if size else _BY_SHAPE
-        missing = [name for name in wanted if getattr(self, name) is None]
-        if missing:
-            raise PydanticCustomError("incomplete", f"{', '.join(missing)} missing; {both}")
-        return self
-
-    def particles(self, phase: Literal["water", "ice"]) -> Microphysics:
-        """Return the particles of these numbers.
-
-        Raises
-        ------
-        ValueError
-            If a given range of radii changes the effective radius or variance noticeably.
-        """
-        if self.effective_radius_um is not None:
-            from hcss_twin.optics.size_distribution import gamma_distribution
-
-            assert self.effective_variance is not None
-            assert self.water_content_kg_m3 is not None
-            return gamma_distribution(
-                phase,
-                self.effective_radius_um,
-                self.effective_variance,
-                self.water_content_kg_m3,
-                self.radius_range_um,
-            )
-        assert self.alpha is not None
-        assert self.b is not None
-        assert self.nu is not None
-        assert self.number_density is not None
-        assert self.radius_range_um is not None
-        return Microphysics(phase, self.alpha, self.b, self.nu, self.number_density, self.radius_range_um)
-
-
 class CloudType(Section):
     """A whole cloud-type file."""
 
@@ -178,11 +90,17 @@ class ResolvedLayer:
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """Where a layer is, m."""
+class Extent:
+    """Altitudes between which a layer is, m."""
 
     base: float
     top: float
+
+
+@dataclass(frozen=True)
+class Geometry(Extent):
+    """Where a layer is, and how thin its cloud can be, m."""
+
     thickness_min: float
 
 
@@ -212,9 +130,24 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometr
     ScenarioError
         If they leave no room for cloud; names the key the user gave.
     """
+    problems = list(altitude_problems(section, cloud_type, field))
+    if problems:
+        raise ScenarioError(problems)
     usual = cloud_type.layer
-    base = usual.base if section.base is None else section.base
-    top = usual.top if section.top is None else section.top
+    return Geometry(
+        usual.base if section.base is None else section.base,
+        usual.top if section.top is None else section.top,
+        usual.thickness_min if section.thickness_min is None else section.thickness_min,
+    )
+
+
+def altitude_problems(section: Layer, cloud_type: CloudType | None, field: str) -> Iterator[Problem]:
+    """Yield what leaves no room for cloud; without a type only what the section's own altitudes tell."""
+    usual = cloud_type.layer if cloud_type is not None else None
+    base = usual.base if usual is not None and section.base is None else section.base
+    top = usual.top if usual is not None and section.top is None else section.top
+    if base is None or top is None:
+        return
     depth = top - base
     if depth <= 0:
         of_type = f", that of type '{section.type}'"
@@ -223,19 +156,21 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometr
         else:
             whose = of_type if section.base is None else ""
             key, message = "top", f"{top:g} m is not above the base; allowed: above {base:g}{whose}"
-        raise ScenarioError([Problem(f"{field}.{key}", message)])
-    thinnest = usual.thickness_min if section.thickness_min is None else section.thickness_min
-    if thinnest > depth:
+        yield Problem(f"{field}.{key}", message)
+        return
+    thinnest = (
+        usual.thickness_min if usual is not None and section.thickness_min is None else section.thickness_min
+    )
+    if thinnest is not None and thinnest > depth:
         whose = f" (that of type '{section.type}')" if section.thickness_min is None else ""
         message = (
             f"{thinnest:g} m{whose} exceeds top - base; allowed: up to {depth:g}; "
             f"closest valid choice is {depth:g}"
         )
-        raise ScenarioError([Problem(f"{field}.thickness_min", message)])
-    return Geometry(base, top, thinnest)
+        yield Problem(f"{field}.thickness_min", message)
 
 
-def overlap_problems(layers: Mapping[str, tuple[Layer, Geometry]]) -> Iterator[Problem]:
+def overlap_problems(layers: Mapping[str, tuple[Layer, Extent]]) -> Iterator[Problem]:
     """Yield a problem for each two layers of which neither lies wholly above the other.
 
     The problem is named at the base of the upper layer, or at the top of the lower one if that is what the
@@ -243,7 +178,7 @@ def overlap_problems(layers: Mapping[str, tuple[Layer, Geometry]]) -> Iterator[P
 
     Parameters
     ----------
-    layers : mapping of str to (Layer, Geometry)
+    layers : mapping of str to (Layer, Extent)
         Field, section and merged altitudes of each layer; layers may touch.
     """
     ascending = sorted(layers.items(), key=lambda each: (each[1][1].base, each[1][1].top))
@@ -282,10 +217,7 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
     """
     cloud_type = load_cloud_type(section.type, catalog)
     geometry = layer_geometry(section, cloud_type, field)
-    try:
-        particles = cloud_type.microphysics.particles(cloud_type.layer.phase)
-    except ValueError as error:
-        raise ScenarioError([Problem(f"{field}.type", f"'{section.type}', microphysics: {error}")]) from error
+    particles = layer_particles(section, cloud_type.microphysics, cloud_type.layer.phase, field)
     layer = CloudLayer(
         name=section.type,
         base_m=geometry.base,

@@ -20,6 +20,7 @@ from hcss_twin.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.band_entries import Bands
 from hcss_twin.scenario.band_entries import ResponseBand as ResponseBand
 from hcss_twin.scenario.instant import Instant
+from hcss_twin.scenario.particle_limits import LARGEST_UM, MOST_WATER_KG_M3, NARROWEST, WIDEST
 from hcss_twin.scenario.section import Section
 from hcss_twin.scenario.units import (
     Angle,
@@ -27,8 +28,10 @@ from hcss_twin.scenario.units import (
     Fraction,
     Length,
     Number,
+    ParticleRadius,
     Speed,
     Temperature,
+    WaterContent,
     Whole,
     parse_quantity,
 )
@@ -198,6 +201,27 @@ class Layer(Section):
     )
     temperature: Temperature | None = Field(
         None, ge=150, le=350, description="Cloud temperature, K; default: the profile's at the cloud top."
+    )
+    phase: Literal["water", "ice"] | None = Field(
+        None, description="Phase of the particles; default: the type's. The mass per volume stays."
+    )
+    effective_radius: ParticleRadius | None = Field(
+        None,
+        gt=0,
+        le=LARGEST_UM,
+        description="Area-weighted mean radius of the particles, um; default: the type's.",
+    )
+    effective_variance: Number | None = Field(
+        None,
+        ge=NARROWEST,
+        le=WIDEST,
+        description="Width of the area-weighted distribution of radii; default: the type's.",
+    )
+    water_content: WaterContent | None = Field(
+        None,
+        gt=0,
+        le=1000.0 * MOST_WATER_KG_M3,
+        description="Liquid water or ice per volume of cloud, g m-3; default: the type's.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the generator.")
 

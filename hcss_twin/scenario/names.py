@@ -17,8 +17,16 @@ from hcss_twin.errors import CatalogError, HcssError, Problem, ScenarioError, ch
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.bands import named_bands, read_response
-from hcss_twin.scenario.cloud_types import Geometry, layer_geometry, load_cloud_type, overlap_problems
+from hcss_twin.scenario.cloud_types import (
+    CloudType,
+    Extent,
+    altitude_problems,
+    layer_geometry,
+    load_cloud_type,
+    overlap_problems,
+)
 from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, Sea, own, single_layer
+from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.section import Section
 from hcss_twin.scenario.wording import shown
@@ -109,7 +117,7 @@ def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) ->
         elif isinstance(band, Mapping) and isinstance(band.get("response"), str):
             file = band["response"]
             yield from _file_problems(f"bands[{index}].response", partial(read_response, file, catalog))
-    sound: dict[str, tuple[Layer, Geometry]] = {}
+    sound: dict[str, tuple[Layer, Extent]] = {}
     for index, layer in enumerate(layers if isinstance(layers, list) else []):
         if isinstance(layer, Mapping):
             yield from _layer_problems(f"clouds.layers[{index}]", layer, catalog, sound)
@@ -154,25 +162,45 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         yield Problem("output.variables", str(error))
 
 
+_GEOMETRY = ("base", "top", "thickness_min")
+
+
 def _layer_problems(
-    field: str, layer: Mapping[str, Any], catalog: Catalog, sound: dict[str, tuple[Layer, Geometry]]
+    field: str, layer: Mapping[str, Any], catalog: Catalog, sound: dict[str, tuple[Layer, Extent]]
 ) -> Iterator[Problem]:
-    """Check type and altitudes of a layer, and add it to ``sound`` where they have no problem."""
+    """Check type, altitudes and particles of a layer, and add it to ``sound`` where its altitudes have no problem.
+
+    Where the type is wrong, or not even a name, the layer's own altitudes are checked all the same.
+    """
     name = layer.get("type", Layer.model_fields["type"].default)
-    if not isinstance(name, str):
-        return
-    problems = list(_file_problems(f"{field}.type", partial(load_cloud_type, name, catalog)))
-    yield from problems
-    if problems:
-        return
-    geometry = {key: layer[key] for key in ("type", "base", "top", "thickness_min") if key in layer}
+    cloud_type: CloudType | None = None
+    if isinstance(name, str):
+        problems = list(_file_problems(f"{field}.type", partial(load_cloud_type, name, catalog)))
+        yield from problems
+        cloud_type = None if problems else load_cloud_type(name, catalog)
+    named = {"type": name} if isinstance(name, str) else {}
+    section = _part(layer, _GEOMETRY, named)
+    if section is not None:
+        problems = list(altitude_problems(section, cloud_type, field))
+        yield from problems
+        if not problems and cloud_type is not None:
+            sound[field] = section, layer_geometry(section, cloud_type, field)
+        elif not problems and section.base is not None and section.top is not None:
+            sound[field] = section, Extent(section.base, section.top)
+    section = _part(layer, MICROPHYSICAL, named)
+    if section is not None and cloud_type is not None:
+        try:
+            layer_particles(section, cloud_type.microphysics, cloud_type.layer.phase, field)
+        except ScenarioError as error:
+            yield from error.problems
+
+
+def _part(layer: Mapping[str, Any], keys: tuple[str, ...], named: Mapping[str, str]) -> Layer | None:
+    """Read some keys of a layer; None where one is malformed, which is reported with the other keys."""
     try:
-        section = Layer.model_validate(geometry)
-        sound[field] = section, layer_geometry(section, load_cloud_type(name, catalog), field)
-    except ScenarioError as error:
-        yield from error.problems
+        return Layer.model_validate({**{key: layer[key] for key in keys if key in layer}, **named})
     except ValidationError:
-        return  # reported with the other keys
+        return None
 
 
 def _file_problems(field: str, read: Callable[[], object]) -> Iterator[Problem]:

@@ -9,11 +9,14 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from hcss_twin.errors import Problem, choose_from, closest
+from hcss_twin.errors import Problem, choose_from
 from hcss_twin.scenario.units import in_plain_units
 from hcss_twin.scenario.wording import count, listed, shown
 
 Location = tuple[int | str, ...]
+
+REPEATED = ("layers",)
+"""Lists of sections whose keys may stand in the section around them."""
 
 _BOUNDS = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
 _RANGE_KINDS = {
@@ -106,17 +109,23 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
 def _unknown_key(model: type[BaseModel], location: Location) -> str:
     owner, key = _model_at(model, location[:-1]), str(location[-1])
     keys = list(owner.model_fields) if owner else []
-    sentence = f"unknown key; {choose_from(key, keys)}"
-    if closest(key, keys) is None:
-        # The right key in the wrong section.
-        homes = (f"{name}.{key}" for name in model.model_fields if key in _keys_of(_model_at(model, (name,))))
-        home = next(homes, None)
-        sentence += f"; closest is '{home}'" if home else ""
-    return sentence
+    # The right key in the wrong section is nearer than another key of this section that is spelt alike.
+    homes = [repr(home) for home in dict.fromkeys(_homes(model, key))]
+    if not homes:
+        return f"unknown key; {choose_from(key, keys)}"
+    where = " at the top level" if homes == [repr(key)] else ""
+    return f"unknown key; allowed: {', '.join(sorted(keys))}; closest is {' or '.join(homes)}{where}"
 
 
-def _keys_of(model: type[BaseModel] | None) -> Mapping[str, object]:
-    return model.model_fields if model else {}
+def _homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
+    """Yield the dotted paths at which a key of this name is known, nested sections after the one that has them."""
+    if key in model.model_fields:
+        yield f"{path}{key}"
+    for name, field in model.model_fields.items():
+        for nested in _models_in(field.annotation):
+            here = f"{path}{name}{'' if nested is field.annotation else '[0]'}."
+            # The keys of a single layer may stand in [clouds] itself.
+            yield from _homes(nested, key, path if name in REPEATED else here)
 
 
 def _wrong_type(kind: str, value: object, model: type[BaseModel], location: Location) -> str:

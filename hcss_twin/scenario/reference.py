@@ -32,7 +32,8 @@ place = {latitude = 35.0, longitude = 150.0}
 clouds.type = "stratus"
 ```
 
-**Numbers** are SI, angles in degrees. Text with a unit works too: `pixel_size = "1 km"`, `temperature = "18 degC"`.
+**Numbers** are SI, angles in degrees; of cloud particles `effective_radius` is in um and `water_content` in g m-3. Text
+with a unit works too: `pixel_size = "1 km"`, `temperature = "18 degC"`, `water_content = "3e-4 kg/m3"`.
 
 **Directions.** Azimuths are bearings from the surface point toward the sensor or the sun, clockwise from north. Zenith
 angles are those at the surface point. Winds are named after where they come from. In the image, x (columns) points east
@@ -62,7 +63,7 @@ def markdown() -> str:
 
 
 def _allow_quantity(name: str, entry: dict[str, Any]) -> None:
-    if name in ("accuracy", "water_vapour_scale", "water_vapour_column"):  # plain numbers only
+    if name in _PLAIN:
         return
     if entry.get("type") == "number":
         entry["anyOf"] = [{key: entry.pop(key) for key in list(entry) if key in _NUMBER_KEYS}]
@@ -76,6 +77,9 @@ def _allow_quantity(name: str, entry: dict[str, Any]) -> None:
     if numbers:
         choices.append({"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*\S*\s*$"})
 
+
+_PLAIN = ("accuracy", "water_vapour_scale", "water_vapour_column", "effective_variance")
+"""Plain numbers only."""
 
 _KEYWORDS = {"ge": "minimum", "le": "maximum", "gt": "exclusiveMinimum", "lt": "exclusiveMaximum"}
 _NUMBER_KEYS = ("type", *_KEYWORDS.values())

@@ -1,4 +1,4 @@
-"""Quantities in a scenario: a plain number in SI (degrees for angles), or text with a unit."""
+"""Quantities of a scenario: plain numbers in SI (angles in degrees, particles in um and g m-3), or text with a unit."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "speed": {"m/s": (1.0, 0.0), "km/s": (1e3, 0.0), "km/h": (1 / 3.6, 0.0), "kn": (1852 / 3600, 0.0)},
     "duration": {"s": (1.0, 0.0), "ms": (1e-3, 0.0), "min": (60.0, 0.0), "h": (3600.0, 0.0)},
     "fraction": {"": (1.0, 0.0), "%": (0.01, 0.0)},
+    "particle radius": {"um": (1.0, 0.0), "nm": (1e-3, 0.0), "mm": (1e3, 0.0)},
+    "water content": {"g/m3": (1.0, 0.0), "kg/m3": (1e3, 0.0), "mg/m3": (1e-3, 0.0)},
 }
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*")
@@ -114,3 +116,8 @@ Temperature = Annotated[float, BeforeValidator(_parser("temperature"))]
 Speed = Annotated[float, BeforeValidator(_parser("speed"))]
 Duration = Annotated[float, BeforeValidator(_parser("duration"))]
 Fraction = Annotated[float, BeforeValidator(_parser("fraction"))]
+ParticleRadius = Annotated[float, BeforeValidator(_parser("particle radius"))]
+"""In um, as everywhere that particles are spoken of."""
+
+WaterContent = Annotated[float, BeforeValidator(_parser("water content"))]
+"""In g m-3, as in the literature on clouds."""

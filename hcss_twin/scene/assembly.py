@@ -50,7 +50,10 @@ PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 
 @dataclass(frozen=True)
 class Assembly:
-    """The providers of one scene, built and guarded, and the states they share."""
+    """The providers of one scene, built and guarded, and the states they share.
+
+    ``particle_fields`` are the scenario's fields from which the particles of each layer come.
+    """
 
     entries: Mapping[str, Entry]
     bands: tuple[SpectralBand, ...]
@@ -61,6 +64,7 @@ class Assembly:
     motion: Motion
     layers: tuple[CloudLayer, ...]
     generators: tuple[CloudGenerator, ...]
+    particle_fields: tuple[str, ...]
     transmittance: TransmittanceProvider
     sea: SeaModel
     optics: Optics
@@ -81,9 +85,17 @@ class Assembly:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What users should know about profile and providers, in order, each once."""
-        notes = (note for declares in self.declarations for note in declares.notes)
-        return tuple(dict.fromkeys((*self.profile.notes, *notes)))
+        """What users should know about profile and providers, in order, each once.
+
+        A provider's notes on particles of a phase are told where a layer has them.
+        """
+        phases = dict.fromkeys(layer.microphysics.phase for layer in self.layers)
+        notes: list[str] = [*self.profile.notes]
+        for declares in self.declarations:
+            notes += declares.notes
+            for phase in phases:
+                notes += declares.notes_by_phase.get(phase, ())
+        return tuple(dict.fromkeys(notes))
 
     @property
     def cloudy_layers(self) -> tuple[bool, ...]:
@@ -149,7 +161,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
     clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around)
-    layers = tuple(layer for layer, _ in clouds)
+    layers = tuple(layer for layer, _, _ in clouds)
     builder.raise_problems()
     assert around is not None
     assert transmittance is not None
@@ -182,7 +194,8 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         grid=grid,
         motion=motion,
         layers=layers,
-        generators=tuple(generator for _, generator in clouds),
+        generators=tuple(generator for _, generator, _ in clouds),
+        particle_fields=tuple(field for _, _, field in clouds),
         transmittance=transmittance,
         sea=sea,
         optics=optics,

@@ -22,6 +22,9 @@ from hcss_twin.scene.surroundings import Surroundings
 MOST_POINTS = 2**26
 """Points of one frame (8192 x 8192) for generators that only make whole ones."""
 
+_OF_PARTICLES = ("effective_radius", "effective_variance", "phase", "water_content")
+"""Keys by which a layer may have brought particles that optics refuse, the likeliest first."""
+
 
 def assemble_clouds(
     builder: Builder,
@@ -30,8 +33,11 @@ def assemble_clouds(
     grid: Grid,
     motion: Motion,
     around: Surroundings | None,
-) -> list[tuple[CloudLayer, CloudGenerator]]:
-    """Build layers and their generators, from the lowest to the highest whatever their order in the scenario."""
+) -> list[tuple[CloudLayer, CloudGenerator, str]]:
+    """Build layers and their generators, from the lowest to the highest whatever their order in the scenario.
+
+    The third of each is the field to be named where an optics provider refuses the layer's particles.
+    """
     found: list[tuple[ResolvedLayer, Layer, str]] = []
     for index, section in enumerate(scenario.clouds.layers):
         field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
@@ -51,7 +57,7 @@ def assemble_clouds(
     found.sort(key=lambda each: each[0].layer.base_m)
     samples = scenario.image.samples_per_pixel
     points = Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
-    clouds: list[tuple[CloudLayer, CloudGenerator]] = []
+    clouds: list[tuple[CloudLayer, CloudGenerator, str]] = []
     for index, (resolved, section, field) in enumerate(found):
         inputs = CloudInputs(
             resolved.layer,
@@ -67,7 +73,8 @@ def assemble_clouds(
             generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
             if samples > 1 and not generator.declares.tileable:
                 _require_few_points(points, samples, resolved.layer, field)
-            clouds.append((resolved.layer, generator))
+            blamed = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
+            clouds.append((resolved.layer, generator, f"{field}.{blamed}"))
     return clouds
 
 

@@ -20,6 +20,7 @@ from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.assembly import Assembly, assemble
+from hcss_twin.scene.particles import told
 from hcss_twin.scene.sun_track import SunTrack
 from hcss_twin.scene.surroundings import FilledIn
 
@@ -166,6 +167,7 @@ class Plan:
                     "top_m": layer.top_m,
                     "coverage": layer.coverage,
                     "coverage_mode": layer.coverage_mode,
+                    "particles": told(layer),
                 }
                 for layer in self.layers
             ],
@@ -215,6 +217,7 @@ def _make_plan(scenario: Scenario) -> Plan:
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
     if any(spec.kind in ("radiance", "derived") for spec in variables):
+        _probe_particles(assembly)
         _probe_lowest_sun(assembly, track, times, zenith)
     _probe_last_frame(assembly, float(times[-1]))
     return Plan(
@@ -252,6 +255,22 @@ def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
             )
     place = scenario.place
     return SunTrack(scenario.time, place.latitude, place.longitude, scenario.motion.platform_speed)
+
+
+def _probe_particles(assembly: Assembly) -> None:
+    """Find out now that the optics provider cannot have a layer's particles; one wavenumber of each."""
+    wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
+    problems = []
+    for layer, cloudy, field in zip(
+        assembly.layers, assembly.cloudy_layers, assembly.particle_fields, strict=True
+    ):
+        if cloudy:
+            try:
+                assembly.optics.single_scattering(layer.microphysics, wavenumber)
+            except ProviderError as error:
+                problems.append(Problem(field, str(error)))
+    if problems:
+        raise ScenarioError(problems)
 
 
 def _probe_lowest_sun(assembly: Assembly, track: SunTrack, times: Array, zenith_deg: Array) -> None:

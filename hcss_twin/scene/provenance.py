@@ -6,6 +6,7 @@ import json
 import platform
 from importlib import metadata
 
+from hcss_twin.scene.particles import told
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables import RadianceTables
 
@@ -33,6 +34,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "hcss_files_sha256": json.dumps(plan.catalog.used),
         "hcss_filled_in": json.dumps([vars(item) for item in plan.filled_in]),
         "hcss_skipped": json.dumps([vars(item) for item in plan.skipped]),
+        "hcss_particles": json.dumps([told(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.assembly.notes),
         "hcss_accuracy_requested": scenario.accuracy,
     }

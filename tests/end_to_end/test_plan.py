@@ -62,6 +62,20 @@ def test_the_highest_cloud_the_table_allows_runs():
     assert compile_tables(plan).axes[0].dense_m[-1] == plan.layers[0].thickness_max_m
 
 
+def notes(name, **overrides):
+    return " ".join(make_plan(Scenario.load(name, {**TINY, **overrides})).assembly.notes)
+
+
+@pytest.mark.parametrize("provider", ["mie", "bulk"])
+def test_notes_on_ice_and_on_droplets_are_told_where_a_layer_has_them(provider):
+    optics = {"optics.provider": provider}
+    water, ice = notes("stratus", **optics), notes("cirrus", **optics)
+    both = notes("cirrus-over-cumulus", **optics)
+    clear = notes("stratus", **optics, **{"clouds": {"layers": []}})
+    assert [" ice " in f" {text} " for text in (water, ice, both, clear)] == [False, True, True, False]
+    assert ["droplets" in text for text in (water, ice, both, clear)] == [True, False, True, False]
+
+
 def test_two_frames_far_apart_need_two_tables():
     overrides = {**TINY, "frames.interval": 6 * 86400.0, "accuracy": 1e-4}
     tables = compile_tables(make_plan(Scenario.load("stratus", overrides)))

@@ -122,6 +122,21 @@ def test_an_existing_occupancy_file_is_kept(cube, tmp_path):
     assert not (tmp_path / "v.png").exists()
 
 
+def test_an_existing_picture_is_kept_unless_forced(cube, tmp_path):
+    shutil.copy(cube, tmp_path / "c.nc")
+    picture = tmp_path / "c_volume.png"
+    picture.write_text("mine")
+    for arguments in ((tmp_path / "c.nc",), (cube, "-o", picture, "--occupancy", tmp_path / "v.nc")):
+        done = run(*arguments)
+        assert done.exit_code == 1
+        assert f"{picture} exists; give another name with -o, or --force" in done.output
+    assert picture.read_text() == "mine"
+    assert not (tmp_path / "v.nc").exists()
+    assert run(tmp_path / "c.nc", "--force").exit_code == 0
+    with Image.open(picture) as image:
+        assert image.format == "PNG"
+
+
 def test_a_frame_that_is_not_there_is_named_with_the_closest(cube):
     with pytest.raises(CubeError, match="frame 7: the cube has 0 to 1; closest is 1"):
         read_columns(cube, 7)

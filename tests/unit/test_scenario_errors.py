@@ -30,6 +30,11 @@ WRONG = [
     ("[[clouds.layers]]\ncoverag = 0.4", "clouds.layers[0].coverag", "closest is 'coverage'"),
     ("[[clouds.layer]]\ntype = 'stratus'", "clouds", "closest is 'layers'"),
     ("bands = [{name = 'x', respons = 'y'}]", "bands[0].respons", "closest is 'response'"),
+    ("coverage = 0.3", "coverage", "unknown key", "closest is 'clouds.coverage'"),
+    ("view.coverage = 0.3", "view.coverage", "closest is 'clouds.coverage'"),
+    ("temperature = 290", "temperature", "closest is 'clouds.temperature' or 'sea.temperature'"),
+    ("clouds.seed = 3", "clouds.seed", "closest is 'seed' at the top level"),
+    ("response = 'x.csv'", "response", "closest is 'bands[0].response'"),
     # ranges
     ("view.zenith = 95", "view.zenith", "95 is out of range", ">= 0 and <= 85", "choice is 85"),
     ("clouds.coverage = 1.3", "clouds.coverage", "1.3 is out of range", "choice is 1"),
@@ -367,3 +372,26 @@ def test_overrides_into_nonsense(key, value, field, part):
 def test_an_override_of_what_is_no_table_names_both():
     with pytest.raises(ScenarioError, match=r"clouds\.type: clouds is 3, not a table"):
         Scenario.from_dict(json.loads('{"clouds": 3}'), {"clouds.type": "stratus"})
+
+
+@pytest.mark.parametrize("wrong", ["'stratos'", "'no/such.toml'", "3"])
+def test_a_wrong_type_does_not_hide_what_is_wrong_with_the_altitudes(wrong):
+    upside_down = refusal(TIME + PLACE + f"clouds = {{type = {wrong}, base = 3000, top = 2000}}")
+    assert "allowed: above 3000" in upside_down["clouds.top"]
+    assert "clouds.type" in upside_down
+    thin = refusal(TIME + PLACE + f"clouds = {{type = {wrong}, base = 10, top = 20, thickness_min = 30}}")
+    assert set(thin) == {"clouds.type", "clouds.thickness_min"}
+
+
+def test_layers_of_a_wrong_type_may_not_overlap_either():
+    layers = """
+[[clouds.layers]]
+type = "stratos"
+base = 100
+top = 8000
+[[clouds.layers]]
+type = "cirrus"
+"""
+    found = refusal(TIME + PLACE + layers)
+    assert set(found) == {"clouds.layers[0].type", "clouds.layers[0].top"}
+    assert "must not overlap" in found["clouds.layers[0].top"]

@@ -1,0 +1,177 @@
+"""Particles of a cloud: those of its type, and what a scenario's layer changes of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.providers import Microphysics
+from hcss_twin.scenario.particle_limits import LARGEST_UM, MOST_WATER_KG_M3, NARROWEST, WIDEST
+from hcss_twin.scenario.section import Section
+from hcss_twin.scenario.units import Number
+
+if TYPE_CHECKING:
+    from hcss_twin.scenario.models import Layer
+
+Phase = Literal["water", "ice"]
+
+_BY_SHAPE = ("alpha", "b", "nu", "number_density", "radius_range_um")
+_BY_SIZE = ("effective_radius_um", "effective_variance", "water_content_kg_m3")
+
+
+class TypeMicrophysics(Section):
+    """``[microphysics]``: modified gamma distribution n(r) = a r^alpha exp(-b r^nu), r in um.
+
+    Either by its shape and number, or as the gamma distribution (nu = 1) of an effective radius, an effective
+    variance and a content of liquid water or ice.
+    """
+
+    alpha: Number | None = Field(None, ge=0, le=20, description="Exponent of the radius.")
+    b: Number | None = Field(None, gt=0, description="Scale, um^-nu.")
+    nu: Number | None = Field(None, gt=0, le=10, description="Exponent in the exponential.")
+    number_density: Number | None = Field(None, gt=0, le=1e12, description="Particles per m3.")
+    effective_radius_um: Number | None = Field(
+        None,
+        gt=0,
+        le=LARGEST_UM,
+        description="Area-weighted mean radius, um; instead of alpha, b, nu, number_density.",
+    )
+    effective_variance: Number | None = Field(
+        None,
+        ge=NARROWEST,
+        le=WIDEST,
+        description="Width of the area-weighted distribution; with effective_radius_um.",
+    )
+    water_content_kg_m3: Number | None = Field(
+        None,
+        gt=0,
+        le=MOST_WATER_KG_M3,
+        description="Liquid water or ice per volume, kg m-3; with effective_radius_um.",
+    )
+    radius_range_um: tuple[Number, Number] | None = Field(
+        None,
+        description="Limits of integration, um; by default, with effective_radius_um, 0.01 to 10 times it.",
+    )
+    source: str = Field(description="Where the numbers come from.")
+
+    @field_validator("radius_range_um")
+    @classmethod
+    def _ascending(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and not 0 < value[0] < value[1]:
+            low, high = value
+            raise PydanticCustomError(
+                "radius_range_um", f"[{low:g}, {high:g}] is no range; allowed: 0 < smallest < largest"
+            )
+        return value
+
+    @model_validator(mode="after")
+    def _one_way(self) -> TypeMicrophysics:
+        shape = [name for name in _BY_SHAPE[:4] if getattr(self, name) is not None]
+        size = [name for name in _BY_SIZE if getattr(self, name) is not None]
+        both = f"allowed: either {', '.join(_BY_SHAPE)}, or {', '.join(_BY_SIZE)}"
+        if shape and size:
+            raise PydanticCustomError(
+                "two_ways", f"{', '.join(shape)} given together with {', '.join(size)}; {both}"
+            )
+        wanted = _BY_SIZE if size else _BY_SHAPE
+        missing = [name for name in wanted if getattr(self, name) is None]
+        if missing:
+            raise PydanticCustomError("incomplete", f"{', '.join(missing)} missing; {both}")
+        return self
+
+    def particles(self, phase: Phase) -> Microphysics:
+        """Return the particles of these numbers.
+
+        Raises
+        ------
+        ValueError
+            If a given range of radii changes the effective radius or variance noticeably.
+        """
+        if self.effective_radius_um is not None:
+            from hcss_twin.optics.size_distribution import gamma_distribution
+
+            assert self.effective_variance is not None
+            assert self.water_content_kg_m3 is not None
+            return gamma_distribution(
+                phase,
+                self.effective_radius_um,
+                self.effective_variance,
+                self.water_content_kg_m3,
+                self.radius_range_um,
+            )
+        assert self.alpha is not None
+        assert self.b is not None
+        assert self.nu is not None
+        assert self.number_density is not None
+        assert self.radius_range_um is not None
+        return Microphysics(phase, self.alpha, self.b, self.nu, self.number_density, self.radius_range_um)
+
+
+MICROPHYSICAL = ("phase", "effective_radius", "effective_variance", "water_content")
+"""Keys of a layer that change the particles of its type."""
+
+
+def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field: str) -> Microphysics:
+    """Merge a layer's microphysics with that of its type.
+
+    A radius or variance makes a gamma distribution, :func:`hcss_twin.optics.size_distribution.gamma_distribution`,
+    over 0.01 to 10 effective radii; what it needs and the layer does not give is the type's, computed from its
+    distribution where the type states it by shape and number. A water content or a phase alone keeps the type's
+    distribution and changes the number of particles; a phase alone keeps the mass per volume.
+
+    Parameters
+    ----------
+    section : Layer
+        The layer, with effective radius in um and water content in g m-3.
+    usual : TypeMicrophysics
+        Of its type.
+    phase : {"water", "ice"}
+        That of its type.
+    field : str
+        Path of the layer, for problems.
+
+    Raises
+    ------
+    ScenarioError
+        If the numbers do not fit together; names the key the user gave.
+    """
+    try:
+        particles = usual.particles(phase)
+    except ValueError as error:
+        raise ScenarioError([Problem(f"{field}.type", f"'{section.type}', microphysics: {error}")]) from error
+    if all(getattr(section, key) is None for key in MICROPHYSICAL):
+        return particles
+    from hcss_twin.optics.size_distribution import (
+        effective_radius_um,
+        effective_variance,
+        gamma_distribution,
+        water_content_kg_m3,
+    )
+
+    radius, variance, content = usual.effective_radius_um, usual.effective_variance, usual.water_content_kg_m3
+    # Exactly as it is written where it is: computed values carry rounding.
+    content = water_content_kg_m3(particles) if content is None else content
+    content = content if section.water_content is None else section.water_content / 1000.0
+    substance = section.phase or phase
+    if section.effective_radius is None and section.effective_variance is None:
+        found = replace(particles, phase=substance, number_density_m3=1.0)
+        return replace(found, number_density_m3=content / water_content_kg_m3(found))
+    radius = effective_radius_um(particles) if radius is None else radius
+    variance = effective_variance(particles) if variance is None else variance
+    if section.effective_variance is None and not NARROWEST <= variance <= WIDEST:
+        message = (
+            f"is missing; that of type '{section.type}', {variance:.3g}, is out of range beside effective_radius; "
+            f"allowed: >= {NARROWEST:g} and <= {WIDEST:g}; closest valid choice is "
+            f"{min(max(variance, NARROWEST), WIDEST):g}"
+        )
+        raise ScenarioError([Problem(f"{field}.effective_variance", message)])
+    return gamma_distribution(
+        substance,
+        radius if section.effective_radius is None else section.effective_radius,
+        variance if section.effective_variance is None else section.effective_variance,
+        content,
+    )
