@@ -28,9 +28,6 @@ SPECTRAL_SHARE = 0.1
 LARGEST_TABLE_BYTES = 128_000_000
 """Of the table of two layers at one instant; three of them are held where the sun moves."""
 
-SAME_SUN_DEG = 1.0
-"""Change of its zenith angle over which the sun's spectrum below the air is taken as one."""
-
 LONGEST_TIME_STEP_S = 3600.0
 """Time nodes are at most this far apart where the sun matters."""
 
@@ -49,11 +46,11 @@ def compile_tables(plan: Plan) -> RadianceTables:
     ScenarioError
         If the table of two layers would be too large for the accuracy asked for.
     """
-    spectrum = choose_spectrum(plan, _extreme_suns(plan), plan.scenario.accuracy * SPECTRAL_SHARE)
+    spectrum = choose_spectrum(plan, plan.scenario.accuracy * SPECTRAL_SHARE)
     columns = _Columns(plan, spectrum.nodes)
     tolerance = plan.scenario.accuracy * TABLE_SHARE
     times, time_error = _time_nodes(columns, plan, 0.5 * tolerance)
-    sun = _sun(plan, times[len(times) // 2])
+    sun = plan.sun_at(times[len(times) // 2])
     axes: tuple[ThicknessAxis | None, ...] = tuple(
         place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, 0.5 * tolerance)
         if plan.cloudy_layers[index]
@@ -72,7 +69,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
             )
             _require_room(plan, pair, len(columns.quantities.names))
             axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
-    tables = tuple(columns.table(axes, pair, _sun(plan, time)) for time in times)
+    tables = tuple(columns.table(axes, pair, plan.sun_at(time)) for time in times)
     return RadianceTables(
         columns.quantities, times, axes, pair, tables, spectrum, spectrum.estimated_error + time_error + error
     )
@@ -106,7 +103,7 @@ def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[
     middle = times.size // 2
     if not plan.sun_matters or times.size == 1:
         return (float(times[middle]),), 0.0
-    known = {frame: columns.probe(_sun(plan, float(times[frame]))) for frame in (0, times.size - 1)}
+    known = {frame: columns.probe(plan.sun_at(float(times[frame]))) for frame in (0, times.size - 1)}
     change = float(np.max(np.abs(known[times.size - 1] / known[0] - 1.0)))
     near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
     if change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, times.size - 1):
@@ -117,7 +114,7 @@ def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[
         if high - low < 2:
             continue
         middle = (low + high) // 2
-        exact = columns.probe(_sun(plan, float(times[middle])))
+        exact = columns.probe(plan.sun_at(float(times[middle])))
         weight = (times[middle] - times[low]) / (times[high] - times[low])
         error = float(np.max(np.abs(((1 - weight) * known[low] + weight * known[high]) / exact - 1.0)))
         # One agreement in the middle proves nothing over a day: noon, noon and noon agree.
@@ -130,31 +127,8 @@ def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[
     return tuple(float(times[frame]) for frame in sorted(known)), worst
 
 
-def _extreme_suns(plan: Plan) -> tuple[Sun | None, ...]:
-    """Highest, lowest and no sun, as far as the frames have them; one where it hardly moves."""
-    up = np.flatnonzero(plan.sun_zenith_deg < 90.0)
-    if not up.size:
-        return (None,)
-    zenith = plan.sun_zenith_deg[up]
-    frames = [up[np.argmin(zenith)]]
-    if np.ptp(zenith) > SAME_SUN_DEG:
-        frames.append(up[np.argmax(zenith)])
-    suns: list[Sun | None] = [_sun(plan, float(plan.frame_times_s[frame])) for frame in frames]
-    if up.size < plan.sun_zenith_deg.size:
-        suns.append(None)
-    return tuple(suns)
-
-
 def _is_up(plan: Plan, frame: int) -> bool:
     return bool(plan.sun_zenith_deg[frame] < 90.0)
-
-
-def _sun(plan: Plan, time_s: float) -> Sun | None:
-    """Sun at a time, None below the horizon."""
-    if not plan.sun_matters:
-        return None
-    sun = plan.sun_track.at(time_s)
-    return sun if sun.is_up else None
 
 
 class _Columns:

@@ -15,7 +15,7 @@ from hcss_twin.catalog import Catalog
 from hcss_twin.cube.variables import LAYER, VariableSpec, expand
 from hcss_twin.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, View
+from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, Sun, View
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
@@ -137,6 +137,13 @@ class Plan:
     def sun_matters(self) -> bool:
         """Whether the sun is up in at least one frame."""
         return bool(np.any(self.sun_zenith_deg < 90.0))
+
+    def sun_at(self, time_s: float) -> Sun | None:
+        """Sun at a time, None below the horizon."""
+        if not self.sun_matters:
+            return None
+        sun = self.sun_track.at(time_s)
+        return sun if sun.is_up else None
 
     @property
     def uncompressed_bytes(self) -> int:

@@ -107,7 +107,7 @@ def place_axis(columns: Columns, layer: CloudLayer, level_m: Array, tolerance: f
         If the radiance does not converge with nodes, because a provider returns values that jump.
     """
     segments, dense, worst = [], [], 0.0
-    for low, high in pairwise(_breakpoints(layer, level_m)):
+    for low, high in pairwise(breakpoints(layer, level_m)):
         nodes, values, error = _segment(columns, low, high, (1 - LINEAR_SHARE) * tolerance)
         segments.append(nodes)
         dense.append(dense_nodes(nodes, values, LINEAR_SHARE * tolerance))
@@ -162,7 +162,7 @@ def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
     return dense
 
 
-def _breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
+def breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
     """Ends of the thickness range and the thicknesses at which the cloud top crosses a level."""
     low, high = layer.thickness_min_m, layer.thickness_max_m
     if low >= high:  # all clouds are equally thick; an axis needs some width

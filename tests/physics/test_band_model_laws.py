@@ -252,3 +252,38 @@ def test_outside_the_declared_range_is_an_error(air):
 def test_another_file_is_refused():
     with pytest.raises(CatalogError, match="hcss-band-model"):
         read_coefficients(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
+
+
+def test_amounts_of_legs_add_to_those_of_paths_and_stand_for_them(air):
+    legs = [Leg(0.0, 2_300.0, 20.0), Leg(2_300.0, SPACE, 20.0), Leg(1_000.0, SPACE, 55.0)]
+    wavenumber = np.array([800.0, 2_345.0, 2_347.5, 3_500.0])
+    path = Path(tuple(legs))
+    added = sum(air.absorber_amounts([Path((leg,))]) for leg in legs)
+    np.testing.assert_allclose(air.absorber_amounts([path]), added, rtol=1e-13)
+    np.testing.assert_array_equal(
+        air.transmittance_of_amounts(wavenumber, air.absorber_amounts([path, Path()])),
+        air.transmittance(wavenumber, [path, Path()]),
+    )
+
+
+def test_a_leg_has_the_same_absorbers_whatever_else_is_asked():
+    several = [
+        Leg(500.0, upper, zenith) for upper in (2_000.0, 2_345.6, 10_000.0, SPACE) for zenith in (0.0, 60.0)
+    ]
+    together = provider().absorber_amounts([Path((leg,)) for leg in several])
+    alone = np.concatenate([provider().absorber_amounts([Path((leg,))]) for leg in several])
+    np.testing.assert_array_equal(together, alone)
+
+
+def test_few_scattered_wavenumbers_have_the_values_of_the_whole_grid(air):
+    whole = air.declares.native_grid_cm1[100:1500]
+    paths = [to_space(0.0, 30.0), to_space(4_321.0, 0.0)]
+    some = np.sort(np.concatenate((whole[[3, 500, 501, 1200]], [0.5 * (whole[700] + whole[701])])))
+    exact = air.transmittance(whole, paths)
+    expected = np.array([np.interp(some, whole, row) for row in exact])
+    np.testing.assert_allclose(air.transmittance(some, paths), expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        air.path_radiance(some, paths),
+        [np.interp(some, whole, row) for row in air.path_radiance(whole, paths)],
+        rtol=1e-12,
+    )
