@@ -12,6 +12,7 @@ from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import Sun
 from hcss_twin.scene.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.shadow_table import compile_shadows
 from hcss_twin.scene.tables import InstantTable, Quantities, RadianceTables
 from hcss_twin.scene.thickness_axis import Columns, ThicknessAxis, place_axis
 
@@ -66,7 +67,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
             _require_room(plan, pair, len(columns.quantities.names))
             axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
     tables = tuple(columns.table(axes, pair, _sun(plan, time)) for time in times)
-    return RadianceTables(columns.quantities, times, axes, pair, tables, time_error + error)
+    shadows = compile_shadows(plan, columns.quantities, times, columns.clear, _sun)
+    return RadianceTables(columns.quantities, times, axes, pair, tables, time_error + error, shadows)
 
 
 def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
