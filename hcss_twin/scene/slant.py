@@ -101,8 +101,8 @@ class SlantPaths:
             )
         if self.shadows:
             notes.append(
-                "shadows: clear points lose the direct sunlight that the sea reflects, by all clouds on the sun's path; light "
-                "that clouds scatter forward or sideways, sunlight in shaded air and shadows on or under other "
+                "shadows: clear points lose the direct sunlight that the sea reflects, to clouds on the sun's path; "
+                "light that clouds scatter forward or sideways, sunlight in shaded air and shadows on or under other "
                 "clouds are left out"
             )
         return tuple(notes)
