@@ -62,10 +62,10 @@ def test_a_coverage_of_the_frame_is_allowed_where_no_path_leaves_it():
 
 
 def test_an_image_without_room_for_slant_paths_is_refused_with_the_room_they_need(image):
-    found = problem(**image(44, 54), **{"slant.shadows": True})
+    found = problem(**image(44, 80), **{"slant.shadows": True})
     assert found.field == "image.rows"
     assert "outside the image that slant paths meet: 16 rows and 6 columns" in found.message
-    assert make_plan(scenario(**image(44, 54))).layers
+    assert make_plan(scenario(**image(44, 80))).layers
 
 
 def test_an_image_with_room_casts_its_shadow_away_from_the_sun(image):
