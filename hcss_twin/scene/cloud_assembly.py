@@ -68,6 +68,7 @@ def assemble_clouds(
         label = str(Kind.CLOUDS) if len(found) == 1 else f"{Kind.CLOUDS}[{index}]"
         with builder.blaming(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
             require_one_sky(resolved.layer, field, margin)
+            slant.require_short(resolved.layer, points.pixel_size_m, samples)
             name = selected(section, "generator")
             generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
             if samples > 1 and not generator.declares.tileable:

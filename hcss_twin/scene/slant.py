@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 LARGEST_SUN_DEG = 85.0
 """Zenith of the lowest sun whose shadows are computed; the view has the same limit."""
 
+MOST_POINTS_WITHIN = 4096
+"""Points along either axis by which the sun's path may move within a layer; each window is wider by as many."""
+
 _ROUNDING = 1e-9
 """Relative; positions of the sun computed alone or together may differ by this."""
 
@@ -89,6 +92,27 @@ class SlantPaths:
             sun_rows, sun_columns = whole_points(farthest, point_m)
             rows, columns = max(rows, sun_rows), max(columns, sun_columns)
         return rows, columns
+
+    def require_short(self, layer: CloudLayer, point_m: float, samples: int) -> None:
+        """Refuse points so small that the sun's path within a layer runs over too many of them.
+
+        Raises
+        ------
+        ScenarioError
+            Naming the size of the pixels.
+        """
+        if not self.shadows or not self.sun_zenith_deg.size:
+            return
+        within = displacement_m(layer.thickness_max_m, self.sun_zenith_deg, self.sun_azimuth_deg)
+        longest = float(np.max(np.abs(within)))
+        if longest > MOST_POINTS_WITHIN * point_m:
+            closest = math.ceil(longest / MOST_POINTS_WITHIN * samples * 100.0) / 100.0
+            message = (
+                f"{point_m * samples:g} m with {samples} points along it: the sun's path runs {longest:.0f} m within "
+                f"'{layer.name}', over {longest / point_m:.0f} points; allowed for shadows: {MOST_POINTS_WITHIN}; "
+                f"closest valid choice is {closest:g}, or slant.shadows = false"
+            )
+            raise ScenarioError([Problem("image.pixel_size", message)])
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -87,6 +87,14 @@ def test_shadows_of_a_sun_near_the_horizon_are_refused():
     assert "allowed: frames with the sun up to 85 deg or below the horizon" in found.message
 
 
+def test_pixels_too_small_for_the_sun_s_paths_are_refused_with_the_size_that_is_not():
+    tiny = {"slant.shadows": True, "image.pixel_size": 0.05}
+    found = problem(**tiny)
+    assert found.field == "image.pixel_size"
+    closest = float(found.message.split("closest valid choice is ")[1].split(",")[0])
+    assert make_plan(scenario(**tiny | {"image.pixel_size": closest})).slant.shadows
+
+
 def test_a_radiance_model_that_does_not_name_its_sunlight_is_refused(monkeypatch):
     monkeypatch.setattr(AsPrinted, "sea_sun_terms", frozenset())
     found = problem(**{"slant.shadows": True})
