@@ -401,7 +401,9 @@ class RadianceModel(Protocol):
     """Assembly of the spectral radiance of one column of sea, cloud and air.
 
     ``terms`` maps the name of each part to its description; their sum is the radiance at the
-    sensor. ``solar_terms`` names those that are exactly 0 without a sun.
+    sensor. ``solar_terms`` names those that are exactly 0 without a sun. A model may have ``sea_sun_terms``,
+    the names of those that in the clear column are direct sunlight reflected by the sea; without it a scene cannot
+    have shadows.
     """
 
     declares: Declares

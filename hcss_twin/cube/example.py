@@ -36,7 +36,7 @@ def example_header(**changes: Any) -> CubeHeader:
         "view_azimuth_deg": 120.0,
         "solar_zenith_deg": (24.0, 24.1, 24.2),
         "solar_azimuth_deg": (180.0, 180.1, 180.2),
-        "variables": tuple(expand(["all"], EXAMPLE_TERMS, layer_count=2)),
+        "variables": tuple(expand(["all"], EXAMPLE_TERMS, layer_count=2, shadows=True)),
         "attributes": {SCENARIO_ATTRIBUTE: "[scene]\nname = 'example'\n", "seed": 1},
         "layers": (LayerInfo("cumulus", 66.0, 3000.0), LayerInfo("cirrus", 6000.0, 10_000.0)),
         **changes,

@@ -24,6 +24,7 @@ BAND_FRAME = ("time", "band", "y", "x")
 LAYER = "layer"
 LAYER_FRAME = ("time", LAYER, "y", "x")
 TERM_PREFIX = "radiance_"
+SHADOW_MASK = "shadow_mask"
 
 _TERM = re.compile(r"[a-z][a-z0-9_]*\Z")
 _ON_SCALE = {"units_metadata": "temperature: on_scale"}
@@ -126,6 +127,22 @@ VARIABLES: tuple[VariableSpec, ...] = (
         highest=1.0,
     ),
     VariableSpec(
+        name=SHADOW_MASK,
+        dims=FRAME,
+        dtype="uint8",
+        units="1",
+        long_name="mask of clouds' shadows on the sea",
+        kind="truth",
+        description="1 where the sun's path to the sea crosses cloud of any thickness on some part of the pixel that "
+        "is seen clear; 0 elsewhere, where the whole pixel is cloudy, and with the sun below the horizon.",
+        attributes={
+            "flag_values": np.array([0, 1], dtype=np.uint8),
+            "flag_meanings": "not_shadowed shadowed",
+        },
+        lowest=0.0,
+        highest=1.0,
+    ),
+    VariableSpec(
         name="cloud_thickness",
         dims=FRAME,
         dtype="float32",
@@ -214,10 +231,13 @@ def term_variable(name: str, description: str) -> VariableSpec:
     )
 
 
-def expand(requested: Iterable[str], terms: Mapping[str, str], layer_count: int = 1) -> list[VariableSpec]:
+def expand(
+    requested: Iterable[str], terms: Mapping[str, str], layer_count: int = 1, shadows: bool = False
+) -> list[VariableSpec]:
     """Turn what a scenario asks for into variables, in the order of the table, terms last.
 
-    Variables by layer belong to the groups where there are several layers; elsewhere they repeat others.
+    Variables by layer belong to the groups where there are several layers; elsewhere they repeat others. Those of
+    shadows are there where clouds cast any.
 
     Parameters
     ----------
@@ -228,21 +248,25 @@ def expand(requested: Iterable[str], terms: Mapping[str, str], layer_count: int 
         Description of each term of the radiance model in use, by its name.
     layer_count : int
         Number of cloud layers of the scene.
+    shadows : bool
+        Whether clouds cast shadows.
 
     Raises
     ------
     ValueError
         If a name is unknown, with the allowed names and the closest one, if nothing is asked for, or if a variable
-        by layer is asked for without a layer.
+        by layer is asked for without a layer, or one of shadows without shadows.
     """
     known = {spec.name: spec for spec in VARIABLES}
     known.update((spec.name, spec) for spec in (term_variable(name, text) for name, text in terms.items()))
     by_layer = {spec.name for spec in VARIABLES if LAYER in spec.dims}
-    repeated = by_layer if layer_count < 2 else set[str]()
+    absent = by_layer if layer_count < 2 else set[str]()
+    if not shadows:
+        absent = absent | {SHADOW_MASK}
     groups = {
-        "all": set(known) - repeated,
+        "all": set(known) - absent,
         "terms": {TERM_PREFIX + name for name in terms},
-        "truth": {spec.name for spec in VARIABLES if spec.kind == "truth"} - repeated,
+        "truth": {spec.name for spec in VARIABLES if spec.kind == "truth"} - absent,
     }
     wanted: set[str] = set()
     for name in requested:
@@ -250,6 +274,8 @@ def expand(requested: Iterable[str], terms: Mapping[str, str], layer_count: int 
             raise ValueError(f"unknown output variable '{name}'; {choose_from(name, [*groups, *known])}")
         if name in by_layer and layer_count == 0:
             raise ValueError(f"'{name}': the scene has no cloud layer; allowed: with one or two layers")
+        if name == SHADOW_MASK and not shadows:
+            raise ValueError(f"'{name}': clouds cast no shadows; allowed: with slant.shadows = true")
         wanted |= groups.get(name, {name})
     if not wanted:
         raise ValueError(f"no output variable is asked for; {choose_from('', [*groups, *known])}")

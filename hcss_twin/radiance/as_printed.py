@@ -65,6 +65,7 @@ class AsPrinted:
         "path_emission": "thermal emission of the air above sea or highest cloud top",
     }
     solar_terms = frozenset({"cloud_reflected_sun", "sea_reflected_sun"})
+    sea_sun_terms = frozenset({"sea_reflected_sun"})
 
     def __init__(self, inputs: RadianceInputs, parameters: AsPrintedParameters) -> None:
         self._inputs = inputs

@@ -284,6 +284,23 @@ def single_layer(data: Any) -> Any:
     return {"layers": [short]}
 
 
+class Slant(Section):
+    """Where slant paths of sight and sunlight meet the clouds; off, each pixel is a column of its own.
+
+    With either option on, layers need `coverage_mode = "field"` and a generator that gives windows, because slant
+    paths leave the image (docs/shadows-and-parallax.md).
+    """
+
+    shadows: bool = Field(
+        False,
+        description="Clouds between sun and sea take the direct sunlight from clear points in their shadow.",
+    )
+    parallax: bool = Field(
+        False,
+        description="Clouds appear where the slant line of sight meets them, displaced from the sea below them.",
+    )
+
+
 class Sea(Section):
     """The sea surface."""
 
@@ -365,6 +382,9 @@ class ScenarioModel(Section):
     )
     clouds: Clouds = Field(
         default_factory=lambda: Clouds.model_validate({}), description="Clouds; none by default."
+    )
+    slant: Slant = Field(
+        default_factory=lambda: Slant.model_validate({}), description="Shadows and parallax of clouds."
     )
     sea: Sea = Field(default_factory=lambda: Sea.model_validate({}), description="Sea.")
     optics: Optics = Field(default_factory=lambda: Optics.model_validate({}), description="Cloud optics.")

@@ -140,7 +140,7 @@ def _profile_problems(atmosphere: Mapping[str, Any], catalog: Catalog) -> Iterat
 
 def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count: int) -> Iterator[Problem]:
     """Check the names of output variables against the terms of the radiance model and the cloud layers."""
-    output, radiance = data.get("output", {}), data.get("radiance", {})
+    output, radiance, slant = (data.get(key, {}) for key in ("output", "radiance", "slant"))
     names = output.get("variables") if isinstance(output, Mapping) else None
     model = (
         radiance.get("model", own(_default("model", Kind.RADIANCE)))
@@ -155,7 +155,9 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         return
     try:
         terms = registry.provider_class(registry.resolve(Kind.RADIANCE, model)).terms
-        expand(names, terms, layer_count)
+        # Also where the key is no truth value, which is a problem of its own.
+        shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
+        expand(names, terms, layer_count, shadows)
     except (HcssError, AttributeError):  # reported at radiance.model
         return
     except ValueError as error:

@@ -40,6 +40,7 @@ from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.builder import Builder
 from hcss_twin.scene.cloud_assembly import assemble_clouds
+from hcss_twin.scene.slant import SlantPaths
 from hcss_twin.scene.surroundings import FilledIn, Surroundings, surroundings
 
 Array = NDArray[np.float64]
@@ -59,7 +60,6 @@ class Assembly:
     bands: tuple[SpectralBand, ...]
     spectral_grid: SpectralGrid
     profile: Profile
-    view: View
     grid: Grid
     motion: Motion
     layers: tuple[CloudLayer, ...]
@@ -71,6 +71,12 @@ class Assembly:
     model: RadianceModel
     sea_temperature_K: float
     filled_in: tuple[FilledIn, ...]
+    slant: SlantPaths
+
+    @property
+    def view(self) -> View:
+        """Viewing direction."""
+        return self.slant.view
 
     @property
     def declarations(self) -> tuple[Declares, ...]:
@@ -95,7 +101,7 @@ class Assembly:
             notes += declares.notes
             for phase in phases:
                 notes += declares.notes_by_phase.get(phase, ())
-        return tuple(dict.fromkeys(notes))
+        return tuple(dict.fromkeys((*notes, *(self.slant.notes if self.layers else ()))))
 
     @property
     def cloudy_layers(self) -> tuple[bool, ...]:
@@ -121,8 +127,8 @@ class Assembly:
         return np.array(columns, dtype=np.float64).reshape(len(columns), len(self.layers))
 
 
-def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
-    """Build every provider of a scenario.
+def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembly:
+    """Build every provider of a scenario, clouds as far as its slant paths lead.
 
     Raises
     ------
@@ -160,14 +166,13 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
             _require_bands_inside(bands, optics.declares, "optics")
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
-    clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around)
+    clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
     layers = tuple(layer for layer, _, _ in clouds)
     builder.raise_problems()
     assert around is not None
     assert transmittance is not None
     assert sea is not None
     assert optics is not None
-    view = View(scenario.view.zenith, scenario.view.azimuth)
     radiance_inputs = RadianceInputs(
         profile=around.profile,
         transmittance=transmittance,
@@ -175,7 +180,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         optics=optics,
         layers=layers,
         sea_temperature_K=temperature,
-        view=view,
+        view=slant.view,
         solar_irradiance=SolarSpectrum(catalog),
         wind_from_deg=scenario.sea.wind_from,
     )
@@ -190,7 +195,6 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         bands=tuple(bands),
         spectral_grid=dense_grid(bands, transmittance.declares.native_grid_cm1),
         profile=around.profile,
-        view=view,
         grid=grid,
         motion=motion,
         layers=layers,
@@ -202,6 +206,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         model=model,
         sea_temperature_K=temperature,
         filled_in=around.filled_in,
+        slant=slant,
     )
 
 

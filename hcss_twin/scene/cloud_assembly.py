@@ -17,6 +17,8 @@ from hcss_twin.scenario.cloud_types import Geometry, ResolvedLayer, overlap_prob
 from hcss_twin.scenario.models import Layer, selected
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.builder import Builder
+from hcss_twin.scene.displaced_clouds import DisplacedClouds, require_one_sky, require_windows
+from hcss_twin.scene.slant import SlantPaths, enlarged
 from hcss_twin.scene.surroundings import Surroundings
 
 MOST_POINTS = 2**26
@@ -33,6 +35,7 @@ def assemble_clouds(
     grid: Grid,
     motion: Motion,
     around: Surroundings | None,
+    slant: SlantPaths,
 ) -> list[tuple[CloudLayer, CloudGenerator, str]]:
     """Build layers and their generators, from the lowest to the highest whatever their order in the scenario.
 
@@ -59,20 +62,27 @@ def assemble_clouds(
     points = Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
     clouds: list[tuple[CloudLayer, CloudGenerator, str]] = []
     for index, (resolved, section, field) in enumerate(found):
+        margin = slant.margin(resolved.layer, points.pixel_size_m)
         inputs = CloudInputs(
             resolved.layer,
-            points,
+            enlarged(points, margin),
             motion,
             layer_seed(scenario.seed, index),
             catalog,
             resolved.type_parameters,
         )
         label = str(Kind.CLOUDS) if len(found) == 1 else f"{Kind.CLOUDS}[{index}]"
-        with builder.blaming(f"{field}.generator", section.parameters), _worded_for(field, samples):
+        with builder.blaming(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
+            require_one_sky(resolved.layer, field, margin)
+            slant.require_short(resolved.layer, points.pixel_size_m, samples)
             name = selected(section, "generator")
             generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
             if samples > 1 and not generator.declares.tileable:
                 _require_few_points(points, samples, resolved.layer, field)
+            if margin != (0, 0):
+                require_windows(generator, resolved.layer, field)
+                shift = slant.of_view(resolved.layer, points.pixel_size_m)
+                generator = DisplacedClouds(generator, margin, shift)
             blamed = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
             clouds.append((resolved.layer, generator, f"{field}.{blamed}"))
     return clouds
@@ -87,7 +97,7 @@ def layer_seed(seed: int, index: int) -> int:
 
 
 @contextmanager
-def _worded_for(field: str, samples: int) -> Iterator[None]:
+def _worded_for(field: str, samples: int, margin: tuple[int, int]) -> Iterator[None]:
     """Name the layer, and say what sizes are meant, in what a generator says about its own keys and the image."""
     try:
         yield
@@ -101,6 +111,11 @@ def _worded_for(field: str, samples: int) -> Iterator[None]:
                 message += (
                     f" (sizes here are those of points: with image.samples_per_pixel = {samples} rows and columns "
                     f"are {samples} times those of the scenario, and pixel_size is divided by {samples})"
+                )
+            if where in ("image.rows", "image.columns") and margin != (0, 0):
+                message += (
+                    f" (with those outside the image that slant paths meet: {margin[0]} rows and {margin[1]} columns "
+                    "of points on each side; none with slant.shadows = false and slant.parallax = false)"
                 )
             problems.append(Problem(where, message))
         raise ScenarioError(problems, error.origin) from error

@@ -13,6 +13,7 @@ from hcss_twin.providers import Sun
 from hcss_twin.radiance.spectral_nodes import SpectralNodes
 from hcss_twin.scene.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.shadow_table import compile_shadows
 from hcss_twin.scene.spectrum import choose_spectrum
 from hcss_twin.scene.tables import InstantTable, Quantities, RadianceTables
 from hcss_twin.scene.thickness_axis import Columns, ThicknessAxis, place_axis
@@ -70,9 +71,9 @@ def compile_tables(plan: Plan) -> RadianceTables:
             _require_room(plan, pair, len(columns.quantities.names))
             axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
     tables = tuple(columns.table(axes, pair, plan.sun_at(time)) for time in times)
-    return RadianceTables(
-        columns.quantities, times, axes, pair, tables, spectrum, spectrum.estimated_error + time_error + error
-    )
+    shadows = compile_shadows(plan, columns.quantities, times, columns.clear)
+    total_error = spectrum.estimated_error + time_error + error
+    return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, total_error, shadows)
 
 
 def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:

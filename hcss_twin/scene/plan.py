@@ -21,6 +21,9 @@ from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.assembly import Assembly, assemble
 from hcss_twin.scene.particles import told
+from hcss_twin.scene.sea_sun import require_sea_sun_terms
+from hcss_twin.scene.slant import SlantPaths, slant_paths
+from hcss_twin.scene.slant_skipped import slant_skipped
 from hcss_twin.scene.sun_track import SunTrack
 from hcss_twin.scene.surroundings import FilledIn
 
@@ -117,6 +120,11 @@ class Plan:
     def view(self) -> View:
         """Viewing direction."""
         return self.assembly.view
+
+    @property
+    def slant(self) -> SlantPaths:
+        """Where slant paths meet the clouds."""
+        return self.assembly.slant
 
     @property
     def grid(self) -> Grid:
@@ -217,12 +225,15 @@ def make_plan(scenario: Scenario) -> Plan:
 
 def _make_plan(scenario: Scenario) -> Plan:
     catalog = Catalog(base=scenario.base)
-    assembly = assemble(scenario, catalog)
-    variables = _variables(scenario, assembly)
     frames = scenario.frames
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
+    view = View(scenario.view.zenith, scenario.view.azimuth)
+    assembly = assemble(scenario, catalog, slant_paths(scenario.slant, view, zenith, azimuth))
+    variables = _variables(scenario, assembly)
+    if scenario.slant.shadows:
+        require_sea_sun_terms(assembly.model)
     if any(spec.kind in ("radiance", "derived") for spec in variables):
         _probe_particles(assembly)
         _probe_lowest_sun(assembly, track, times, zenith)
@@ -236,14 +247,15 @@ def _make_plan(scenario: Scenario) -> Plan:
         sun_zenith_deg=zenith,
         sun_azimuth_deg=azimuth,
         variables=variables,
-        skipped=tuple(_skipped(assembly, variables, zenith)),
+        skipped=tuple(_skipped(assembly, variables, track, times, zenith)),
         filled_in=assembly.filled_in,
     )
 
 
 def _variables(scenario: Scenario, assembly: Assembly) -> tuple[VariableSpec, ...]:
+    wanted = scenario.output.variables
     try:
-        return tuple(expand(scenario.output.variables, assembly.model.terms, len(assembly.layers)))
+        return tuple(expand(wanted, assembly.model.terms, len(assembly.layers), scenario.slant.shadows))
     except ValueError as error:
         raise ScenarioError([Problem("output.variables", str(error))]) from error
 
@@ -313,7 +325,13 @@ def _probe_last_frame(assembly: Assembly, last_s: float) -> None:
                 raise ScenarioError([Problem("frames", str(error))]) from error
 
 
-def _skipped(assembly: Assembly, variables: tuple[VariableSpec, ...], sun_zenith_deg: Array) -> list[Skipped]:
+def _skipped(
+    assembly: Assembly,
+    variables: tuple[VariableSpec, ...],
+    track: SunTrack,
+    time_s: Array,
+    sun_zenith_deg: Array,
+) -> list[Skipped]:
     skipped: list[Skipped] = []
     radiance = any(spec.kind in ("radiance", "derived") for spec in variables)
     if not radiance:
@@ -332,6 +350,7 @@ def _skipped(assembly: Assembly, variables: tuple[VariableSpec, ...], sun_zenith
             skipped.append(Skipped(f"columns with {layer.name}", "its coverage is 0", 0.0))
         for what, why in getattr(generator, "skipped", ()):
             skipped.append(Skipped(f"{layer.name}: {what}" if several else what, why, None))
+    skipped += [Skipped(*each) for each in slant_skipped(assembly, track, time_s, radiance)]
     skipped.append(
         Skipped("waves as shapes", "pixels average over waves; the sea is homogeneous at this scale", 0.0)
     )

@@ -13,6 +13,7 @@ from hcss_twin.scene.brightness import BrightnessTemperature
 from hcss_twin.scene.footprint import points_of, windows
 from hcss_twin.scene.look_up import LookUp
 from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.shadows import Shadows
 from hcss_twin.scene.tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.scene.truth import Truth
 
@@ -41,6 +42,7 @@ class _FrameMaker:
         self._quantities = () if tables is None else tables.quantities.names
         self._reader = None if tables is None else TableReader(tables)
         self._truth = Truth(plan)
+        self._shadows = Shadows(plan, tables)
         self._names = {spec.name for spec in plan.variables}
         self._temperature = (
             BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
@@ -54,6 +56,7 @@ class _FrameMaker:
         shape = len(self._quantities) * bands, plan.grid.rows, plan.grid.columns
         radiance = np.empty(shape, dtype=np.float32)
         self._truth.start_frame()
+        shadows = self._shadows.at(time_s)
         whole = self._whole_frames(time_s)
         for window in windows(plan.grid, plan.samples_per_pixel):
             thickness = self._thickness(time_s, window, whole)
@@ -61,6 +64,8 @@ class _FrameMaker:
             if look_up is not None:
                 corner = window[0].start, window[1].start
                 look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
+            if shadows is not None:
+                shadows.cast(window, thickness, radiance, self._truth.variables)
         made: Frame = dict(self._truth.variables)
         for index, name in enumerate(self._quantities):
             values = radiance[index * bands : (index + 1) * bands]

@@ -100,6 +100,37 @@ class DenseTable:
 
 
 @dataclass(frozen=True)
+class ShadowTables:
+    """What clear points lose where clouds stand between them and the sun.
+
+    Attributes
+    ----------
+    time_s : tuple of float (T,)
+        Time nodes of the radiance tables.
+    longest_m : ndarray (L,)
+        Longest path of the sun in each layer.
+    loss : ndarray (T, Q, B)
+        What direct sunlight on the sea gives each quantity of the clear column.
+    depth : ndarray (T, L, N, B)
+        Negative logarithm of the direct transmission of the band, at paths even in the square root from 0 to the
+        longest.
+    """
+
+    time_s: tuple[float, ...]
+    longest_m: Array
+    loss: Array
+    depth: Array
+
+    def at(self, time_s: float) -> tuple[Array, Array]:
+        """Return ``loss`` (Q, B) and ``depth`` (L, N, B) at a time within the nodes, as :class:`TableReader` does."""
+        index, weight = _interval(self.time_s, time_s)
+        after = min(index + 1, len(self.time_s) - 1)
+        loss: Array = (1 - weight) * self.loss[index] + weight * self.loss[after]
+        depth: Array = (1 - weight) * self.depth[index] + weight * self.depth[after]
+        return loss, depth
+
+
+@dataclass(frozen=True)
 class RadianceTables:
     """Tables at time nodes.
 
@@ -119,6 +150,8 @@ class RadianceTables:
     estimated_error : float
         Relative error of the total: the largest found between the nodes while they were placed, and that of the
         spectrum.
+    shadows : ShadowTables or None
+        None where no cloud casts shadows.
     """
 
     quantities: Quantities
@@ -128,6 +161,7 @@ class RadianceTables:
     tables: tuple[InstantTable, ...]
     spectrum: Spectrum
     estimated_error: float
+    shadows: ShadowTables | None = None
 
 
 class TableReader:
@@ -144,11 +178,10 @@ class TableReader:
     def at(self, time_s: float) -> DenseTable:
         """Table at a time within the nodes."""
         nodes = self._tables.time_s
+        index, weight = _interval(nodes, time_s)
         if len(nodes) == 1:
-            return self._dense(0)
-        index = int(np.clip(np.searchsorted(nodes, time_s, side="right") - 1, 0, len(nodes) - 2))
-        span = nodes[index + 1] - nodes[index]
-        return self._dense(index).blend(self._dense(index + 1), (time_s - nodes[index]) / span)
+            return self._dense(index)
+        return self._dense(index).blend(self._dense(index + 1), weight)
 
     def _dense_at_node(self, index: int) -> DenseTable:
         tables, table = self._tables, self._tables.tables[index]
@@ -161,3 +194,11 @@ class TableReader:
             alone=tuple(each.reshape(each.shape[0], table.clear.size) for each in table.alone),
             both=both,
         )
+
+
+def _interval(nodes: tuple[float, ...], time_s: float) -> tuple[int, float]:
+    """Interval between nodes in which a time lies, and the weight of its end; the only node and 0 where it is alone."""
+    if len(nodes) == 1:
+        return 0, 0.0
+    index = int(np.clip(np.searchsorted(nodes, time_s, side="right") - 1, 0, len(nodes) - 2))
+    return index, (time_s - nodes[index]) / (nodes[index + 1] - nodes[index])

@@ -11,8 +11,8 @@ from hcss_twin.cube.variables import VARIABLES, expand, term_variable
 TERMS = {"sea_emission": "Emission of the sea.", "sun_glint": "Glint."}
 
 
-def names(requested, layer_count=2):
-    return [spec.name for spec in expand(requested, TERMS, layer_count)]
+def names(requested, layer_count=2, shadows=True):
+    return [spec.name for spec in expand(requested, TERMS, layer_count, shadows)]
 
 
 def test_names_are_unique_over_variables_and_coordinates():
@@ -77,3 +77,10 @@ def test_the_reference_in_docs_is_current(tmp_path):
     docs = Path(__file__).parents[2] / "docs" / "cube.md"
     main([str(tmp_path / "cube.md")])
     assert docs.read_text(encoding="utf-8") == (tmp_path / "cube.md").read_text(encoding="utf-8")
+
+
+def test_the_mask_of_shadows_is_there_where_clouds_cast_any():
+    assert set(names(["all"])) - set(names(["all"], shadows=False)) == {"shadow_mask"}
+    assert names(["shadow_mask"]) == ["shadow_mask"]
+    with pytest.raises(ValueError, match=r"'shadow_mask'.*allowed: with slant\.shadows = true"):
+        names(["shadow_mask"], shadows=False)

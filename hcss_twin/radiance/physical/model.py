@@ -18,7 +18,7 @@ from hcss_twin.radiance.physical.column import Column
 from hcss_twin.radiance.physical.directions import VIEW, Directions, make_directions
 from hcss_twin.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.radiance.physical.sea_surface import SeaSurface, make_sea_surface
-from hcss_twin.radiance.physical.terms import AIR_SUN, SOLAR_TERMS, TERMS
+from hcss_twin.radiance.physical.terms import AIR_SUN, SEA_SUN_TERMS, SOLAR_TERMS, TERMS
 from hcss_twin.radiance.physical.tracing import Tracer
 
 Array = NDArray[np.float64]
@@ -60,6 +60,7 @@ class Physical:
 
     terms: Mapping[str, str] = TERMS
     solar_terms = SOLAR_TERMS
+    sea_sun_terms = SEA_SUN_TERMS
 
     def __init__(self, inputs: RadianceInputs, parameters: PhysicalParameters) -> None:
         self._inputs = inputs

@@ -17,3 +17,6 @@ TERMS: Mapping[str, str] = {
 }
 
 SOLAR_TERMS = frozenset({"cloud_reflected_sun", "sea_reflected_sun", "path_scattered_sun"})
+
+SEA_SUN_TERMS = frozenset({"sea_reflected_sun"})
+"""Those that in a clear column are direct sunlight reflected by the sea."""

@@ -1,0 +1,144 @@
+"""Scenarios with slant paths: what is refused, what the plan says, and images as clouds."""
+
+import json
+
+import numpy as np
+import pytest
+
+from hcss_twin import Scenario, ScenarioError, make_plan, simulate
+from hcss_twin.radiance.as_printed import AsPrinted
+from hcss_twin.scene.compile import compile_tables
+
+BASE = {
+    "time": "2024-04-20T12:30:00+10:00",
+    "place": {"latitude": 35.0, "longitude": 150.0},
+    "view": {"zenith": 20.0, "azimuth": 18.72},
+    "image": {"rows": 40, "columns": 50, "pixel_size": 50.0},
+    "frames": {"count": 2},
+    "bands": ["mwir-3.7", "lwir-10.8"],
+    "atmosphere": {"profile": "us-standard-1976"},
+    "clouds": {"type": "cumulus", "base": 1000.0, "top": 1900.0, "coverage": 0.4, "coverage_mode": "field"},
+    "sea": {"temperature": 291.4, "wind_speed": 10.0},
+}
+
+
+def scenario(**overrides):
+    return Scenario.from_dict(BASE, overrides)
+
+
+def problem(**overrides):
+    with pytest.raises(ScenarioError) as caught:
+        make_plan(scenario(**overrides))
+    (found,) = caught.value.problems
+    return found
+
+
+@pytest.fixture
+def image(tmp_path):
+    def make(rows, columns):
+        values = np.full((rows, columns), 0.1)
+        values[rows // 2 - 3 : rows // 2 + 3, columns // 2 - 2 : columns // 2 + 2] = 0.9
+        values[0, 0] = 0.95
+        path = tmp_path / "block.npy"
+        np.save(path, values)
+        parameters = {"image": str(path), "method": "coverage", "cloud_is": "bright"}
+        coverage = np.mean(values > 0.5)
+        return {"clouds.generator": "imagery", "clouds.parameters": parameters, "clouds.coverage": coverage}
+
+    return make
+
+
+@pytest.mark.parametrize("option", ["shadows", "parallax"])
+def test_a_coverage_of_the_frame_is_refused_where_paths_leave_it(option):
+    found = problem(**{f"slant.{option}": True, "clouds.coverage_mode": "frame"})
+    assert found.field == "clouds.coverage_mode"
+    assert 'allowed: "field"' in found.message
+    assert "slant.shadows = false" in found.message
+
+
+def test_a_coverage_of_the_frame_is_allowed_where_no_path_leaves_it():
+    options = {"slant.parallax": True, "view.zenith": 0.0, "clouds.coverage_mode": "frame"}
+    assert make_plan(scenario(**options)).slant.parallax
+
+
+def test_an_image_without_room_for_slant_paths_is_refused_with_the_room_they_need(image):
+    found = problem(**image(44, 80), **{"slant.shadows": True})
+    assert found.field == "image.rows"
+    assert "outside the image that slant paths meet: 16 rows and 6 columns" in found.message
+    assert make_plan(scenario(**image(44, 80))).layers
+
+
+def test_an_image_with_room_casts_its_shadow_away_from_the_sun(image):
+    cube = simulate(
+        scenario(
+            **image(100, 80), **{"slant.shadows": True, "output.variables": ["cloud_mask", "shadow_mask"]}
+        )
+    )
+    cloud, shadow = (np.argwhere(cube[name].values[0]).mean(axis=0) for name in ("cloud_mask", "shadow_mask"))
+    # The sun stands in the south-southwest at noon: the shadow lies to the north-northeast.
+    assert cube.solar_azimuth_angle[0] == pytest.approx(198.7, abs=0.1)
+    assert 5 < shadow[0] - cloud[0] < 20
+    assert 1 < shadow[1] - cloud[1] < 7
+
+
+def test_shadows_of_a_sun_near_the_horizon_are_refused():
+    found = problem(**{"slant.shadows": True, "time": "2024-04-20T18:10:00+10:00"})
+    assert found.field == "slant.shadows"
+    assert "allowed: frames with the sun up to 85 deg or below the horizon" in found.message
+
+
+def test_pixels_too_small_for_the_sun_s_paths_are_refused_with_the_size_that_is_not():
+    tiny = {"slant.shadows": True, "image.pixel_size": 0.05}
+    found = problem(**tiny)
+    assert found.field == "image.pixel_size"
+    closest = float(found.message.split("closest valid choice is ")[1].split(",")[0])
+    assert make_plan(scenario(**tiny | {"image.pixel_size": closest})).slant.shadows
+
+
+def test_a_radiance_model_that_does_not_name_its_sunlight_is_refused(monkeypatch):
+    monkeypatch.setattr(AsPrinted, "sea_sun_terms", frozenset())
+    found = problem(**{"slant.shadows": True})
+    assert found.field == "slant.shadows"
+    assert "sea_sun_terms" in found.message
+
+
+def test_the_mask_is_refused_without_shadows():
+    with pytest.raises(ScenarioError, match=r"output\.variables: 'shadow_mask'.*slant\.shadows = true"):
+        scenario(**{"output.variables": ["shadow_mask"]})
+    with pytest.raises(ScenarioError, match=r"slant\.shadows: .*'perhaps' is not true or false"):
+        scenario(**{"slant.shadows": "perhaps"})
+
+
+def test_a_plan_without_shadows_bounds_what_they_could_change():
+    plan = make_plan(scenario())
+    (left_out,) = [item for item in plan.skipped if item.what == "shadows of clouds on the sea"]
+    columns = compile_tables(plan).tables[0].clear[0], simulate_clear_terms(plan)
+    glint, total = columns[1]["sea_reflected_sun"], sum(columns[1].values())
+    assert left_out.bound == pytest.approx(float(np.max(glint / total)), rel=1e-3)
+    np.testing.assert_allclose(columns[0], total, rtol=1e-9)
+    assert "shadows" not in json.dumps(
+        [item.what for item in make_plan(scenario(**{"slant.shadows": True})).skipped]
+    )
+
+
+def simulate_clear_terms(plan):
+    """Bands of the clear column at the first frame."""
+    grid = plan.spectral_grid
+    terms = plan.model.clear(grid.wavenumber_cm1, plan.sun_track.at(0.0))
+    return {name: grid.weights_cm1 @ values for name, values in terms.items()}
+
+
+def test_a_plan_without_parallax_says_how_far_clouds_would_move():
+    (left_out,) = [item for item in make_plan(scenario()).skipped if item.what == "parallax of clouds"]
+    assert "up to 364 m (7.3 pixels)" in left_out.why  # 1000 m x tan 20 deg
+    vertical = make_plan(scenario(**{"view.zenith": 0.0}))
+    assert not any(item.what == "parallax of clouds" for item in vertical.skipped)
+
+
+def test_what_the_options_leave_out_is_in_plan_and_cube():
+    on = {"slant.shadows": True, "slant.parallax": True}
+    assert not any(
+        note.startswith(("shadows:", "parallax:")) for note in make_plan(scenario()).assembly.notes
+    )
+    notes = json.loads(simulate(scenario(**on)).attrs["hcss_notes"])
+    assert sum(note.startswith(("shadows:", "parallax:")) for note in notes) == 2
