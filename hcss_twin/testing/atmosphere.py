@@ -10,7 +10,7 @@ import pytest
 from hcss_twin.physics.paths import Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, AtmosphereInputs, TransmittanceProvider
-from hcss_twin.registry.creation import check_declares
+from hcss_twin.registry.declared import check_declares
 from hcss_twin.testing.samples import sample_atmosphere_inputs, sample_wavenumbers
 
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
-from hcss_twin.registry.creation import check_declares
+from hcss_twin.registry.declared import check_declares
 from hcss_twin.testing.samples import sample_cloud_inputs, still
 
 

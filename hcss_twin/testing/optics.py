@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, Microphysics, Optics, OpticsInputs
-from hcss_twin.registry.creation import check_declares
+from hcss_twin.registry.declared import check_declares
 from hcss_twin.testing.samples import sample_microphysics, sample_optics_inputs, sample_wavenumbers
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import Array, RadianceInputs, RadianceModel, Sun
-from hcss_twin.registry.creation import check_declares
+from hcss_twin.registry.declared import check_declares
 from hcss_twin.testing.samples import (
     frozen,
     sample_high_layer,

@@ -10,7 +10,7 @@ from hcss_twin.registry import Kind, Origin, ProviderSpec, Registry, defaults, d
 HOOK = Kind.ATMOSPHERE.hook
 
 
-def spec(name="grey", api_version=0):
+def spec(name="grey", api_version=1):
     return ProviderSpec(
         name=name, target="nowhere:Class", parameters=None, api_version=api_version, summary="a gas"
     )
@@ -202,7 +202,7 @@ def test_entry_points_are_read_one_distribution_at_a_time(tmp_path, monkeypatch)
         "from hcss_twin.registry import ProviderSpec, hookimpl\n"
         "@hookimpl\n"
         "def hcss_register_optics():\n"
-        "    return [ProviderSpec('shiny', 'not_imported:Yet', None, 0, 'shiny')]\n"
+        "    return [ProviderSpec('shiny', 'not_imported:Yet', None, 1, 'shiny')]\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     registry = Registry.discover()

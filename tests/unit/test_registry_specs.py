@@ -8,7 +8,7 @@ from hcss_twin.registry import API_VERSION, Kind, ProviderSpec, hookspecs
 
 
 def spec(**changes):
-    fields = {"name": "grey", "target": "a.b:C", "parameters": "a.b:D", "api_version": 0, "summary": "a gas"}
+    fields = {"name": "grey", "target": "a.b:C", "parameters": "a.b:D", "api_version": 1, "summary": "a gas"}
     return ProviderSpec(**(fields | changes))
 
 
