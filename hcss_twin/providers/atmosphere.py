@@ -59,7 +59,8 @@ class TransmittanceOptions(Protocol):
     ) -> Array:
         """Return sunlight scattered once into single legs to space, over the sun's irradiance: (P, V) in sr-1.
 
-        Seen from space; 0 or more, and not less for a leg that begins lower. ``relative_azimuth_deg`` in [0, 180] is
+        Seen from space; 0 or more, and not less for a leg that begins lower (what seems less by discretisation
+        counts as no more). ``relative_azimuth_deg`` in [0, 180] is
         0 with the sensor on the sun's side. The engine asks for suns up to 88 degrees from the zenith and multiplies by
         the irradiance (per wavenumber, on a surface facing the sun). Without it no sunlight is scattered in the air.
         """
