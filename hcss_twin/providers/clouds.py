@@ -160,7 +160,8 @@ class CloudGenerator(Protocol):
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return geometric thickness (y, x) of a window of the image at ``time_s``; 0 is clear sky.
 
-        ``time_s`` counts from the scenario's start. A pixel's value must not depend on the window
+        ``time_s`` counts from the scenario's start and is 0 or more. Both slices state start and stop, and no step.
+        A pixel's value must not depend on the window
         (unless ``declares.tileable`` is False, when only whole frames are asked for), on earlier
         calls, or on the number of threads.
         """
