@@ -180,6 +180,22 @@ def test_path_radiance_is_there_only_if_the_provider_has_it():
         own.path_radiance(NU, PATHS)
 
 
+@pytest.mark.parametrize("keywords", [False, True])
+def test_scattered_sunlight_is_checked_where_the_provider_has_it(keywords):
+    def ask(value):
+        sky = Answers(0, solar_path_radiance=lambda nu, paths, sun_zenith_deg, relative_azimuth_deg: value)
+        own = guarded("atmosphere", sky).solar_path_radiance
+        if keywords:
+            return own(NU, PATHS, sun_zenith_deg=30.0, relative_azimuth_deg=90.0)
+        return own(NU, PATHS, 30.0, 90.0)
+
+    assert not hasattr(guarded("atmosphere", Answers(0)), "solar_path_radiance")
+    np.testing.assert_array_equal(ask(with_one(0.5)), with_one(0.5))
+    for wrong in (with_one(-1.0), with_one(np.nan), with_one(0.5).T, "sunlight"):
+        with pytest.raises(ProviderError, match=r"solar_path_radiance\(\)"):
+            ask(wrong)
+
+
 def test_nobody_is_asked_outside_the_declared_range():
     provider = Answers(with_one(0.5), declares=Declares(valid={"wavenumber_cm1": (900.0, 3000.0)}))
     with pytest.raises(ProviderError, match="asked for 800 to 2500 cm-1; valid are 900 to 3000 cm-1"):

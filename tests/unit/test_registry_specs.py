@@ -35,7 +35,14 @@ def test_bad_targets_are_refused(target):
 
 
 @pytest.mark.parametrize(
-    "changes", [{"summary": " "}, {"summary": "two\nlines"}, {"references": "a string"}, {"api_version": "0"}]
+    "changes",
+    [
+        {"summary": " "},
+        {"summary": "two\nlines"},
+        {"references": "a string"},
+        {"api_version": "1"},
+        {"api_version": -1},
+    ],
 )
 def test_other_malformed_fields_are_refused(changes):
     with pytest.raises(ValueError, match=next(iter(changes))):
