@@ -17,14 +17,16 @@ from stranger.sea import Parameters as SlushParameters
 from stranger.sea import Slush
 
 import hcss_twin
+from hcss_twin.errors import ProviderError
 from hcss_twin.physics.paths import to_space
-from hcss_twin.registry import Kind, Origin, Registry
+from hcss_twin.registry import Kind, Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.testing import (
     CloudGeneratorContract,
     OpticsContract,
     RadianceModelContract,
     SeaModelContract,
     TransmittanceContract,
+    assert_registered,
     sample_atmosphere_inputs,
 )
 
@@ -76,6 +78,47 @@ def installed(monkeypatch):
     registry.add(stranger, Origin("stranger", "hcss-stranger", "1.0"))
     assert not registry.broken
     monkeypatch.setattr(Registry, "discover", classmethod(lambda cls: registry))
+
+
+@pytest.mark.parametrize("kind", CHOICES)
+def test_it_is_soundly_registered(installed, kind):
+    entry = assert_registered(kind, CHOICES[kind][1], distribution="hcss-stranger")
+    assert entry.spec.api_version == 1
+
+
+class Misdirected:
+    """Hooks whose targets are no providers."""
+
+    @hookimpl
+    def hcss_register_sea_models(self):
+        return [
+            ProviderSpec("parameters-only", "stranger.sea:Parameters", None, 1, "the wrong class"),
+            ProviderSpec("nowhere", "stranger.sea:Slosh", None, 1, "a misspelt class"),
+        ]
+
+    @hookimpl
+    def hcss_register_transmittance_providers(self):
+        return [ProviderSpec("bound-to-text", f"{__name__}:BoundToText", None, 1, "a profile by name")]
+
+
+class BoundToText(Malkmus):
+    @staticmethod
+    def bound_profile(parameters, catalog):
+        return "us-standard-1976"
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "error", "message"),
+    [
+        ("sea", "parameters-only", AssertionError, "lacks .*'emissivity', 'brdf'"),
+        ("sea", "nowhere", ProviderError, "cannot import 'stranger.sea:Slosh'"),
+        ("atmosphere", "bound-to-text", ProviderError, r"bound_profile\(\) returned str"),
+    ],
+)
+def test_kit_refuses_a_registration_that_leads_nowhere(installed, kind, name, error, message):
+    Registry.discover().add(Misdirected(), Origin("misdirected", "hcss-misdirected", "1.0"))
+    with pytest.raises(error, match=message):
+        assert_registered(kind, name, distribution="hcss-misdirected")
 
 
 SCENE = """
