@@ -173,11 +173,12 @@ def plugins(as_json: bool) -> None:
         click.echo(json.dumps({"providers": entries, "broken": broken}))
         return
     kind = None
+    width = max((len(entry.name) for entry in registry.entries()), default=0) + 2
     for entry in registry.entries():
         if entry.kind != kind:
             kind = entry.kind
             click.echo(click.style(f"{kind.human}s", bold=True))
-        click.echo(f"  {entry.name:<14}{entry.summary}  [{entry.origin}]")
+        click.echo(f"  {entry.name:<{width}}{entry.summary}  [{entry.origin}]")
     for plugin in registry.broken:
         click.echo(click.style(f"broken: {plugin}", fg="red"))
 

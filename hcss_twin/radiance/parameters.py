@@ -38,7 +38,7 @@ class AsPrintedParameters(BaseModel):
 
 
 class PhysicalParameters(BaseModel):
-    """Parameters of the ``physical`` model: how accurate, and what to leave out."""
+    """Parameters of the ``physical`` models: how accurate, and what to leave out."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -51,10 +51,6 @@ class PhysicalParameters(BaseModel):
         le=2,
         description="Changes of direction up to which the absorption of whole paths is exact; later ones see gas as "
         "along the view.",
-    )
-    cloud_solver: Literal["adding-doubling", "two-stream"] = Field(
-        "adding-doubling",
-        description='How clouds scatter: "adding-doubling" to any order, or the closed form "two-stream".',
     )
     sun_streams: int = Field(
         8, ge=2, le=64, description="Gauss streams for sunlight that clouds scatter toward the sensor."

@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from hcss_twin.errors import HcssError, ProviderError, choose_from
+from hcss_twin.errors import HcssError, ProviderError
+from hcss_twin.registry.declared import check_declares, check_options
 from hcss_twin.registry.discovery import FAILURES, Entry, describe
 
 if TYPE_CHECKING:
@@ -13,10 +14,6 @@ if TYPE_CHECKING:
 
     from hcss_twin.catalog import Catalog
     from hcss_twin.physics.profile import Profile
-    from hcss_twin.providers import Declares
-
-DEPENDENCIES = ("view_zenith", "sun_zenith", "relative_azimuth", "thickness", "time")
-"""What ``Declares.depends_on`` may name."""
 
 
 def parameters_model(entry: Entry) -> type[BaseModel] | None:
@@ -136,21 +133,6 @@ def _check(entry: Entry, provider: Any) -> None:
         )
     try:
         check_declares(declares)
+        check_options(provider)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error
-
-
-def check_declares(declares: Declares) -> None:
-    """Check the names and ranges of a declaration.
-
-    Raises
-    ------
-    ValueError
-        If it names an unknown dependency, or a range is not (low, high).
-    """
-    for name in declares.depends_on:
-        if name not in DEPENDENCIES:
-            raise ValueError(f"declares.depends_on names '{name}'; {choose_from(name, DEPENDENCIES)}")
-    for name, bounds in declares.valid.items():
-        if len(bounds) != 2 or not bounds[0] <= bounds[1]:
-            raise ValueError(f"declares.valid['{name}'] is {bounds}; expected (low, high)")

@@ -14,10 +14,10 @@ HCSS = "W. Sun et al., Complex Cloud-Sea Background Simulation for Space-Based I
 DEFAULT_NAMES: Mapping[Kind, str] = MappingProxyType(
     {
         Kind.CLOUDS: "hcss-twin/fractal",
-        Kind.SEA: "hcss-twin/cox-munk",
-        Kind.OPTICS: "hcss-twin/mie",
+        Kind.SEA: "hcss-twin/rough-sea",
+        Kind.OPTICS: "hcss-twin/bulk",
         Kind.ATMOSPHERE: "hcss-twin/table",
-        Kind.RADIANCE: "hcss-twin/as-printed",
+        Kind.RADIANCE: "hcss-twin/physical",
     }
 )
 """What is used where a scenario selects nothing: qualified, so that no plugin can make it ambiguous."""
@@ -31,7 +31,7 @@ def hcss_register_cloud_generators() -> Sequence[ProviderSpec]:
             name="fractal",
             target="hcss_twin.clouds.fractal.generator:FractalClouds",
             parameters="hcss_twin.clouds.fractal.parameters:FractalParameters",
-            api_version=0,
+            api_version=1,
             summary="fractal noise fields with drift, evolution and a chosen coverage",
             references=(HCSS,),
         ),
@@ -39,14 +39,14 @@ def hcss_register_cloud_generators() -> Sequence[ProviderSpec]:
             name="imagery",
             target="hcss_twin.clouds.imagery.generator:ImageryClouds",
             parameters="hcss_twin.clouds.imagery.parameters:ImageryParameters",
-            api_version=0,
+            api_version=1,
             summary="cloud fields taken from an image",
         ),
         ProviderSpec(
             name="surrogate",
             target="hcss_twin.clouds.surrogate.generator:SurrogateClouds",
             parameters="hcss_twin.clouds.surrogate.parameters:SurrogateParameters",
-            api_version=0,
+            api_version=1,
             summary="evolving cloud fields with the amplitudes and the spectrum of an image",
             references=(
                 "T. Schreiber and A. Schmitz, Improved Surrogate Data for Nonlinearity Tests, "
@@ -64,7 +64,7 @@ def hcss_register_sea_models() -> Sequence[ProviderSpec]:
             name="cox-munk",
             target="hcss_twin.sea.cox_munk:CoxMunkSea",
             parameters="hcss_twin.sea.parameters:CoxMunkParameters",
-            api_version=0,
+            api_version=1,
             summary="wind-roughened sea of Fresnel facets with Cox-Munk slopes",
             references=(
                 "C. Cox and W. Munk, Measurement of the Roughness of the Sea Surface from Photographs of the "
@@ -75,7 +75,7 @@ def hcss_register_sea_models() -> Sequence[ProviderSpec]:
             name="rough-sea",
             target="hcss_twin.sea.rough_sea:RoughSea",
             parameters="hcss_twin.sea.parameters:RoughSeaParameters",
-            api_version=0,
+            api_version=1,
             summary="shadowed facets with a second reflection, sea water of any temperature and salinity, foam",
             references=(
                 "C. Cox and W. Munk, J. Opt. Soc. Am. 44, 838 (1954)",
@@ -96,7 +96,7 @@ def hcss_register_optics() -> Sequence[ProviderSpec]:
             name="mie",
             target="hcss_twin.optics.mie:MieOptics",
             parameters="hcss_twin.optics.parameters:MieParameters",
-            api_version=0,
+            api_version=1,
             summary="Mie scattering of water or ice spheres with a modified gamma size distribution",
             references=(HCSS,),
         ),
@@ -104,7 +104,7 @@ def hcss_register_optics() -> Sequence[ProviderSpec]:
             name="bulk",
             target="hcss_twin.optics.by_phase:BulkOptics",
             parameters="hcss_twin.optics.parameters:BulkParameters",
-            api_version=0,
+            api_version=1,
             summary="Mie scattering of cold water droplets, bulk optics of rough crystals for ice",
             references=(
                 "P. Yang et al., Spectrally Consistent Scattering, Absorption, and Polarization Properties of "
@@ -126,14 +126,14 @@ def hcss_register_transmittance_providers() -> Sequence[ProviderSpec]:
             name="table",
             target="hcss_twin.atmosphere.table:TableTransmittance",
             parameters="hcss_twin.atmosphere.parameters:TableParameters",
-            api_version=0,
+            api_version=1,
             summary="tabulated spectral transmittance of a standard atmosphere",
         ),
         ProviderSpec(
             name="band-model",
             target="hcss_twin.atmosphere.band_model.provider:BandModelTransmittance",
             parameters="hcss_twin.atmosphere.band_model.parameters:BandModelParameters",
-            api_version=0,
+            api_version=1,
             summary="LOWTRAN7's molecular band model, continua and aerosol for any profile",
             references=(
                 "F. X. Kneizys et al., Users Guide to LOWTRAN 7, AFGL-TR-88-0177 (1988)",
@@ -152,14 +152,21 @@ def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
             name="physical",
             target="hcss_twin.radiance.physical.model:Physical",
             parameters="hcss_twin.radiance.parameters:PhysicalParameters",
-            api_version=0,
+            api_version=1,
             summary="multiple scattering in clouds over a rough sea, whole composite paths, closed energy balance",
+        ),
+        ProviderSpec(
+            name="physical-two-stream",
+            target="hcss_twin.radiance.physical.two_stream:PhysicalTwoStream",
+            parameters="hcss_twin.radiance.parameters:PhysicalParameters",
+            api_version=1,
+            summary="as 'physical', with clouds by a closed form: faster, emissivity to 0.03, reflectance to 15 percent",
         ),
         ProviderSpec(
             name="as-printed",
             target="hcss_twin.radiance.as_printed:AsPrinted",
             parameters="hcss_twin.radiance.parameters:AsPrintedParameters",
-            api_version=0,
+            api_version=1,
             summary="thermal and solar terms of sea, cloud and air as in eqs 15-20 of the HCSS paper",
             references=(HCSS,),
         ),

@@ -14,6 +14,7 @@ from hcss_twin.errors import ProviderError, closest
 from hcss_twin.registry import hookspecs
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.specs import API_VERSION, ProviderSpec
+from hcss_twin.version import __version__
 
 FAILURES = (Exception, SystemExit)
 """What a plugin may throw without being let through; a user's interrupt is not among them."""
@@ -184,10 +185,7 @@ class Collection:
                 self._extend(kind, result)
         for _, spec in self.specs:
             if spec.api_version != API_VERSION:
-                raise ProviderError(
-                    f"'{spec.name}' is written for version {spec.api_version} of the provider API; "
-                    f"this hcss_twin speaks version {API_VERSION}; install matching versions of both"
-                )
+                raise ProviderError(_other_version(spec))
 
     def _extend(self, kind: Kind, result: object) -> None:
         if not isinstance(result, Sequence) or isinstance(result, str | bytes):
@@ -202,6 +200,22 @@ class Collection:
             if (kind, item.name) in [(other_kind, other.name) for other_kind, other in self.specs]:
                 raise ProviderError(f"hook {kind.hook} returned the name '{item.name}' twice")
             self.specs.append((kind, item))
+
+
+def _other_version(spec: ProviderSpec) -> str:
+    """Say whose turn it is when plugin and engine speak different versions."""
+    newer = spec.api_version > API_VERSION
+    remedy = (
+        f"upgrade hcss-twin, or install a release of the plugin for version {API_VERSION}"
+        if newer
+        else f"install a newer release of the plugin; its author runs the conformance kit (hcss_twin.testing), mends "
+        f"what it finds, and writes api_version={API_VERSION} (docs/provider-api.md)"
+    )
+    draft = ", the draft before version 1," if spec.api_version == 0 else ""
+    return (
+        f"'{spec.name}' is written for version {spec.api_version} of the provider API{draft} and this hcss_twin "
+        f"{__version__} speaks version {API_VERSION}: {remedy}"
+    )
 
 
 def _check_names(manager: pluggy.PluginManager, plugin: object) -> None:

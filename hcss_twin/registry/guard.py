@@ -209,7 +209,7 @@ class GuardedOptics(_Guard):
 
 
 class GuardedTransmittance(_Guard):
-    """A transmittance provider whose transmittances, and path radiance if it has one, are checked."""
+    """A transmittance provider whose transmittances, and path radiances if it has them, are checked."""
 
     def __getattr__(self, name: str) -> Any:
         # looked up here, not defined on the class, so that hasattr() tells whether the provider has it
@@ -219,6 +219,9 @@ class GuardedTransmittance(_Guard):
         if name == "transmittance_of_amounts":
             getattr(self._provider, name)
             return self._transmittance_of_amounts
+        if name == "solar_path_radiance":
+            getattr(self._provider, name)
+            return self._solar_path_radiance
         return super().__getattr__(name)
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
@@ -240,6 +243,15 @@ class GuardedTransmittance(_Guard):
         self._check_wavenumbers("path_radiance", wavenumber_cm1)
         value = self._call("path_radiance", self._provider.path_radiance, wavenumber_cm1, paths)
         return self._array("path_radiance()", value, (len(paths), wavenumber_cm1.size), 0.0)
+
+    def _solar_path_radiance(
+        self, wavenumber_cm1: Array, paths: Sequence[Path], *arguments: Any, **keywords: Any
+    ) -> Array:
+        """Return scattered sunlight (P, V) over the sun's irradiance, sr-1, not negative."""
+        self._check_wavenumbers("solar_path_radiance", wavenumber_cm1)
+        function = functools.partial(self._provider.solar_path_radiance, **keywords)
+        value = self._call("solar_path_radiance", function, wavenumber_cm1, paths, *arguments)
+        return self._array("solar_path_radiance()", value, (len(paths), wavenumber_cm1.size), 0.0)
 
 
 class GuardedRadiance(_Guard):

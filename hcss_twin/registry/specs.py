@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-API_VERSION = 0
+API_VERSION = 1
 """Version of the provider contract this engine speaks; the same number as ``providers.API_VERSION``."""
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]*")
@@ -53,7 +53,11 @@ class ProviderSpec:
         _check_target("target", self.name, self.target)
         if self.parameters is not None:
             _check_target("parameters", self.name, self.parameters)
-        if not isinstance(self.api_version, int) or isinstance(self.api_version, bool):
+        if (
+            not isinstance(self.api_version, int)
+            or isinstance(self.api_version, bool)
+            or self.api_version < 0
+        ):
             raise ValueError(f"api_version {self.api_version!r} of '{self.name}': must be a whole number")
         if not isinstance(self.summary, str) or not self.summary.strip() or "\n" in self.summary:
             raise ValueError(f"summary {self.summary!r} of '{self.name}': must be one line of text")

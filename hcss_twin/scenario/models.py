@@ -304,7 +304,7 @@ class Slant(Section):
 class Sea(Section):
     """The sea surface."""
 
-    model: str = Field("cox-munk", description="Sea model (see `hcss plugins`).")
+    model: str = Field("rough-sea", description="Sea model (see `hcss plugins`).")
     temperature: Temperature | None = Field(
         None,
         ge=260,
@@ -326,14 +326,14 @@ class Sea(Section):
 class Optics(Section):
     """Optical properties of the cloud particles."""
 
-    provider: str = Field("mie", description="Optics provider (see `hcss plugins`).")
+    provider: str = Field("bulk", description="Optics provider (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
 
 
 class Radiance(Section):
     """How the terms of radiance are put together."""
 
-    model: str = Field("as-printed", description="Radiance model (see `hcss plugins`).")
+    model: str = Field("physical", description="Radiance model (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
-from hcss_twin.registry.creation import check_declares
+from hcss_twin.registry.declared import check_declares, check_options
 from hcss_twin.testing.samples import sample_cloud_inputs, still
 
 
@@ -52,8 +52,9 @@ class CloudGeneratorContract:
         return whole(self.make_provider(inputs), inputs, time_s)
 
     def test_declaration_is_sound(self, provider: CloudGenerator) -> None:
-        """Names and ranges that the engine understands."""
+        """Names, ranges and optional attributes that the engine understands."""
         check_declares(provider.declares)
+        check_options(provider)
 
     def test_shape_and_type(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """float32 (rows, columns)."""
@@ -129,19 +130,33 @@ class CloudGeneratorContract:
             np.testing.assert_array_equal(whole(provider, candidate), whole(provider, candidate, 60.0))
 
     def test_frozen_field_only_translates(self, inputs: CloudInputs) -> None:
-        """A platform that moves by whole pixels sees the same pixels again, shifted, if shapes are frozen."""
+        """A platform that moves by whole pixels sees the same pixels again, shifted, if shapes are frozen.
+
+        So does a wind: the image moves over the clouds with the platform minus the wind, along columns and rows.
+        """
         step = inputs.grid.pixel_size_m
-        motion = Motion(
-            platform_speed_m_s=step,
-            cloud_velocity_m_s=(0.0, 0.0),
-            evolution_time_s=np.inf,
-            frame_interval_s=1.0,
-        )
-        moving = dataclasses.replace(inputs, motion=motion)
-        provider = self.make_provider(moving)
-        if provider.declares.evolves or not provider.declares.tileable:
-            pytest.skip("evolves, or normalises each frame")
-        np.testing.assert_array_equal(whole(provider, moving, 3.0)[:, :-3], whole(provider, moving)[:, 3:])
+        for platform, wind, columns, rows in (
+            (step, (0.0, 0.0), 3, 0),
+            (0.0, (0.0, step), 0, -3),
+            (2.0 * step, (step, -step), 3, 3),
+        ):
+            motion = Motion(
+                platform_speed_m_s=platform,
+                cloud_velocity_m_s=wind,
+                evolution_time_s=np.inf,
+                frame_interval_s=1.0,
+            )
+            moving = dataclasses.replace(inputs, motion=motion)
+            provider = self.make_provider(moving)
+            if provider.declares.evolves or not provider.declares.tileable:
+                pytest.skip("evolves, or normalises each frame")
+            before, after = whole(provider, moving), whole(provider, moving, 3.0)
+            height, width = before.shape
+            top, left = max(rows, 0), max(columns, 0)
+            seen_again = before[top : height + min(rows, 0), left : width + min(columns, 0)]
+            top, left = max(-rows, 0), max(-columns, 0)
+            now = after[top : height - max(rows, 0), left : width - max(columns, 0)]
+            np.testing.assert_array_equal(now, seen_again)
 
 
 def whole(provider: CloudGenerator, inputs: CloudInputs, time_s: float = 0.0) -> NDArray[np.float32]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, Microphysics, Optics, OpticsInputs
-from hcss_twin.registry.creation import check_declares
+from hcss_twin.registry.declared import check_declares, check_options
 from hcss_twin.testing.samples import sample_microphysics, sample_optics_inputs, sample_wavenumbers
 
 
@@ -40,8 +40,9 @@ class OpticsContract:
         return sample_wavenumbers(provider.declares)
 
     def test_declaration_is_sound(self, provider: Optics) -> None:
-        """Names and ranges that the engine understands."""
+        """Names, ranges and optional attributes that the engine understands."""
         check_declares(provider.declares)
+        check_options(provider)
 
     def test_shapes(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
         """(V,), (V,) and (K, V) with K of at least 2, all real."""
@@ -61,6 +62,18 @@ class OpticsContract:
         assert np.all((bulk.albedo >= 0.0) & (bulk.albedo <= 1.0))
         np.testing.assert_allclose(bulk.moments[0], 1.0, rtol=0, atol=1e-9)
         assert np.all(np.abs(bulk.moments) <= 1.0 + 1e-9)
+
+    def test_scattering_cosine_has_a_variance(
+        self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array
+    ) -> None:
+        """Moment 2 is not below P_2 of moment 1: a mean of squares is not below the square of the mean.
+
+        Moments that carry a factor 2k + 1, or are of another kind, show here.
+        """
+        moments = provider.single_scattering(cloud, wavenumber_cm1).moments
+        if moments.shape[0] == 2:
+            pytest.skip("Henyey-Greenstein: the asymmetry parameter is all there is")
+        assert np.all(moments[2] >= 1.5 * moments[1] ** 2 - 0.5 - 1e-9)
 
     def test_extinction_is_proportional_to_the_number_of_particles(
         self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array
@@ -86,3 +99,16 @@ class OpticsContract:
         np.testing.assert_allclose(
             some.moments[:common], together.moments[:common, 1::3], rtol=1e-9, atol=1e-12
         )
+
+    def test_result_does_not_depend_on_earlier_calls(
+        self, provider: Optics, inputs: OpticsInputs, cloud: Microphysics, wavenumber_cm1: Array
+    ) -> None:
+        """Other particles asked for in between change nothing, and get their own answer."""
+        other = dataclasses.replace(cloud, b=1.1 * cloud.b)
+        before = provider.single_scattering(cloud, wavenumber_cm1)
+        between = provider.single_scattering(other, wavenumber_cm1)
+        after = provider.single_scattering(cloud, wavenumber_cm1)
+        alone = self.make_provider(inputs).single_scattering(other, wavenumber_cm1)
+        for name in ("extinction_m1", "albedo", "moments"):
+            np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
+            np.testing.assert_array_equal(getattr(between, name), getattr(alone, name))

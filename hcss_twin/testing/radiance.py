@@ -10,7 +10,7 @@ import pytest
 
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import Array, RadianceInputs, RadianceModel, Sun
-from hcss_twin.registry.creation import check_declares
+from hcss_twin.registry.declared import check_declares, check_options
 from hcss_twin.testing.samples import (
     frozen,
     sample_high_layer,
@@ -26,7 +26,16 @@ _TWO_LAYERS_M = frozen(
 
 
 class RadianceModelContract:
-    """Inherit in a class named ``Test...`` and define ``make_provider``."""
+    """Inherit in a class named ``Test...`` and define ``make_provider``.
+
+    Attributes
+    ----------
+    spectral_tolerance : float
+        Relative difference that the other wavenumbers of a call may make, for models that choose their accuracy from
+        all of them.
+    """
+
+    spectral_tolerance: float = 1e-10
 
     def make_provider(self, inputs: RadianceInputs) -> RadianceModel:
         """Return the provider under test."""
@@ -55,6 +64,7 @@ class RadianceModelContract:
     def test_declaration_is_sound(self, provider: RadianceModel) -> None:
         """Names and ranges that the engine understands; solar terms are terms."""
         check_declares(provider.declares)
+        check_options(provider)
         assert provider.terms
         assert provider.solar_terms <= set(provider.terms)
 
@@ -95,6 +105,44 @@ class RadianceModelContract:
             alone = provider.cloudy(wavenumber_cm1, _THICKNESS_M[i : i + 1], sun)
             for name in provider.terms:
                 np.testing.assert_allclose(alone[name][0], together[name][i], rtol=1e-10, atol=1e-18)
+
+    def test_result_does_not_depend_on_other_wavenumbers(
+        self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
+    ) -> None:
+        """Some of the wavenumbers alone give what they give among others."""
+        some = wavenumber_cm1[1::3]
+        together, apart = (
+            (provider.clear(nu, sun), provider.cloudy(nu, _THICKNESS_M, sun)) for nu in (wavenumber_cm1, some)
+        )
+        for name in provider.terms:
+            for all_of_them, alone in zip(together, apart, strict=True):
+                np.testing.assert_allclose(
+                    alone[name], all_of_them[name][..., 1::3], rtol=self.spectral_tolerance, atol=1e-18
+                )
+
+    def test_undeclared_thickness_and_sun_have_no_influence(
+        self, provider: RadianceModel, wavenumber_cm1: Array
+    ) -> None:
+        """What ``declares.depends_on`` leaves out may not change the result."""
+        usual = provider.cloudy(wavenumber_cm1, _THICKNESS_M, Sun(40.0, 200.0, 1.0))
+        others = {
+            "thickness": (_THICKNESS_M[::-1], Sun(40.0, 200.0, 1.0)),
+            "sun_zenith": (_THICKNESS_M, Sun(50.0, 200.0, 1.0)),
+            "relative_azimuth": (_THICKNESS_M, Sun(40.0, 290.0, 1.0)),
+        }
+        for dependency in others.keys() - provider.declares.depends_on:
+            changed = provider.cloudy(wavenumber_cm1, *others[dependency])
+            for name in provider.terms:
+                np.testing.assert_array_equal(changed[name], usual[name], err_msg=dependency)
+
+    def test_clear_columns_do_not_depend_on_the_layers(
+        self, provider: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array, sun: Sun | None
+    ) -> None:
+        """A scene without cloud layers can be made, and is the clear column of one with them."""
+        cloudless = self.make_provider(dataclasses.replace(inputs, layers=()))
+        without, beside = cloudless.clear(wavenumber_cm1, sun), provider.clear(wavenumber_cm1, sun)
+        for name in provider.terms:
+            np.testing.assert_allclose(without[name], beside[name], rtol=1e-10, atol=1e-18)
 
     @pytest.fixture
     def two_layers(self, inputs: RadianceInputs) -> RadianceModel:

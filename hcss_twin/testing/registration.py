@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from hcss_twin import providers
+from hcss_twin.catalog import Catalog
 from hcss_twin.registry import Entry, Kind, Registry
 
 
@@ -24,10 +28,21 @@ def assert_registered(kind: Kind | str, name: str, distribution: str) -> Entry:
     broken = [str(each) for each in registry.broken if each.distribution == distribution]
     assert not broken, f"the plugin is broken: {broken}"
     entry = registry.resolve(kind, f"{distribution}/{name}")
+    _assert_has_methods(registry.provider_class(entry), entry)
     model = registry.parameters_model(entry)
+    needs_parameters = model is not None and any(each.is_required() for each in model.model_fields.values())
+    if entry.kind is Kind.ATMOSPHERE and not needs_parameters:
+        registry.bound_profile(entry, None, Catalog())  # where it has one, it must be a profile
     if model is not None:
         assert model.model_config.get("extra") == "forbid", "parameters: misspelt keys must be refused"
         assert model.model_config.get("frozen"), "parameters: must be immutable"
         bare = [key for key, field in model.model_fields.items() if not field.description]
         assert not bare, f"parameters without description: {bare}"
     return entry
+
+
+def _assert_has_methods(provider: Any, entry: Entry) -> None:
+    protocol = vars(getattr(providers, entry.kind.protocol))
+    wanted = [name for name, value in protocol.items() if callable(value) and not name.startswith("_")]
+    missing = [name for name in wanted if not callable(getattr(provider, name, None))]
+    assert not missing, f"{entry.spec.target} lacks {missing}"

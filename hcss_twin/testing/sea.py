@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, SeaInputs, SeaModel
-from hcss_twin.registry.creation import check_declares
+from hcss_twin.registry.declared import check_declares, check_options
 from hcss_twin.testing.samples import frozen, sample_sea_inputs, sample_wavenumbers
 
 _MU_OUT = frozen([1.0, 0.95, 0.9, 0.7, 0.5, 0.8])
@@ -23,9 +23,13 @@ class SeaModelContract:
     ----------
     reciprocity : float
         Relative difference allowed when sensor and source are exchanged.
+    mean_over_bearings : float
+        How far, relatively, results without a bearing to the wind may be from the mean over all bearings, for models
+        that depend on it.
     """
 
     reciprocity: float = 0.02
+    mean_over_bearings: float = 0.01
 
     def make_provider(self, inputs: SeaInputs) -> SeaModel:
         """Return the provider under test."""
@@ -47,8 +51,9 @@ class SeaModelContract:
         return sample_wavenumbers(provider.declares)
 
     def test_declaration_is_sound(self, provider: SeaModel) -> None:
-        """Names and ranges that the engine understands."""
+        """Names, ranges and optional attributes that the engine understands."""
         check_declares(provider.declares)
+        check_options(provider)
 
     def test_emissivity_shape_type_and_range(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """(M, V) of real numbers in [0, 1]."""
@@ -75,17 +80,19 @@ class SeaModelContract:
         self, provider: SeaModel, wavenumber_cm1: Array
     ) -> None:
         """The hemispherical integral of the BRDF does not exceed 1 - emissivity (Kirchhoff), within 2 %."""
-        nodes, weights = np.polynomial.legendre.leggauss(64)
-        mu, mu_weight = (nodes + 1.0) / 2.0, weights / 2.0
-        azimuth = (np.arange(96) + 0.5) * np.pi / 96
-        grid_mu, grid_azimuth = np.meshgrid(mu, azimuth, indexing="ij")
-        solid_angle = np.broadcast_to(mu_weight[:, None] * 2.0 * np.pi / azimuth.size, grid_mu.shape).ravel()
         for view in (1.0, 0.8, 0.5):
-            out = np.full(grid_mu.size, view)
-            kernel = provider.brdf(wavenumber_cm1, out, grid_mu.ravel(), grid_azimuth.ravel())
-            reflected = (solid_angle * grid_mu.ravel()) @ kernel
             left = 1.0 - provider.emissivity(wavenumber_cm1, np.array([view]))[0]
+            reflected = _integral(provider, wavenumber_cm1, view)
             assert np.all(reflected <= 1.02 * left + 1e-6), f"at mu = {view}"
+
+    def test_what_is_not_emitted_is_reflected(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
+        """Nor does it fall short of 1 - emissivity by more than 0.1, where the engine has to integrate it."""
+        if hasattr(provider, "reflection_weights"):
+            pytest.skip("the model says itself what it reflects of the sky")
+        for view in (1.0, 0.8, 0.5):
+            left = 1.0 - provider.emissivity(wavenumber_cm1, np.array([view]))[0]
+            reflected = _integral(provider, wavenumber_cm1, view)
+            assert np.all(reflected >= left - 0.1), f"at mu = {view}"
 
     def test_undeclared_directions_have_no_influence(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """What ``declares.depends_on`` leaves out may not change the result."""
@@ -99,7 +106,7 @@ class SeaModelContract:
             np.testing.assert_array_equal(one, other)
 
     def test_result_does_not_depend_on_batching(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
-        """Each direction alone gives what it gives among others."""
+        """Each direction and each wavenumber alone gives what it gives among others."""
         emissivity = provider.emissivity(wavenumber_cm1, _MU_OUT)
         brdf = provider.brdf(wavenumber_cm1, _MU_OUT, _MU_IN, _AZIMUTH)
         for i in range(_MU_OUT.size):
@@ -109,6 +116,13 @@ class SeaModelContract:
             )
             alone = provider.brdf(wavenumber_cm1, _MU_OUT[one], _MU_IN[one], _AZIMUTH[one])
             np.testing.assert_allclose(alone[0], brdf[i], rtol=1e-10, atol=1e-15)
+        for i in range(wavenumber_cm1.size):
+            nu = wavenumber_cm1[i : i + 1]
+            np.testing.assert_allclose(
+                provider.emissivity(nu, _MU_OUT)[:, 0], emissivity[:, i], rtol=1e-10, atol=1e-15
+            )
+            alone = provider.brdf(nu, _MU_OUT, _MU_IN, _AZIMUTH)
+            np.testing.assert_allclose(alone[:, 0], brdf[:, i], rtol=1e-10, atol=1e-15)
 
     def test_what_the_sky_sends_and_what_the_sea_emits_is_all(
         self, provider: SeaModel, wavenumber_cm1: Array
@@ -125,6 +139,12 @@ class SeaModelContract:
             np.testing.assert_allclose(weights.sum(axis=1), left, rtol=0.0, atol=1e-9)
             if basis == "linear":
                 assert weights.min() >= -1e-6
+            for i in range(_MU_OUT.size):
+                alone = weights_of(wavenumber_cm1, _MU_OUT[i : i + 1], nodes, basis)
+                np.testing.assert_allclose(alone[0], weights[i], rtol=1e-10, atol=1e-15)
+        np.testing.assert_array_equal(
+            weights_of(wavenumber_cm1, _MU_OUT, nodes), weights_of(wavenumber_cm1, _MU_OUT, nodes, "lagrange")
+        )
 
     def test_anisotropic_brdf_is_reciprocal_at_every_bearing(
         self, provider: SeaModel, wavenumber_cm1: Array
@@ -140,3 +160,44 @@ class SeaModelContract:
             np.testing.assert_allclose(one, other, rtol=self.reciprocity, atol=1e-9)
             emissivity = model.emissivity(wavenumber_cm1, _MU_OUT, wind)
             assert np.all((emissivity >= 0.0) & (emissivity <= 1.0))
+
+    def test_without_a_bearing_results_are_means_over_all(
+        self, provider: SeaModel, wavenumber_cm1: Array
+    ) -> None:
+        """Emissivity, BRDF and weights (M, N, V), for a model that depends on the wind's bearing."""
+        if not getattr(provider, "anisotropic", False):
+            pytest.skip("the model does not depend on the bearing to the wind")
+        model: Any = provider
+        nu, mu, nodes = wavenumber_cm1[:2], _MU_OUT[2:5:2], np.array([0.2, 0.5, 0.9])
+        winds = np.arange(36) * (np.pi / 18.0)
+        brdf = [model.brdf(nu, _MU_OUT, _MU_IN, _AZIMUTH, np.full(_MU_OUT.size, each)) for each in winds]
+        self._assert_mean(brdf, model.brdf(nu, _MU_OUT, _MU_IN, _AZIMUTH))
+        # Reflection of the whole sky is smooth in the bearing: six bearings have the mean of all.
+        few = [np.full(mu.size, each) for each in winds[::6]]
+        left = 1.0 - np.array([model.emissivity(nu, mu, wind) for wind in few])
+        self._assert_mean(left, 1.0 - model.emissivity(nu, mu))
+        if not hasattr(model, "reflection_weights"):
+            return
+        weights = np.array([model.reflection_weights(nu, mu, nodes, wind_azimuth=wind) for wind in few])
+        assert weights.shape == (len(few), mu.size, nodes.size, nu.size)
+        self._assert_mean(weights, model.reflection_weights(nu, mu, nodes))
+        np.testing.assert_allclose(weights.sum(axis=2), left, rtol=0.0, atol=1e-9)
+
+    def _assert_mean(self, at_bearings: Any, mean: Array) -> None:
+        scale = self.mean_over_bearings * np.abs(mean).max()
+        np.testing.assert_allclose(
+            np.mean(at_bearings, axis=0), mean, rtol=self.mean_over_bearings, atol=scale
+        )
+
+
+def _integral(provider: SeaModel, wavenumber_cm1: Array, view: float) -> Array:
+    """Return the BRDF times the cosine of incidence, integrated over the hemisphere, (V,)."""
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    mu, mu_weight = (nodes + 1.0) / 2.0, weights / 2.0
+    azimuth = (np.arange(96) + 0.5) * np.pi / 96
+    grid_mu, grid_azimuth = np.meshgrid(mu, azimuth, indexing="ij")
+    solid_angle = np.broadcast_to(mu_weight[:, None] * 2.0 * np.pi / azimuth.size, grid_mu.shape).ravel()
+    out = np.full(grid_mu.size, view)
+    kernel = provider.brdf(wavenumber_cm1, out, grid_mu.ravel(), grid_azimuth.ravel())
+    result: Array = (solid_angle * grid_mu.ravel()) @ kernel
+    return result

@@ -229,4 +229,4 @@ class TestPhysical(RadianceModelContract):
 
 class TestPhysicalTwoStream(RadianceModelContract):
     def make_provider(self, inputs):
-        return create("radiance", "physical", inputs, cloud_solver="two-stream", streams=4)
+        return create("radiance", "physical-two-stream", inputs, streams=4)

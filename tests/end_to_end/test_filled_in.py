@@ -44,8 +44,8 @@ class Plugin:
     @hookimpl
     def hcss_register_transmittance_providers(self):
         return [
-            ProviderSpec("any-air", f"{__name__}:AnyAir", None, 0, "transparent"),
-            ProviderSpec("badly-bound", f"{__name__}:BadlyBound", None, 0, "returns a name"),
+            ProviderSpec("any-air", f"{__name__}:AnyAir", None, 1, "transparent"),
+            ProviderSpec("badly-bound", f"{__name__}:BadlyBound", None, 1, "returns a name"),
         ]
 
 

@@ -38,7 +38,7 @@ PROVIDER = """
 
     @hookimpl
     def {hook}():
-        return [ProviderSpec("{name}", "{module}:Gas", None, 0, "a test gas")]
+        return [ProviderSpec("{name}", "{module}:Gas", None, 1, "a test gas")]
 
     class Gas:
         def __init__(self, inputs, parameters):

@@ -12,6 +12,7 @@ from hcss_twin.providers import AtmosphereInputs, OpticsInputs, SeaInputs, Sun, 
 from hcss_twin.radiance.parameters import PhysicalParameters
 from hcss_twin.radiance.physical.model import Physical
 from hcss_twin.radiance.physical.operator_table import OperatorTable, thickness_grid
+from hcss_twin.radiance.physical.two_stream import PhysicalTwoStream
 from hcss_twin.radiance.solar_spectrum import SolarSpectrum
 from hcss_twin.registry.creation import parameters_model
 from hcss_twin.registry.kinds import Kind
@@ -93,13 +94,11 @@ def test_an_isothermal_enclosure_is_black(gas_name, sea_name, optics_name, zenit
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
-@pytest.mark.parametrize("solver", ["adding-doubling", "two-stream"])
-def test_an_enclosure_with_two_layers_is_black(order, solver):
+@pytest.mark.parametrize("model", [Physical, PhysicalTwoStream])
+def test_an_enclosure_with_two_layers_is_black(order, model):
     inputs = scene(profile_at(ENCLOSURE_K), "band-model", "rough-sea", "plain", 40.0, layers=2)
-    parameters = PhysicalParameters(
-        space_temperature=ENCLOSURE_K, closure_order=order, cloud_solver=solver, streams=4
-    )
-    assert departure(Physical(inputs, parameters), TWO_LAYERS) < 1e-9
+    parameters = PhysicalParameters(space_temperature=ENCLOSURE_K, closure_order=order, streams=4)
+    assert departure(model(inputs, parameters), TWO_LAYERS) < 1e-9
 
 
 @pytest.mark.parametrize("sun", [None, Sun(40.0, 200.0, 1.0)])

@@ -69,6 +69,24 @@ class DeclaresInverted(Sea):
         self.declares = Declares(valid={"wavenumber_cm1": (4000.0, 500.0)})
 
 
+class DeclaresUnknownRange(Sea):
+    def __init__(self, inputs, parameters):
+        self.declares = Declares(valid={"wavenumber": (500.0, 4000.0)})
+
+
+class DeclaresOneNote(Sea):
+    def __init__(self, inputs, parameters):
+        self.declares = Declares(notes="calm water only")
+
+
+class WavesAsText(Sea):
+    significant_wave_height_m = "2 m"
+
+
+class WeightsAreNoMethod(Sea):
+    reflection_weights = (0.5, 0.5)
+
+
 @pytest.fixture
 def entry(monkeypatch):
     module = ModuleType("hcss_toy_sea")
@@ -80,7 +98,7 @@ def entry(monkeypatch):
             name="toy",
             target=f"hcss_toy_sea:{target}",
             parameters=parameters and f"hcss_toy_sea:{parameters}",
-            api_version=0,
+            api_version=1,
             summary="a toy",
         )
         return Entry(Kind.SEA, spec, Origin("a", "hcss-a", "1.2"))
@@ -114,6 +132,10 @@ def test_parameters_model_is_imported_on_request(entry):
         ("DeclaresText", "declares is str; expected hcss_twin.providers.Declares"),
         ("DeclaresNonsense", "'view_zenit'.*closest is 'view_zenith'"),
         ("DeclaresInverted", r"valid\['wavenumber_cm1'\]"),
+        ("DeclaresUnknownRange", "'wavenumber', which nobody keeps to.*closest is 'wavenumber_cm1'"),
+        ("DeclaresOneNote", "declares.notes is 'calm water only'; expected a tuple of strings"),
+        ("WavesAsText", "significant_wave_height_m is '2 m'; expected a number of metres"),
+        ("WeightsAreNoMethod", r"reflection_weights is \(0.5, 0.5\); expected a method"),
     ],
 )
 def test_bad_class_is_an_error_that_names_provider_and_distribution(entry, target, message):
@@ -144,7 +166,7 @@ def test_wrong_parameters_are_refused(entry):
 
 def test_module_that_cannot_be_imported_is_named():
     spec = ProviderSpec(
-        name="toy", target="no_such_module_x:Y", parameters=None, api_version=0, summary="a toy"
+        name="toy", target="no_such_module_x:Y", parameters=None, api_version=1, summary="a toy"
     )
     with pytest.raises(ProviderError, match="cannot import 'no_such_module_x:Y': ModuleNotFoundError"):
         Registry().create(Entry(Kind.SEA, spec, Origin("a", "hcss-a", "1.2")), "inputs")

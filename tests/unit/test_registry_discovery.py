@@ -5,12 +5,22 @@ from types import SimpleNamespace
 import pytest
 
 from hcss_twin.errors import ProviderError
-from hcss_twin.registry import Kind, Origin, ProviderSpec, Registry, defaults, discovery, hookimpl
+from hcss_twin.registry import (
+    API_VERSION,
+    Kind,
+    Origin,
+    ProviderSpec,
+    Registry,
+    defaults,
+    discovery,
+    hookimpl,
+)
+from hcss_twin.version import __version__
 
 HOOK = Kind.ATMOSPHERE.hook
 
 
-def spec(name="grey", api_version=0):
+def spec(name="grey", api_version=API_VERSION):
     return ProviderSpec(
         name=name, target="nowhere:Class", parameters=None, api_version=api_version, summary="a gas"
     )
@@ -99,7 +109,11 @@ BROKEN = {
     "text": (plugin("grey"), "returned str"),
     "list of text": (plugin(["grey"]), "list with str"),
     "twice": (plugin([spec(), spec()]), "'grey' twice"),
-    "api version": (plugin([spec(api_version=7)]), "version 7 of the provider API"),
+    "draft api": (
+        plugin([spec(api_version=0)]),
+        "version 0 of the provider API, the draft before version 1,",
+    ),
+    "newer api": (plugin([spec(api_version=2)]), "version 2 of the provider API and this hcss_twin"),
     "malformed": (Malformed(), "do not look at me"),
     "arguments": (SimpleNamespace(**{HOOK: hookimpl(lambda surprise: [])}), "surprise"),
 }
@@ -116,6 +130,22 @@ def test_broken_plugin_is_kept_apart(case):
     assert registry.resolve("atmosphere", "good").distribution == "hcss-good"
     assert registry.resolve("atmosphere", "table").distribution == "hcss-twin"
     assert not [entry for entry in registry.entries() if entry.distribution == "hcss-a"]
+
+
+@pytest.mark.parametrize(
+    ("version", "whose_turn"),
+    [
+        (0, "install a newer release of the plugin; its author runs the conformance kit"),
+        (API_VERSION + 1, f"upgrade hcss-twin, or install a release of the plugin for version {API_VERSION}"),
+    ],
+)
+def test_another_api_version_says_whose_turn_it_is(version, whose_turn):
+    registry = registry_with((plugin([spec(api_version=version)]), origin()))
+    [broken] = registry.broken
+    assert f"speaks version {API_VERSION}: {whose_turn}" in broken.error
+    assert f"hcss_twin {__version__}" in broken.error
+    with pytest.raises(ProviderError, match="'grey' is written for version"):
+        registry.resolve("atmosphere", "grey")
 
 
 def test_plugin_cannot_wrap_the_hooks_of_others():
@@ -202,7 +232,7 @@ def test_entry_points_are_read_one_distribution_at_a_time(tmp_path, monkeypatch)
         "from hcss_twin.registry import ProviderSpec, hookimpl\n"
         "@hookimpl\n"
         "def hcss_register_optics():\n"
-        "    return [ProviderSpec('shiny', 'not_imported:Yet', None, 0, 'shiny')]\n"
+        "    return [ProviderSpec('shiny', 'not_imported:Yet', None, 1, 'shiny')]\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     registry = Registry.discover()

@@ -50,7 +50,7 @@ class Answers:
 
 
 def guarded(kind, provider, inputs=None):
-    spec = ProviderSpec(name="toy", target="a:B", parameters=None, api_version=0, summary="a toy")
+    spec = ProviderSpec(name="toy", target="a:B", parameters=None, api_version=1, summary="a toy")
     return guard(Entry(Kind(kind), spec, Origin("a", "hcss-a", "1.2")), provider, inputs)
 
 
@@ -178,6 +178,22 @@ def test_path_radiance_is_there_only_if_the_provider_has_it():
     assert hasattr(own, "path_radiance")
     with pytest.raises(ProviderError, match=r"path_radiance\(\)"):
         own.path_radiance(NU, PATHS)
+
+
+@pytest.mark.parametrize("keywords", [False, True])
+def test_scattered_sunlight_is_checked_where_the_provider_has_it(keywords):
+    def ask(value):
+        sky = Answers(0, solar_path_radiance=lambda nu, paths, sun_zenith_deg, relative_azimuth_deg: value)
+        own = guarded("atmosphere", sky).solar_path_radiance
+        if keywords:
+            return own(NU, PATHS, sun_zenith_deg=30.0, relative_azimuth_deg=90.0)
+        return own(NU, PATHS, 30.0, 90.0)
+
+    assert not hasattr(guarded("atmosphere", Answers(0)), "solar_path_radiance")
+    np.testing.assert_array_equal(ask(with_one(0.5)), with_one(0.5))
+    for wrong in (with_one(-1.0), with_one(np.nan), with_one(0.5).T, "sunlight"):
+        with pytest.raises(ProviderError, match=r"solar_path_radiance\(\)"):
+            ask(wrong)
 
 
 def test_nobody_is_asked_outside_the_declared_range():

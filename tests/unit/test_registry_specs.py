@@ -8,7 +8,7 @@ from hcss_twin.registry import API_VERSION, Kind, ProviderSpec, hookspecs
 
 
 def spec(**changes):
-    fields = {"name": "grey", "target": "a.b:C", "parameters": "a.b:D", "api_version": 0, "summary": "a gas"}
+    fields = {"name": "grey", "target": "a.b:C", "parameters": "a.b:D", "api_version": 1, "summary": "a gas"}
     return ProviderSpec(**(fields | changes))
 
 
@@ -35,7 +35,14 @@ def test_bad_targets_are_refused(target):
 
 
 @pytest.mark.parametrize(
-    "changes", [{"summary": " "}, {"summary": "two\nlines"}, {"references": "a string"}, {"api_version": "0"}]
+    "changes",
+    [
+        {"summary": " "},
+        {"summary": "two\nlines"},
+        {"references": "a string"},
+        {"api_version": "1"},
+        {"api_version": -1},
+    ],
 )
 def test_other_malformed_fields_are_refused(changes):
     with pytest.raises(ValueError, match=next(iter(changes))):

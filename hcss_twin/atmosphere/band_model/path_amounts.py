@@ -93,10 +93,10 @@ class LayeredAir:
         """Absorber amounts of composite paths, (P, K)."""
         known = self._by_leg
         if len(known) > _KEPT_LEGS:
-            known.clear()
+            known = self._by_leg = {}  # other threads may still read the old one
         new = {leg: None for path in paths for leg in path.legs if leg not in known}
         if new:
-            self._compute(new)
+            self._compute(new, known)
         result = np.zeros((len(paths), self.columns))
         longest = max((len(path.legs) for path in paths), default=0)
         for place in range(longest):
@@ -104,8 +104,8 @@ class LayeredAir:
             result[chosen] += [known[paths[row].legs[place]] for row in chosen]
         return result
 
-    def _compute(self, legs: Iterable[Leg]) -> None:
-        """Compute and keep the absorber amounts (K,) of single legs.
+    def _compute(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
+        """Add the absorber amounts (K,) of single legs to those known.
 
         Rays from one altitude to levels of the profile are followed once, to space: the levels are on their way.
         """
@@ -127,7 +127,7 @@ class LayeredAir:
                 cells = min(cells, tops.size)
                 nothing = cells == 0 or leg.upper_m <= lower
                 amount = np.zeros(self.columns) if nothing else upward[row, cells - 1].copy()
-                self._by_leg[leg] = amount
+                known[leg] = amount
 
     def _index(self, altitude_m: float) -> float:
         refractivity = np.interp(altitude_m, self._state.altitude_m, np.log(self._state.refractivity))

@@ -61,11 +61,13 @@ class SlabMaker:
     ----------
     optics : Optics
     parameters : PhysicalParameters
-        Solver, streams and azimuth modes.
+        Streams and azimuth modes.
     wavenumber_cm1 : ndarray (V,)
     directions : Directions
     sun_share : ndarray (V,)
         Sunlight on a white plane over the Planck radiance of the sea.
+    closed_form : bool
+        Whether clouds are solved by the two-stream closed form.
     """
 
     def __init__(
@@ -75,7 +77,9 @@ class SlabMaker:
         wavenumber_cm1: Array,
         directions: Directions,
         sun_share: Array,
+        closed_form: bool,
     ) -> None:
+        self._closed_form = closed_form
         self._sun_share = sun_share
         self._tables: dict[CloudLayer, OperatorTable] = {}
         self._optics = optics
@@ -150,9 +154,7 @@ class SlabMaker:
     def _layers(self, depth: Array, albedo: Array, moments: Array) -> LayerOperators:
         where = self._directions
         extras = [where.mu[VIEW]] if where.sun is None else [where.mu[VIEW], where.mu_sun]
-        solve = (
-            solve_layers if self._parameters.cloud_solver == "adding-doubling" else solve_layers_two_stream
-        )
+        solve = solve_layers_two_stream if self._closed_form else solve_layers
         return solve(depth, albedo, moments, np.array(extras), where.count)
 
     def _sunlight(
@@ -174,9 +176,8 @@ class SlabMaker:
         """Bidirectional reflectance and transmittance toward the view, (T, V, 1)."""
         where = self._directions
         angles = (np.array([where.mu[VIEW]]), where.mu_sun, np.array([where.relative_azimuth]))
-        exact = self._parameters.cloud_solver == "adding-doubling"
         # Where the sun gives little the closed form, good to some 15 %, does.
-        bright = self._sun_share > _FAINT_SUN if exact else np.zeros(albedo.shape, dtype=np.bool_)
+        bright = (self._sun_share > _FAINT_SUN) & (not self._closed_form)
         brdf, btdf = np.empty((2, *depth.shape, 1))
         if np.any(bright):
             brdf[:, bright], btdf[:, bright] = solve_sun(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +51,7 @@ class Physical:
     inputs : RadianceInputs
         Any number of cloud layers that do not overlap.
     parameters : PhysicalParameters
-        Accuracy, solver, and terms to leave out.
+        Accuracy, and terms to leave out.
 
     Raises
     ------
@@ -61,6 +62,8 @@ class Physical:
     terms: Mapping[str, str] = TERMS
     solar_terms = SOLAR_TERMS
     sea_sun_terms = SEA_SUN_TERMS
+    closed_form: ClassVar[bool] = False
+    """Whether clouds are solved by the two-stream closed form."""
 
     def __init__(self, inputs: RadianceInputs, parameters: PhysicalParameters) -> None:
         self._inputs = inputs
@@ -71,7 +74,7 @@ class Physical:
         self._scene = lru_cache(maxsize=4)(self._make_scene)
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
-            notes=_notes(parameters, inputs),
+            notes=_notes(parameters, inputs, self.closed_form),
         )
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
@@ -122,7 +125,7 @@ class Physical:
             directions,
             make_sea_surface(inputs.sea, wavenumber, directions),
             received,
-            SlabMaker(inputs.optics, self._parameters, wavenumber, directions, share),
+            SlabMaker(inputs.optics, self._parameters, wavenumber, directions, share, self.closed_form),
         )
 
     def _slabs(self, maker: SlabMaker, layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
@@ -184,11 +187,11 @@ class Physical:
         return result * column.received / where.mu_sun
 
 
-def _notes(parameters: PhysicalParameters, inputs: RadianceInputs) -> tuple[str, ...]:
+def _notes(parameters: PhysicalParameters, inputs: RadianceInputs, closed_form: bool) -> tuple[str, ...]:
     notes = [
         f"physical radiance: {parameters.streams} streams, gas exact for {parameters.closure_order} changes"
     ]
-    if parameters.cloud_solver != "adding-doubling":
+    if closed_form:
         notes.append("physical radiance: clouds by a two-stream closed form, see docs/multiple-scattering.md")
     if inputs.transmittance.declares.legs == "to_space":
         notes.append(

@@ -1,0 +1,49 @@
+"""Optics: what the particles of a cloud do to light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.providers.clouds import Microphysics
+from hcss_twin.providers.common import Array, Declares
+
+
+@dataclass(frozen=True)
+class SingleScattering:
+    """Bulk single-scattering properties of a cloud volume.
+
+    Attributes
+    ----------
+    extinction_m1 : ndarray (V,)
+        Volume extinction coefficient in m-1, greater than 0.
+    albedo : ndarray (V,)
+        Single-scattering albedo in [0, 1].
+    moments : ndarray (K, V)
+        Legendre moments of the phase function, each in [-1, 1]: means of P_k over the scattering cosine, without
+        the factor 2k + 1. ``moments[0]`` = 1, ``moments[1]`` = asymmetry parameter. K is 2 or more; K = 2 means
+        Henyey-Greenstein.
+    """
+
+    extinction_m1: Array
+    albedo: Array
+    moments: Array
+
+
+@dataclass(frozen=True)
+class OpticsInputs:
+    """What an optics provider is built from; ``catalog`` reads data files."""
+
+    catalog: Catalog
+
+
+@runtime_checkable
+class Optics(Protocol):
+    """Bulk optical properties of cloud particles."""
+
+    declares: Declares
+
+    def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
+        """Return bulk properties at ``wavenumber_cm1`` (V,); extinction in proportion to the number density."""
+        ...

@@ -1,0 +1,88 @@
+"""Sea models: directional emissivity and reflection of the sea surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol, runtime_checkable
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.providers.common import Array, Declares
+
+
+@dataclass(frozen=True)
+class SeaInputs:
+    """What a sea model is built from.
+
+    Attributes
+    ----------
+    wind_speed_m_s : float
+        At 10 m above the sea, 0 or more.
+    wind_from_deg : float
+        Bearing from which the wind blows.
+    temperature_K : float
+        Of the water's skin.
+    catalog : Catalog
+        Reader of data files.
+    """
+
+    wind_speed_m_s: float
+    wind_from_deg: float
+    temperature_K: float
+    catalog: Catalog
+
+
+@runtime_checkable
+class SeaModel(Protocol):
+    """Directional emissivity and bidirectional reflectance of the sea surface.
+
+    What is not emitted is reflected (Kirchhoff): emissivity and the BRDF integrated over the sky, weighted with
+    ``mu_in``, sum to 1. The integral must not exceed 1 - emissivity by more than rounding and quadrature; models
+    without ``reflection_weights`` may miss it by up to 0.1, which the engine closes by scaling.
+    """
+
+    declares: Declares
+
+    def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
+        """Return directional emissivity (M, V) in [0, 1] for cosines ``mu`` (M,) of the view zenith."""
+        ...
+
+    def brdf(self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, relative_azimuth: Array) -> Array:
+        """Return BRDF (M, V) in sr-1 for directions given as arrays (M,); reciprocal, not negative."""
+        ...
+
+
+class SeaModelOptions(Protocol):
+    """What a sea model may have beside ``SeaModel``.
+
+    Attributes
+    ----------
+    anisotropic : bool
+        Whether results depend on the bearing to the wind; without the attribute they do not. The methods of an
+        anisotropic model, ``reflection_weights`` among them, take one more and last argument ``wind_azimuth`` (M,),
+        which may be left out: bearing of the sensor minus the bearing the wind comes from, in radians and counted in
+        the sense in which the source lies at ``wind_azimuth + relative_azimuth``
+        (:func:`hcss_twin.physics.geometry.wind_azimuths` gives both). Without it they return the mean over all
+        bearings. The BRDF is reciprocal where exchanged directions go with ``-(wind_azimuth + relative_azimuth)``.
+    significant_wave_height_m : float
+        Metres, 0 or more; written into the cube.
+    """
+
+    anisotropic: bool
+    significant_wave_height_m: float
+
+    def reflection_weights(
+        self,
+        wavenumber_cm1: Array,
+        mu: Array,
+        mu_nodes: Array,
+        basis: Literal["lagrange", "linear"] = "lagrange",
+        wind_azimuth: Array | None = None,
+    ) -> Array:
+        """Return the share (M, N, V) of the light seen at ``mu`` (M,) that came from the sky at ``mu_nodes`` (N,).
+
+        The reflected radiance is the sum over nodes of weight times the sky's radiance there, for a sky known at
+        the zenith cosines ``mu_nodes``, the same in all azimuths, and between them continued by the Lagrange
+        polynomial through them or linearly (``basis``; the engine leaves it at its default). Dimensionless; the
+        weights of each view sum to 1 - emissivity. With it the engine does not integrate the BRDF.
+        """
+        ...

@@ -1,0 +1,33 @@
+"""Five small providers, one of each kind, written from docs/writing-a-plugin.md alone."""
+
+from hcss_twin.registry import ProviderSpec, hookimpl
+
+
+def _spec(name, target, summary):
+    module = target.partition(":")[0]
+    return [ProviderSpec(name, f"stranger.{target}", f"stranger.{module}:Parameters", 1, summary)]
+
+
+@hookimpl
+def hcss_register_cloud_generators():
+    return _spec("streets", "clouds:CloudStreets", "parallel rolls of cloud, thick in the middle")
+
+
+@hookimpl
+def hcss_register_sea_models():
+    return _spec("slush", "sea:Slush", "grains that scatter once (Lommel and Seeliger)")
+
+
+@hookimpl
+def hcss_register_optics():
+    return _spec("soft", "optics:SoftParticles", "anomalous diffraction with one refractive index")
+
+
+@hookimpl
+def hcss_register_transmittance_providers():
+    return _spec("malkmus", "atmosphere:Malkmus", "one band of lines that saturate")
+
+
+@hookimpl
+def hcss_register_radiance_models():
+    return _spec("absorbing", "radiance:Absorbing", "clouds that only absorb and emit")

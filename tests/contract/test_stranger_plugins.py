@@ -1,0 +1,161 @@
+"""One plugin of each kind, written from the guide: the kit accepts it, and a scene runs with it."""
+
+import json
+
+import numpy as np
+import pytest
+import stranger
+from stranger.atmosphere import Malkmus
+from stranger.atmosphere import Parameters as MalkmusParameters
+from stranger.clouds import CloudStreets
+from stranger.clouds import Parameters as StreetParameters
+from stranger.optics import Parameters as SoftParameters
+from stranger.optics import SoftParticles
+from stranger.radiance import Absorbing
+from stranger.radiance import Parameters as AbsorbingParameters
+from stranger.sea import Parameters as SlushParameters
+from stranger.sea import Slush
+
+import hcss_twin
+from hcss_twin.errors import ProviderError
+from hcss_twin.physics.paths import to_space
+from hcss_twin.registry import Kind, Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.testing import (
+    CloudGeneratorContract,
+    OpticsContract,
+    RadianceModelContract,
+    SeaModelContract,
+    TransmittanceContract,
+    assert_registered,
+    sample_atmosphere_inputs,
+)
+
+CHOICES = {
+    Kind.CLOUDS: ("clouds.generator", "streets"),
+    Kind.SEA: ("sea.model", "slush"),
+    Kind.OPTICS: ("optics.provider", "soft"),
+    Kind.ATMOSPHERE: ("atmosphere.provider", "malkmus"),
+    Kind.RADIANCE: ("radiance.model", "absorbing"),
+}
+
+
+class TestCloudStreets(CloudGeneratorContract):
+    def make_provider(self, inputs):
+        return CloudStreets(inputs, StreetParameters())
+
+
+class TestSlush(SeaModelContract):
+    def make_provider(self, inputs):
+        return Slush(inputs, SlushParameters())
+
+
+class TestSoftParticles(OpticsContract):
+    def make_provider(self, inputs):
+        return SoftParticles(inputs, SoftParameters())
+
+
+class TestMalkmus(TransmittanceContract):
+    def make_provider(self, inputs):
+        return Malkmus(inputs, MalkmusParameters())
+
+
+class TestAbsorbing(RadianceModelContract):
+    def make_provider(self, inputs):
+        return Absorbing(inputs, AbsorbingParameters())
+
+
+def test_saturated_legs_do_not_multiply():
+    gas = Malkmus(sample_atmosphere_inputs(), MalkmusParameters(depth=5.0))
+    down, up = to_space(0.0, 40.0), to_space(0.0, 20.0)
+    one, other, both = gas.transmittance(np.array([1000.0]), [down, up, down + up])
+    assert np.all(both > 1.2 * one * other)
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """The five of them beside the built-in providers."""
+    registry = Registry.defaults_only()
+    registry.add(stranger, Origin("stranger", "hcss-stranger", "1.0"))
+    assert not registry.broken
+    monkeypatch.setattr(Registry, "discover", classmethod(lambda cls: registry))
+
+
+@pytest.mark.parametrize("kind", CHOICES)
+def test_it_is_soundly_registered(installed, kind):
+    entry = assert_registered(kind, CHOICES[kind][1], distribution="hcss-stranger")
+    assert entry.spec.api_version == 1
+
+
+class Misdirected:
+    """Hooks whose targets are no providers."""
+
+    @hookimpl
+    def hcss_register_sea_models(self):
+        return [
+            ProviderSpec("parameters-only", "stranger.sea:Parameters", None, 1, "the wrong class"),
+            ProviderSpec("nowhere", "stranger.sea:Slosh", None, 1, "a misspelt class"),
+        ]
+
+    @hookimpl
+    def hcss_register_transmittance_providers(self):
+        return [ProviderSpec("bound-to-text", f"{__name__}:BoundToText", None, 1, "a profile by name")]
+
+
+class BoundToText(Malkmus):
+    @staticmethod
+    def bound_profile(parameters, catalog):
+        return "us-standard-1976"
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "error", "message"),
+    [
+        ("sea", "parameters-only", AssertionError, "lacks .*'emissivity', 'brdf'"),
+        ("sea", "nowhere", ProviderError, "cannot import 'stranger.sea:Slosh'"),
+        ("atmosphere", "bound-to-text", ProviderError, r"bound_profile\(\) returned str"),
+    ],
+)
+def test_kit_refuses_a_registration_that_leads_nowhere(installed, kind, name, error, message):
+    Registry.discover().add(Misdirected(), Origin("misdirected", "hcss-misdirected", "1.0"))
+    with pytest.raises(error, match=message):
+        assert_registered(kind, name, distribution="hcss-misdirected")
+
+
+SCENE = """
+place = {latitude = 35.0, longitude = 150.0}
+time = 2024-04-20T12:30:00+10:00
+image = {rows = 24, columns = 32}
+frames.count = 2
+clouds = {type = "stratus", coverage = 0.5}
+radiance.model = "as-printed"
+sea.model = "cox-munk"
+"""
+
+
+def cube(choices):
+    return hcss_twin.simulate(hcss_twin.Scenario.from_toml(SCENE, dict(choices)))
+
+
+@pytest.fixture(scope="module")
+def usual():
+    return cube([])
+
+
+def assert_runs_and_differs(choices, usual):
+    other = cube(choices)
+    assert np.all(np.isfinite(other["radiance"]))
+    assert np.all(other["radiance"] > 0.0)
+    assert not np.array_equal(usual["radiance"], other["radiance"])
+    providers = json.loads(other.attrs["hcss_providers"]).values()
+    used = {each["name"] for each in providers if each["distribution"] == "hcss-stranger"}
+    assert used == {name for _, name in choices}
+
+
+def test_a_scene_runs_with_all_five(installed, usual):
+    assert_runs_and_differs(list(CHOICES.values()), usual)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", CHOICES)
+def test_a_scene_runs_with_one_among_the_built_in(installed, usual, kind):
+    assert_runs_and_differs([CHOICES[kind]], usual)
