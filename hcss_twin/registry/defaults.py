@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 
 from hcss_twin.registry.hookspecs import hookimpl
-from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.specs import ProviderSpec
 
 HCSS = "W. Sun et al., Complex Cloud-Sea Background Simulation for Space-Based Infrared Payload Digital Twin"
-
-DEFAULT_NAMES: Mapping[Kind, str] = MappingProxyType(
-    {
-        Kind.CLOUDS: "hcss-twin/fractal",
-        Kind.SEA: "hcss-twin/rough-sea",
-        Kind.OPTICS: "hcss-twin/bulk",
-        Kind.ATMOSPHERE: "hcss-twin/table",
-        Kind.RADIANCE: "hcss-twin/physical",
-    }
-)
-"""What is used where a scenario selects nothing: qualified, so that no plugin can make it ambiguous."""
 
 
 @hookimpl
@@ -160,7 +147,7 @@ def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
             target="hcss_twin.radiance.physical.two_stream:PhysicalTwoStream",
             parameters="hcss_twin.radiance.parameters:PhysicalParameters",
             api_version=1,
-            summary="as 'physical', with clouds by a closed form: faster, emissivity to 0.03, reflectance to 15 percent",
+            summary="as physical, clouds in closed form: faster; emissivity to 0.03, reflectance to 15 percent",
         ),
         ProviderSpec(
             name="as-printed",

@@ -33,7 +33,7 @@ HELD_TO_THE_KIT = {
     "sea": {"cox-munk", "rough-sea"},
     "optics": {"bulk", "mie"},
     "atmosphere": {"band-model", "table"},
-    "radiance": {"as-printed", "physical"},
+    "radiance": {"as-printed", "physical", "physical-two-stream"},
 }
 
 

@@ -15,6 +15,8 @@ from hcss_twin.registry import (
     discovery,
     hookimpl,
 )
+from hcss_twin.scenario.models import own, selected
+from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.version import __version__
 
 HOOK = Kind.ATMOSPHERE.hook
@@ -58,13 +60,27 @@ def test_defaults_are_registered_through_the_hooks():
 
 def test_default_names_resolve_whatever_is_installed():
     registry = Registry.discover()
-    for kind, name in defaults.DEFAULT_NAMES.items():
+    silent = Scenario.from_dict(
+        {
+            "time": "2024-04-20T12:30:00Z",
+            "place": {"latitude": 0, "longitude": 0},
+            "clouds": {"type": "cirrus"},
+        }
+    )
+    names = {
+        Kind.CLOUDS: selected(silent.clouds.layers[0], "generator"),
+        Kind.SEA: selected(silent.sea, "model"),
+        Kind.OPTICS: selected(silent.optics, "provider"),
+        Kind.ATMOSPHERE: selected(silent.atmosphere, "provider"),
+        Kind.RADIANCE: selected(silent.radiance, "model"),
+    }
+    for kind, name in names.items():
         assert registry.resolve(kind, name).qualified_name == name
 
 
 def test_default_names_stay_unambiguous_beside_a_duplicate():
     registry = registry_with((plugin([spec("table")]), origin()))
-    entry = registry.resolve("atmosphere", defaults.DEFAULT_NAMES[Kind.ATMOSPHERE])
+    entry = registry.resolve("atmosphere", own("table"))
     assert entry.distribution == "hcss-twin"
 
 
