@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.errors import Problem, ScenarioError
-from hcss_twin.providers import Sun
-from hcss_twin.radiance.spectral_nodes import SpectralNodes
+from hcss_twin.scene.columns import BandColumns
 from hcss_twin.scene.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.shadow_table import compile_shadows
 from hcss_twin.scene.spectrum import choose_spectrum
-from hcss_twin.scene.tables import InstantTable, Quantities, RadianceTables
-from hcss_twin.scene.thickness_axis import Columns, ThicknessAxis, place_axis
+from hcss_twin.scene.tables import RadianceTables
+from hcss_twin.scene.thickness_axis import ThicknessAxis, place_axis
 
 Array = NDArray[np.float64]
 
 TABLE_SHARE = 0.1
 """Share of the scenario's accuracy that interpolation between table nodes may use."""
+
+SUN_SHARE = 0.1
+"""Share of the tables' tolerance for interpolating how columns change under another sun."""
 
 SPECTRAL_SHARE = 0.1
 """Share that may be lost by leaving out wavenumbers."""
@@ -48,9 +47,9 @@ def compile_tables(plan: Plan) -> RadianceTables:
         If the table of two layers would be too large for the accuracy asked for.
     """
     spectrum = choose_spectrum(plan, plan.scenario.accuracy * SPECTRAL_SHARE)
-    columns = _Columns(plan, spectrum.nodes)
+    columns = BandColumns(plan, spectrum.nodes)
     tolerance = plan.scenario.accuracy * TABLE_SHARE
-    times, time_error = _time_nodes(columns, plan, 0.5 * tolerance)
+    times, time_error = _time_nodes(columns, plan, 0.4 * tolerance)
     sun = plan.sun_at(times[len(times) // 2])
     axes: tuple[ThicknessAxis | None, ...] = tuple(
         place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, 0.5 * tolerance)
@@ -70,9 +69,18 @@ def compile_tables(plan: Plan) -> RadianceTables:
             )
             _require_room(plan, pair, len(columns.quantities.names))
             axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
-    tables = tuple(columns.table(axes, pair, plan.sun_at(time)) for time in times)
+    drift = SUN_SHARE * tolerance if len(times) > 1 else 0.0
+    first = columns.exact(axes, pair, plan.sun_at(times[0]), None, drift)
+    tables = tuple(
+        columns.table(
+            axes,
+            first if time == times[0] else columns.exact(axes, pair, plan.sun_at(time), first, drift),
+            plan.sun_at(time),
+        )
+        for time in times
+    )
     shadows = compile_shadows(plan, columns.quantities, times, columns.clear)
-    total_error = spectrum.estimated_error + time_error + error
+    total_error = spectrum.estimated_error + time_error + error + drift
     return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, total_error, shadows)
 
 
@@ -94,7 +102,7 @@ def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
     raise ScenarioError([Problem("accuracy", message)], plan.scenario.origin)
 
 
-def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[float, ...], float]:
+def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tuple[float, ...], float]:
     """Choose frames whose tables are computed, so that those between are their weighted means.
 
     Judged on the clear column and on the thinnest and thickest clouds of each layer and of both, which bound the
@@ -107,8 +115,9 @@ def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[
     known = {frame: columns.probe(plan.sun_at(float(times[frame]))) for frame in (0, times.size - 1)}
     change = float(np.max(np.abs(known[times.size - 1] / known[0] - 1.0)))
     near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
-    if change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, times.size - 1):
-        return (float(times[0]),), change
+    if 0.6 * change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, times.size - 1):
+        # Half the change on either side; over less than an hour it is nearly linear.
+        return (float(times[middle]),), 0.6 * change
     pending, worst = [(0, times.size - 1)], 0.0
     while pending:
         low, high = pending.pop()
@@ -130,69 +139,3 @@ def _time_nodes(columns: _Columns, plan: Plan, tolerance: float) -> tuple[tuple[
 
 def _is_up(plan: Plan, frame: int) -> bool:
     return bool(plan.sun_zenith_deg[frame] < 90.0)
-
-
-class _Columns:
-    """Columns of a plan's radiance model, integrated over its bands."""
-
-    def __init__(self, plan: Plan, nodes: SpectralNodes) -> None:
-        self._plan = plan
-        self._grid = nodes
-        terms = tuple(plan.model.terms)
-        wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
-        self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
-        self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
-
-    def clear(self, sun: Sun | None) -> Array:
-        """Terms of the clear column, (K, B)."""
-        return self._to_bands(self._plan.model.clear(self._grid.wavenumber_cm1, sun))
-
-    def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
-        """Terms of cloudy columns, (N, K, B), from the thickness of each layer, (N, L); each is computed once."""
-        keys = [(sun, tuple(row)) for row in thickness_m.tolist()]
-        new = [row for row, key in enumerate(keys) if key not in self._known]
-        if new:
-            found = self._plan.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
-            for row, terms in zip(new, self._to_bands(found), strict=True):
-                self._known[keys[row]] = terms
-        return np.stack([self._known[key] for key in keys])
-
-    def alone(self, index: int, sun: Sun | None) -> Columns:
-        """Columns with cloud in one layer only, as a function of its thickness (N,)."""
-
-        def columns(thickness_m: Array) -> Array:
-            layers = np.zeros((thickness_m.size, len(self._plan.layers)))
-            layers[:, index] = thickness_m
-            return self.cloudy(layers, sun)
-
-        return columns
-
-    def probe(self, sun: Sun | None) -> Array:
-        """Total of a few columns that bound the scene, (N, B)."""
-        clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
-        extremes = self._plan.extreme_thicknesses_m
-        if extremes.shape[0] == 0:
-            return clear
-        cloudy: Array = np.sum(self.cloudy(extremes, sun), axis=1)
-        return np.concatenate((clear, cloudy))
-
-    def table(
-        self, axes: tuple[ThicknessAxis | None, ...], pair: LayerPair | None, sun: Sun | None
-    ) -> InstantTable:
-        """Table of one instant."""
-        clear = self.quantities.of(self.clear(sun))
-        return InstantTable(
-            clear,
-            tuple(
-                np.empty((0, *clear.shape))
-                if axis is None
-                else self.quantities.of(axis.sample(self.alone(index, sun)))
-                for index, axis in enumerate(axes)
-            ),
-            None if pair is None else pair.exact(lambda thickness: self.cloudy(thickness, sun)),
-        )
-
-    def _to_bands(self, terms: Mapping[str, Array]) -> Array:
-        """Integrate spectra (..., V) over the bands and stack the terms: (..., K, B)."""
-        weights = self._grid.weights_cm1.T
-        return np.stack([np.asarray(terms[name]) @ weights for name in self.quantities.terms], axis=-2)

@@ -79,15 +79,6 @@ class ThicknessAxis:
         dense: Array = self.dense_m[first & (self.dense_m <= segment[-1])]
         return dense
 
-    def sample(self, columns: Columns) -> Array:
-        """Compute exact columns and interpolate every term onto the dense nodes, (N, K, B)."""
-        return np.concatenate(
-            [
-                cubic(segment, columns(segment))(np.log(self.dense_of(index)))
-                for index, segment in enumerate(self.segments)
-            ]
-        )
-
 
 def place_axis(columns: Columns, layer: CloudLayer, level_m: Array, tolerance: float) -> ThicknessAxis:
     """Place nodes so that the total keeps the tolerance, measured between the nodes.
