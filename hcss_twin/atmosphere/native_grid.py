@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,25 +46,57 @@ def native_nodes(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> NDA
     return np.flatnonzero(needed)
 
 
-def from_native(native_cm1: Array, values: Array, wavenumber_cm1: Array) -> Array:
-    """Interpolate linearly from native to requested wavenumbers.
+@dataclass(frozen=True)
+class NativeWindow:
+    """Native wavenumbers around a request, and how to interpolate linearly from them to it.
+
+    Attributes
+    ----------
+    nodes : ndarray of int (M,)
+        Indices of the native wavenumbers, as :func:`native_nodes` gives them.
+    lower : ndarray of int (V,)
+        For each requested wavenumber, its lower neighbour among these.
+    fraction : ndarray (V,)
+        Weight of the neighbour above.
+    is_native : bool
+        Whether the request is the native wavenumbers themselves.
+    """
+
+    nodes: NDArray[np.intp]
+    lower: NDArray[np.intp]
+    fraction: Array
+    is_native: bool
+
+    def interpolate(self, values: Array) -> Array:
+        """Interpolate from the native wavenumbers (P, M) to those requested, (P, V)."""
+        if self.is_native:
+            return values
+        above = np.minimum(self.lower + 1, values.shape[1] - 1)
+        result: Array = values[:, self.lower] * (1.0 - self.fraction) + values[:, above] * self.fraction
+        return result
+
+
+def native_window(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> NativeWindow:
+    """Return the native wavenumbers that a request needs.
 
     Parameters
     ----------
     native_cm1 : ndarray (N,)
-        Those that :func:`native_nodes` chose.
-    values : ndarray (P, N)
+        Ascending.
     wavenumber_cm1 : ndarray (V,)
+        Ascending.
+    provider : str
+        Who complains.
 
-    Returns
-    -------
-    ndarray (P, V)
+    Raises
+    ------
+    ProviderError
+        If the request leaves the native grid.
     """
-    if np.array_equal(native_cm1, wavenumber_cm1):
-        return values
-    if native_cm1.size == 1:
-        return np.repeat(values, wavenumber_cm1.size, axis=1)
-    index = np.clip(np.searchsorted(native_cm1, wavenumber_cm1, side="right") - 1, 0, native_cm1.size - 2)
-    fraction = (wavenumber_cm1 - native_cm1[index]) / np.diff(native_cm1)[index]
-    result: Array = values[:, index] * (1.0 - fraction) + values[:, index + 1] * fraction
-    return result
+    nodes = native_nodes(native_cm1, wavenumber_cm1, provider)
+    some = native_cm1[nodes]
+    if np.array_equal(some, wavenumber_cm1):
+        return NativeWindow(nodes, np.arange(nodes.size), np.zeros(nodes.size), is_native=True)
+    lower = np.searchsorted(some, wavenumber_cm1, side="right") - 1
+    step = np.where(lower + 1 < some.size, some[np.minimum(lower + 1, some.size - 1)] - some[lower], 1.0)
+    return NativeWindow(nodes, lower, (wavenumber_cm1 - some[lower]) / step, is_native=False)

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.atmosphere.native_grid import from_native, native_nodes
+from hcss_twin.atmosphere.native_grid import native_nodes, native_window
 from hcss_twin.atmosphere.parameters import TableParameters
 from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.atmosphere.table_file import AtmosphereTable, read_atmosphere_table
@@ -182,8 +182,7 @@ class TableTransmittance:
 
     def _to_requested(self, wavenumber_cm1: Array, native: Array) -> Array:
         """Interpolate from the table's wavenumbers to the requested ones (band edges)."""
-        chosen = native_nodes(self._wavenumber, wavenumber_cm1, PROVIDER)
-        return from_native(self._wavenumber[chosen], native, wavenumber_cm1)
+        return native_window(self._wavenumber, wavenumber_cm1, PROVIDER).interpolate(native)
 
     def _require_same_profile(self, inputs: AtmosphereInputs) -> None:
         top = float(inputs.profile.altitude_m[-1])

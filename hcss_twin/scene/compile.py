@@ -50,7 +50,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     columns = BandColumns(plan, spectrum.nodes)
     tolerance = plan.scenario.accuracy * TABLE_SHARE
     times, time_error = _time_nodes(columns, plan, 0.4 * tolerance)
-    sun = plan.sun_at(times[len(times) // 2])
+    placing = times[len(times) // 2]
+    sun = plan.sun_at(placing)
     axes: tuple[ThicknessAxis | None, ...] = tuple(
         place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, 0.5 * tolerance)
         if plan.cloudy_layers[index]
@@ -70,11 +71,11 @@ def compile_tables(plan: Plan) -> RadianceTables:
             _require_room(plan, pair, len(columns.quantities.names))
             axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
     drift = SUN_SHARE * tolerance if len(times) > 1 else 0.0
-    first = columns.exact(axes, pair, plan.sun_at(times[0]), None, drift)
+    first = columns.exact(axes, pair, sun, None, drift)
     tables = tuple(
         columns.table(
             axes,
-            first if time == times[0] else columns.exact(axes, pair, plan.sun_at(time), first, drift),
+            first if time == placing else columns.exact(axes, pair, plan.sun_at(time), first, drift),
             plan.sun_at(time),
         )
         for time in times

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from hcss_twin.atmosphere.band_model.coefficients import TRACE_GASES, read_coeff
 from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
 from hcss_twin.atmosphere.band_model.path_amounts import LayeredAir
 from hcss_twin.atmosphere.band_model.single_scattering import Illumination, SingleScattering
-from hcss_twin.atmosphere.native_grid import from_native, native_nodes
+from hcss_twin.atmosphere.native_grid import NativeWindow, native_window
 from hcss_twin.errors import ProviderError
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
@@ -68,6 +69,7 @@ class BandModelTransmittance:
         if missing:
             named = ", ".join(sorted(missing))
             notes.append(f"band model: {named} of the 1976 US Standard, as the profile does not give them")
+        self._window = lru_cache(maxsize=8)(self._make_window)
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith"}),
             valid={
@@ -102,10 +104,10 @@ class BandModelTransmittance:
         ProviderError
             If a wavenumber lies outside the declared range.
         """
-        nodes = native_nodes(self._wavenumber, wavenumber_cm1, "band model")
+        window = self._window(wavenumber_cm1.tobytes())
         factors = self._absorption.factors(amounts, self._absorption.humidity_percent(amounts))
-        native = self._absorption.transmittance(factors, nodes)
-        return from_native(self._wavenumber[nodes], native, wavenumber_cm1)
+        native = self._absorption.transmittance(factors, window.nodes)
+        return window.interpolate(native)
 
     def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return thermal emission (P, V) of single legs as seen from their upper end, W m-2 sr-1 (cm-1)-1.
@@ -151,7 +153,8 @@ class BandModelTransmittance:
         ProviderError
             If the sun is lower than 88 degrees from the zenith anywhere on a path.
         """
-        nodes = native_nodes(self._wavenumber, wavenumber_cm1, "band model")
+        window = self._window(wavenumber_cm1.tobytes())
+        nodes = window.nodes
         sun = Illumination(math.radians(sun_zenith_deg), math.radians(relative_azimuth_deg))
         native = np.zeros((len(paths), nodes.size))
         for row, path in enumerate(paths):
@@ -160,10 +163,11 @@ class BandModelTransmittance:
             for leg in path.legs:
                 _check(leg)
                 native[row] = self._scattering.radiance(leg, sun, nodes, asymmetry)
-        return from_native(self._wavenumber[nodes], native, wavenumber_cm1)
+        return window.interpolate(native)
 
     def _emission(self, wavenumber_cm1: Array, paths: Sequence[Path], *, from_above: bool) -> Array:
-        nodes = native_nodes(self._wavenumber, wavenumber_cm1, "band model")
+        window = self._window(wavenumber_cm1.tobytes())
+        nodes = window.nodes
         native = np.zeros((len(paths), nodes.size))
         rays: dict[tuple[float, float], list[tuple[int, float]]] = {}
         for row, path in enumerate(paths):
@@ -172,7 +176,6 @@ class BandModelTransmittance:
             for leg in path.legs:
                 _check(leg)
                 rays.setdefault((leg.lower_m, leg.upper_m), []).append((row, leg.zenith_deg))
-        wavenumber = self._wavenumber[nodes]
         for (lower, upper), members in rays.items():
             layers = self._air.between(lower, upper)
             if not layers.temperature_K.size:
@@ -195,7 +198,10 @@ class BandModelTransmittance:
                     emission += before
                     before[...] = beyond
                 native[[row for row, _ in some]] = emission
-        return from_native(wavenumber, native, wavenumber_cm1)
+        return window.interpolate(native)
+
+    def _make_window(self, wavenumbers: bytes) -> NativeWindow:
+        return native_window(self._wavenumber, np.frombuffer(wavenumbers, dtype=np.float64), "band model")
 
     def _black_bodies(self, temperature_K: Array, nodes: Nodes) -> list[Array]:
         """Planck radiances of layers, looked up for those of the profile itself."""

@@ -78,6 +78,7 @@ class Air:
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
         self._pieces = lru_cache(maxsize=_KEPT_LEGS)(self._make_pieces)
+        self._sources = lru_cache(maxsize=_KEPT_LEGS)(self._make_sources)
 
     def black_body(self, temperature_K: float) -> Array:
         """Return the Planck radiance (V,)."""
@@ -173,7 +174,7 @@ class Air:
         inner = levels[(levels > lower_m) & (levels < top)]
         return (lower_m, *(float(level) for level in inner), top)
 
-    def _sources(self, edges: Sequence[float]) -> Array:
+    def _make_sources(self, edges: tuple[float, ...]) -> Array:
         """Planck radiance (N, V) of each layer between edges at its pressure-weighted mean temperature.
 
         For a temperature linear in height and a density exponential in it, that is the mean of the ends plus a
