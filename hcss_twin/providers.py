@@ -234,6 +234,18 @@ class SeaInputs:
     catalog: Catalog
 
 
+class WaveShapes(Protocol):
+    """One realisation of the waves that the points of an image resolve."""
+
+    def slopes(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return slopes (2, y, x) along x and along y in a window of the image at ``time_s``.
+
+        ``time_s`` counts from the scenario's start. A pixel's value does not depend on the window (to rounding),
+        on earlier calls, or on the number of threads.
+        """
+        ...
+
+
 @runtime_checkable
 class SeaModel(Protocol):
     """Directional emissivity and bidirectional reflectance of the sea surface.
@@ -247,6 +259,17 @@ class SeaModel(Protocol):
     A model may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes, basis, wind_azimuth) -> (M, N, V)``: the
     share of the light seen that came from the sky, folded onto the zenith cosines at which the sky is known.
     The weights of each view sum to 1 minus its emissivity.
+
+    A model may say how steep the waves are that pixels see: ``mean_square_slope`` (of the whole sea) and
+    ``wave_slope_rms(pixel_size_m) -> (upwind, crosswind)``, the deviations of slope of the waves that such pixels
+    resolve. From both the plan makes the bound on what averaging over waves leaves out. To have its waves drawn it
+    also needs:
+
+    * ``wave_field(grid, motion, seed) -> WaveShapes``: slopes with these deviations, Gaussian and independent along
+      and across the wind, that travel with the waves and with the platform;
+    * ``tilted(upwind, crosswind, pixel_size_m) -> SeaModel``: the same sea where a resolved wave has this slope along
+      the bearing the wind comes from and at right angles to it, in the sense in which ``wind_azimuth`` is counted; its
+      facets have the slopes that are left below the pixel, about this one. It is ``anisotropic``.
     """
 
     declares: Declares

@@ -187,7 +187,23 @@ VARIABLES: tuple[VariableSpec, ...] = (
         lowest=0.0,
         may_be_missing=True,
     ),
+    *(
+        VariableSpec(
+            name=f"sea_slope_{axis}",
+            dims=FRAME,
+            dtype="float32",
+            units="1",
+            long_name=f"slope of the sea toward {bearing}",
+            kind="truth",
+            description=f"Slope of the waves longer than two points of the image along {axis}, averaged over the "
+            "footprint of the pixel, also under clouds; only where waves are drawn (sea.waves).",
+        )
+        for axis, bearing in (("x", "east"), ("y", "north"))
+    ),
 )
+
+WAVE_VARIABLES = frozenset({"sea_slope_x", "sea_slope_y"})
+"""Those that exist only where waves are drawn."""
 
 
 def term_variable(name: str, description: str) -> VariableSpec:
@@ -214,7 +230,9 @@ def term_variable(name: str, description: str) -> VariableSpec:
     )
 
 
-def expand(requested: Iterable[str], terms: Mapping[str, str], layer_count: int = 1) -> list[VariableSpec]:
+def expand(
+    requested: Iterable[str], terms: Mapping[str, str], layer_count: int = 1, waves: bool = True
+) -> list[VariableSpec]:
     """Turn what a scenario asks for into variables, in the order of the table, terms last.
 
     Variables by layer belong to the groups where there are several layers; elsewhere they repeat others.
@@ -228,17 +246,21 @@ def expand(requested: Iterable[str], terms: Mapping[str, str], layer_count: int 
         Description of each term of the radiance model in use, by its name.
     layer_count : int
         Number of cloud layers of the scene.
+    waves : bool
+        Whether the scene draws waves; without them their variables belong to no group.
 
     Raises
     ------
     ValueError
         If a name is unknown, with the allowed names and the closest one, if nothing is asked for, or if a variable
-        by layer is asked for without a layer.
+        by layer is asked for without a layer, or one of waves where none are drawn.
     """
     known = {spec.name: spec for spec in VARIABLES}
     known.update((spec.name, spec) for spec in (term_variable(name, text) for name, text in terms.items()))
     by_layer = {spec.name for spec in VARIABLES if LAYER in spec.dims}
     repeated = by_layer if layer_count < 2 else set[str]()
+    if not waves:
+        repeated = repeated | WAVE_VARIABLES
     groups = {
         "all": set(known) - repeated,
         "terms": {TERM_PREFIX + name for name in terms},
@@ -250,6 +272,8 @@ def expand(requested: Iterable[str], terms: Mapping[str, str], layer_count: int 
             raise ValueError(f"unknown output variable '{name}'; {choose_from(name, [*groups, *known])}")
         if name in by_layer and layer_count == 0:
             raise ValueError(f"'{name}': the scene has no cloud layer; allowed: with one or two layers")
+        if name in WAVE_VARIABLES and not waves:
+            raise ValueError(f"'{name}': the scene draws no waves; allowed: with sea.waves = \"resolved\"")
         wanted |= groups.get(name, {name})
     if not wanted:
         raise ValueError(f"no output variable is asked for; {choose_from('', [*groups, *known])}")

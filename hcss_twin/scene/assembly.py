@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -50,7 +50,10 @@ PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 
 @dataclass(frozen=True)
 class Assembly:
-    """The providers of one scene, built and guarded, and the states they share."""
+    """The providers of one scene, built and guarded, and the states they share.
+
+    ``model_over`` makes the radiance model of the same scene over another sea.
+    """
 
     entries: Mapping[str, Entry]
     bands: tuple[SpectralBand, ...]
@@ -65,6 +68,8 @@ class Assembly:
     sea: SeaModel
     optics: Optics
     model: RadianceModel
+    model_over: Callable[[SeaModel], RadianceModel]
+    solar_irradiance: SolarSpectrum
     sea_temperature_K: float
     filled_in: tuple[FilledIn, ...]
 
@@ -156,6 +161,7 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
     assert sea is not None
     assert optics is not None
     view = View(scenario.view.zenith, scenario.view.azimuth)
+    solar_irradiance = SolarSpectrum(catalog)
     radiance_inputs = RadianceInputs(
         profile=around.profile,
         transmittance=transmittance,
@@ -164,13 +170,20 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         layers=layers,
         sea_temperature_K=temperature,
         view=view,
-        solar_irradiance=SolarSpectrum(catalog),
+        solar_irradiance=solar_irradiance,
         wind_from_deg=scenario.sea.wind_from,
     )
     model: RadianceModel | None = None
+
+    def model_over(other: SeaModel) -> RadianceModel:
+        changed = replace(radiance_inputs, sea=other)
+        made: RadianceModel = builder.build(
+            Kind.RADIANCE, selected(scenario.radiance, "model"), changed, scenario.radiance.parameters
+        )
+        return made
+
     with builder.blaming("radiance.model", scenario.radiance.parameters):
-        name = selected(scenario.radiance, "model")
-        model = builder.build(Kind.RADIANCE, name, radiance_inputs, scenario.radiance.parameters)
+        model = model_over(sea)
     builder.raise_problems()
     assert model is not None
     return Assembly(
@@ -187,6 +200,8 @@ def assemble(scenario: Scenario, catalog: Catalog) -> Assembly:
         sea=sea,
         optics=optics,
         model=model,
+        model_over=model_over,
+        solar_irradiance=solar_irradiance,
         sea_temperature_K=temperature,
         filled_in=around.filled_in,
     )

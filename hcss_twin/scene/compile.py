@@ -14,6 +14,7 @@ from hcss_twin.scene.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables import InstantTable, Quantities, RadianceTables
 from hcss_twin.scene.thickness_axis import Columns, ThicknessAxis, place_axis
+from hcss_twin.scene.wave_table import compile_waves
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,12 @@ def compile_tables(plan: Plan) -> RadianceTables:
             _require_room(plan, pair, len(columns.quantities.names))
             axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
     tables = tuple(columns.table(axes, pair, _sun(plan, time)) for time in times)
-    return RadianceTables(columns.quantities, times, axes, pair, tables, time_error + error)
+    waves = None
+    if plan.waves is not None:
+        suns = tuple(_sun(plan, time) for time in times)
+        waves = compile_waves(plan, plan.waves, columns.quantities, suns, 0.5 * tolerance)
+        error = max(error, waves.estimated_error)
+    return RadianceTables(columns.quantities, times, axes, pair, tables, time_error + error, waves)
 
 
 def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:

@@ -15,31 +15,23 @@ from hcss_twin.catalog import Catalog
 from hcss_twin.cube.variables import LAYER, VariableSpec, expand
 from hcss_twin.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, View
+from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, Sun, View
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.assembly import Assembly, assemble
+from hcss_twin.scene.skipped import Skipped as Skipped
 from hcss_twin.scene.sun_track import SunTrack
 from hcss_twin.scene.surroundings import FilledIn
+from hcss_twin.scene.wave_choice import DRAWN_NOTE, DrawnWaves, choose_waves
 
 Array = NDArray[np.float64]
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years the time axis of a cube can hold in nanoseconds, as its readers want it."""
 
-
-@dataclass(frozen=True)
-class Skipped:
-    """Something that is left out, why, and how much radiance it could have carried.
-
-    ``bound`` is relative to the band radiance; 0 means nothing is lost, None that the replacement is
-    equal in law (or as ``why`` says) and not pixel by pixel.
-    """
-
-    what: str
-    why: str
-    bound: float | None
+SUNS = 5
+"""Frames whose sun the bound on waves considers."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +46,8 @@ class Plan:
         At each frame.
     variables : tuple of VariableSpec
         What the cube will hold.
+    waves : DrawnWaves or None
+        None where the sea is averaged over its waves.
     """
 
     scenario: Scenario
@@ -66,6 +60,12 @@ class Plan:
     variables: tuple[VariableSpec, ...]
     skipped: tuple[Skipped, ...]
     filled_in: tuple[FilledIn, ...]
+    waves: DrawnWaves | None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What users should know."""
+        return (*self.assembly.notes, *(() if self.waves is None else (DRAWN_NOTE,)))
 
     @property
     def bands(self) -> tuple[SpectralBand, ...]:
@@ -185,7 +185,7 @@ class Plan:
             "variables": [spec.name for spec in self.variables],
             "uncompressed_bytes": self.uncompressed_bytes,
             "filled_in": [vars(item) for item in self.filled_in],
-            "notes": list(self.assembly.notes),
+            "notes": list(self.notes),
             "skipped": [vars(item) for item in self.skipped],
         }
 
@@ -209,14 +209,17 @@ def make_plan(scenario: Scenario) -> Plan:
 def _make_plan(scenario: Scenario) -> Plan:
     catalog = Catalog(base=scenario.base)
     assembly = assemble(scenario, catalog)
-    variables = _variables(scenario, assembly)
+    radiance = any(spec.kind in ("radiance", "derived") for spec in _variables(scenario, assembly, True))
     frames = scenario.frames
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
-    if any(spec.kind in ("radiance", "derived") for spec in variables):
+    if radiance:
         _probe_lowest_sun(assembly, track, times, zenith)
     _probe_last_frame(assembly, float(times[-1]))
+    waves, no_waves = choose_waves(scenario, assembly, _suns(track, times) if radiance else [])
+    variables = _variables(scenario, assembly, waves is not None)
+    skipped = _skipped(assembly, variables, zenith)
     return Plan(
         scenario=scenario,
         catalog=catalog,
@@ -226,14 +229,22 @@ def _make_plan(scenario: Scenario) -> Plan:
         sun_zenith_deg=zenith,
         sun_azimuth_deg=azimuth,
         variables=variables,
-        skipped=tuple(_skipped(assembly, variables, zenith)),
+        skipped=tuple(skipped if no_waves is None else (*skipped, no_waves)),
         filled_in=assembly.filled_in,
+        waves=waves,
     )
 
 
-def _variables(scenario: Scenario, assembly: Assembly) -> tuple[VariableSpec, ...]:
+def _suns(track: SunTrack, times: Array) -> list[Sun | None]:
+    """Sun in a few frames from the first to the last, None below the horizon."""
+    chosen = np.unique(np.linspace(0, times.size - 1, SUNS).round().astype(np.intp))
+    suns = [track.at(float(times[frame])) for frame in chosen]
+    return [sun if sun.is_up else None for sun in suns]
+
+
+def _variables(scenario: Scenario, assembly: Assembly, waves: bool) -> tuple[VariableSpec, ...]:
     try:
-        return tuple(expand(scenario.output.variables, assembly.model.terms, len(assembly.layers)))
+        return tuple(expand(scenario.output.variables, assembly.model.terms, len(assembly.layers), waves))
     except ValueError as error:
         raise ScenarioError([Problem("output.variables", str(error))]) from error
 
@@ -306,7 +317,4 @@ def _skipped(assembly: Assembly, variables: tuple[VariableSpec, ...], sun_zenith
             skipped.append(Skipped(f"columns with {layer.name}", "its coverage is 0", 0.0))
         for what, why in getattr(generator, "skipped", ()):
             skipped.append(Skipped(f"{layer.name}: {what}" if several else what, why, None))
-    skipped.append(
-        Skipped("waves as shapes", "pixels average over waves; the sea is homogeneous at this scale", 0.0)
-    )
     return skipped

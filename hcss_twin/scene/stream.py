@@ -15,6 +15,7 @@ from hcss_twin.scene.look_up import LookUp
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.scene.truth import Truth
+from hcss_twin.scene.waves import WaveStage
 
 Frame = dict[str, NDArray[Any]]
 Thickness = NDArray[np.float32]
@@ -41,6 +42,11 @@ class _FrameMaker:
         self._quantities = () if tables is None else tables.quantities.names
         self._reader = None if tables is None else TableReader(tables)
         self._truth = Truth(plan)
+        self._waves = (
+            None
+            if plan.waves is None
+            else WaveStage(plan.waves, tables, plan.scenario.sea.wind_from, plan.samples_per_pixel)
+        )
         self._names = {spec.name for spec in plan.variables}
         self._temperature = (
             BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
@@ -61,6 +67,8 @@ class _FrameMaker:
             if look_up is not None:
                 corner = window[0].start, window[1].start
                 look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
+            if self._waves is not None:
+                self._waves.fill(radiance, self._truth.variables, window, thickness, time_s)
         made: Frame = dict(self._truth.variables)
         for index, name in enumerate(self._quantities):
             values = radiance[index * bands : (index + 1) * bands]

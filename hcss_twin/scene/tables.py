@@ -99,6 +99,26 @@ class DenseTable:
 
 
 @dataclass(frozen=True)
+class WaveTables:
+    """What the slope of waves adds to the clear radiance.
+
+    Attributes
+    ----------
+    reach : (float, float)
+        Greatest slope of the table, upwind and crosswind.
+    change : tuple of ndarray of float32 (N, M, C)
+        At each time node: W m-2 sr-1 for every band and quantity, at slopes evenly spaced from -reach to reach,
+        upwind and then crosswind (clockwise from upwind). Its mean over the waves is 0.
+    estimated_error : float
+        Relative to the total, measured between the nodes while they were placed.
+    """
+
+    reach: tuple[float, float]
+    change: tuple[NDArray[np.float32], ...]
+    estimated_error: float
+
+
+@dataclass(frozen=True)
 class RadianceTables:
     """Tables at time nodes.
 
@@ -115,6 +135,8 @@ class RadianceTables:
         Tables at the nodes.
     estimated_error : float
         Largest relative error of the total found between the nodes while they were placed.
+    waves : WaveTables or None
+        What resolved waves add to the clear column, at the same time nodes; None where they are averaged over.
     """
 
     quantities: Quantities
@@ -123,6 +145,7 @@ class RadianceTables:
     pair: LayerPair | None
     tables: tuple[InstantTable, ...]
     estimated_error: float
+    waves: WaveTables | None = None
 
 
 class TableReader:
