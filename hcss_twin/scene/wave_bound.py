@@ -26,8 +26,9 @@ def wave_bound(
 ) -> float:
     """Return the greatest relative change of clear radiance in any band, for tilts of up to three standard deviations.
 
-    Light from the sea counts with the change of its emissivity under a sky that sends nothing, and sunlight from
-    the sea with that of the glint, as if the air weakened it on the way to the sensor only. Both are upper limits.
+    Light from the sea counts with the change of its emissivity under a sky that sends nothing, and
+    sunlight from the sea with that of the glint: as much as the sea sends toward the sensor through the air, and at
+    most all the sunlight of clear sky. Both are upper limits.
 
     Parameters
     ----------
@@ -55,7 +56,8 @@ def wave_bound(
     seen = assembly.transmittance.transmittance(wavenumber, [path])[0]
     greatest = 0.0
     for sun in suns:
-        change = seen * thermal
+        terms = assembly.model.clear(wavenumber, sun)
+        change = weights @ (seen * thermal)
         if sun is not None:
             toward_sun = _horizontal(sun.zenith_deg, sun.azimuth_deg - wind_from_deg)
             vertical = float(mu[0]) + math.cos(math.radians(sun.zenith_deg))
@@ -64,11 +66,11 @@ def wave_bound(
                 -(toward_view[1] + toward_sun[1]) / vertical,
             )
             slope = float(assembly.sea.mean_square_slope)  # type: ignore[attr-defined]
-            share = tilted_glint_bound(mirror, slope, rms, toward_view)
-            change = change + seen * share * _glint(assembly, wavenumber, mu, sun)
-        clear = np.sum(list(assembly.model.clear(wavenumber, sun).values()), axis=0)
-        total = weights @ clear
-        greatest = max(greatest, float(np.max((weights @ change)[total > 0] / total[total > 0], initial=0.0)))
+            sunlight = np.sum([terms[name] for name in assembly.model.solar_terms], axis=0)
+            sunlight = np.minimum(sunlight, seen * _glint(assembly, wavenumber, mu, sun))
+            change = change + tilted_glint_bound(mirror, slope, rms, toward_view) * (weights @ sunlight)
+        total = weights @ np.sum(list(terms.values()), axis=0)
+        greatest = max(greatest, float(np.max(change[total > 0] / total[total > 0], initial=0.0)))
     return greatest
 
 
@@ -85,7 +87,7 @@ def _sample(weights: Array) -> NDArray[np.intp]:
 
 
 def _glint(assembly: Assembly, wavenumber_cm1: Array, mu: Array, sun: Sun) -> Array:
-    """Sunlight reflected by the sea, (V,), at the sea."""
+    """Sunlight reflected by the sea, (V,), at the sea, as if no air were above it."""
     mu_sun = np.array([math.cos(math.radians(sun.zenith_deg))])
     azimuth = np.array([relative_azimuth_rad(assembly.view.azimuth_deg, sun.azimuth_deg)])
     irradiance = assembly.solar_irradiance(wavenumber_cm1) / sun.distance_au**2
