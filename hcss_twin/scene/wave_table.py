@@ -14,11 +14,14 @@ from hcss_twin.scene.wave_choice import DrawnWaves
 
 Array = NDArray[np.float64]
 
-SIGMAS = 5.0
-"""The table ends at this many standard deviations; the steeper waves, 6e-7 of them, are taken for those at its end."""
+SIGMAS = 4.0
+"""The table ends at this many standard deviations; steeper waves, 6e-5 of them, are taken for those at its end."""
 
 FLOOR = 1e-6
 """Share of the total below which a term is not followed in its logarithm."""
+
+ROUGHNESS = 1e-4
+"""Relative error left where more nodes do not help: sea models are integrals by quadrature (rough-sea: 4e-5)."""
 
 _COARSEST, _FINEST = 4, 64
 _DENSEST = 513
@@ -103,16 +106,18 @@ def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]
     """Double the order of either slope until the polynomial keeps the tolerance.
 
     It is measured halfway between the nodes of that slope, on lines at the ends and in the middle of the other.
+    Errors below the sea model's own roughness are left as they are where they no longer fall.
     """
     orders, error = [_COARSEST, _COARSEST], 0.0
     lines = np.array([-1.0, 0.0, 1.0])
     for axis in (0, 1):
+        found = np.inf
         while True:
             between = _nodes(2 * orders[axis])[1::2]
             places = (between, lines) if axis == 0 else (lines, between)
             values = columns(_nodes(orders[0]), _nodes(orders[1]))
-            found = _difference(_interpolate(values, places), columns(*places))
-            if found <= tolerance:
+            before, found = found, _difference(_interpolate(values, places), columns(*places))
+            if found <= tolerance or (found <= ROUGHNESS and found > 0.25 * before):
                 break
             if 2 * orders[axis] == _FINEST:
                 raise ProviderError(
