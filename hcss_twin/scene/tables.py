@@ -109,12 +109,15 @@ class WaveTables:
     change : tuple of ndarray of float32 (N, M, C)
         At each time node: W m-2 sr-1 for every band and quantity, at slopes evenly spaced from -reach to reach,
         upwind and then crosswind (clockwise from upwind). Its mean over the waves is 0.
+    level : tuple of ndarray (K, B)
+        At each time node: factor on each term that brought its mean to the radiance of the mean sea.
     estimated_error : float
         Relative to the total, measured between the nodes while they were placed.
     """
 
     reach: tuple[float, float]
     change: tuple[NDArray[np.float32], ...]
+    level: tuple[Array, ...]
     estimated_error: float
 
 

@@ -56,10 +56,11 @@ def compile_waves(
     orders, error = _place(columns[middle], 0.25 * tolerance)
     nodes = _nodes(orders[0]), _nodes(orders[1])
     sizes, rest = _dense(columns[middle](*nodes), 0.25 * tolerance)
-    changes = [quantities.of(_change(each(*nodes), each.level(), sizes)) for each in columns]
+    changes, levels = zip(*(_change(each(*nodes), each.level(), sizes) for each in columns), strict=True)
     return WaveTables(
         (SIGMAS * waves.rms[0], SIGMAS * waves.rms[1]),
-        tuple(np.ascontiguousarray(each.reshape(*sizes, -1), np.float32) for each in changes),
+        tuple(np.ascontiguousarray(quantities.of(each).reshape(*sizes, -1), np.float32) for each in changes),
+        levels,
         error + rest,
     )
 
@@ -183,11 +184,11 @@ def _dense(values: Array, tolerance: float) -> tuple[tuple[int, int], float]:
     return (sizes[0], sizes[1]), error
 
 
-def _change(values: Array, clear: Array, sizes: tuple[int, int]) -> Array:
-    """Change (N, M, K, B) of each term against the clear column (K, B), with a mean of 0 over the waves."""
+def _change(values: Array, clear: Array, sizes: tuple[int, int]) -> tuple[Array, Array]:
+    """Change (N, M, K, B) of each term against the clear column (K, B), with a mean of 0 over the waves; its scale."""
     places = [np.linspace(-1.0, 1.0, size) for size in sizes]
     dense = _interpolate(values, tuple(places))
     upwind, crosswind = (np.exp(-0.5 * (SIGMAS * each) ** 2) for each in places)
     mean = np.einsum("n,m,nmkb->kb", upwind / upwind.sum(), crosswind / crosswind.sum(), dense)
     scale = np.divide(clear, mean, out=np.ones_like(mean), where=mean > 0)
-    return np.asarray(dense * scale - clear, dtype=np.float64)
+    return np.asarray(dense * scale - clear, dtype=np.float64), scale

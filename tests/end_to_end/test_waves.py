@@ -51,7 +51,7 @@ def test_each_pixel_is_the_radiance_of_its_tilted_sea_but_for_the_level(planned,
     plan, tables = planned
     random, wind = np.random.default_rng(0), np.radians(plan.scenario.sea.wind_from)
     sun = plan.sun_track.at(0.0)
-    ratios = []
+    names, ratios = ("sea_emission", "sea_reflected_sun", "path_emission"), []
     for y, x in random.integers(0, 64, (12, 2)):
         slope = float(frame["sea_slope_x"][y, x]), float(frame["sea_slope_y"][y, x])
         upwind = slope[0] * np.sin(wind) + slope[1] * np.cos(wind)
@@ -63,12 +63,14 @@ def test_each_pixel_is_the_radiance_of_its_tilted_sea_but_for_the_level(planned,
         ratios.append(
             [
                 frame[f"radiance_{name}"][:, y, x] / (plan.spectral_grid.weights_cm1 @ terms[name])
-                for name in ("sea_emission", "sea_reflected_sun", "path_emission")
+                for name in names
             ]
         )
     ratios = np.array(ratios)
     np.testing.assert_allclose(ratios, np.broadcast_to(ratios.mean(axis=0), ratios.shape), rtol=1e-3)
-    np.testing.assert_allclose(ratios.mean(axis=0), 1.0, atol=0.06)
+    level = [tables.waves.level[0][list(plan.model.terms).index(name)] for name in names]
+    np.testing.assert_allclose(ratios.mean(axis=0), level, rtol=1e-3)
+    np.testing.assert_allclose(level, 1.0, atol=0.06)
     assert tables.estimated_error < 3e-4
 
 
@@ -112,7 +114,9 @@ def _with(plan, waves):
 def test_scaling_leaves_terms_without_waves_alone():
     values = np.ones((5, 5, 2, 1))
     values[..., 1, :] = 0.0
-    np.testing.assert_allclose(_change(values, np.array([[1.0], [0.0]]), (9, 9)), 0.0, atol=1e-15)
+    change, level = _change(values, np.array([[1.0], [0.0]]), (9, 9))
+    np.testing.assert_allclose(change, 0.0, atol=1e-15)
+    np.testing.assert_allclose(level, 1.0, rtol=1e-15)
 
 
 def test_terms_sum_to_the_total(frame):
@@ -212,3 +216,24 @@ def test_waves_that_cannot_be_drawn_are_refused(overrides, field, message):
         make_plan(scenario(**overrides))
     problems = {problem.field: problem.message for problem in caught.value.problems}
     assert message in problems[field]
+
+
+def test_slopes_can_be_had_without_radiance(frame):
+    plan = make_plan(scenario(**{"output.variables": ["sea_slope_x", "sea_slope_y"]}))
+    assert not plan.needs_radiance
+    alone = next(stream(plan, None))
+    assert set(alone) == {"sea_slope_x", "sea_slope_y"}
+    assert all(np.array_equal(values, frame[name]) for name, values in alone.items())
+
+
+def test_tables_at_several_times_have_the_error_they_claim():
+    """Over hours the glint moves; a frame between the nodes in time agrees with tables made for it alone."""
+    changes = {"frames.count": 3, "frames.interval": 600.0, "bands": ["mwir-3.7"], "image.pixel_size": 20.0}
+    plan = make_plan(scenario(**changes))
+    tables = compile_tables(plan)
+    assert len(tables.time_s) > 1
+    frames = list(stream(plan, tables))
+    alone = make_plan(scenario(**{**changes, "frames.count": 1, "frames.first": 1}))
+    exact = next(stream(alone, compile_tables(alone)))
+    np.testing.assert_array_equal(frames[1]["sea_slope_x"], exact["sea_slope_x"])
+    np.testing.assert_allclose(frames[1]["radiance"], exact["radiance"], rtol=BASE["accuracy"])
