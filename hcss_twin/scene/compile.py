@@ -14,7 +14,7 @@ from hcss_twin.scene.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables import InstantTable, Quantities, RadianceTables
 from hcss_twin.scene.thickness_axis import Columns, ThicknessAxis, place_axis
-from hcss_twin.scene.wave_table import compile_waves
+from hcss_twin.scene.wave_table import compile_waves, probe_waves
 
 Array = NDArray[np.float64]
 
@@ -182,6 +182,8 @@ class _Columns:
     def probe(self, sun: Sun | None) -> Array:
         """Total of a few columns that bound the scene, (N, B)."""
         clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
+        if self._plan.waves is not None:
+            clear = np.concatenate((clear, probe_waves(self._plan, self._plan.waves, sun)))
         extremes = self._plan.extreme_thicknesses_m
         if extremes.shape[0] == 0:
             return clear

@@ -65,6 +65,14 @@ def compile_waves(
     )
 
 
+def probe_waves(plan: Plan, waves: DrawnWaves, sun: Sun | None) -> Array:
+    """Totals (4, B) of clear columns at two standard deviations of either slope: they move as the sun does."""
+    columns, far = _Columns(plan, waves, sun), np.array([-2.0, 2.0]) / SIGMAS
+    still = np.zeros(1)
+    total: Array = np.sum(np.concatenate((columns(far, still)[:, 0], columns(still, far)[0])), axis=1)
+    return total
+
+
 class _Columns:
     """Clear columns over tilted seas, integrated over the bands; each is computed once."""
 

@@ -185,7 +185,9 @@ def test_clouds_hide_waves_and_leave_the_rest_as_it_was():
     assert (~covered).any()
     for band in range(2):
         a, b = drawn.radiance.values[:, band], averaged.radiance.values[:, band]
-        np.testing.assert_array_equal(a[covered], b[covered])
+        np.testing.assert_array_equal(a[0][covered[0]], b[0][covered[0]])
+        # Between frames the glint may need tables at more times.
+        np.testing.assert_allclose(a[covered], b[covered], rtol=0.1 * BASE["accuracy"])
         assert np.mean(a[~covered] != b[~covered]) > 0.9
     assert "sea_slope_x" not in averaged
     assert "clear sky only" in drawn.attrs["hcss_notes"]
@@ -226,14 +228,16 @@ def test_slopes_can_be_had_without_radiance(frame):
     assert all(np.array_equal(values, frame[name]) for name, values in alone.items())
 
 
-def test_tables_at_several_times_have_the_error_they_claim():
-    """Over hours the glint moves; a frame between the nodes in time agrees with tables made for it alone."""
-    changes = {"frames.count": 3, "frames.interval": 600.0, "bands": ["mwir-3.7"], "image.pixel_size": 20.0}
+@pytest.mark.parametrize("azimuth", [20.0, 109.5])
+def test_frames_between_the_tables_agree_with_tables_of_their_own(azimuth):
+    """The glint moves with the sun, and with the sun across the view from one side of it to the other."""
+    changes = {"frames.count": 3, "frames.interval": 40.0, "bands": ["mwir-3.7"], "view.azimuth": azimuth}
     plan = make_plan(scenario(**changes))
     tables = compile_tables(plan)
-    assert len(tables.time_s) > 1
-    frames = list(stream(plan, tables))
+    assert len(tables.time_s) <= 2
+    middle = list(stream(plan, tables))[1]
     alone = make_plan(scenario(**{**changes, "frames.count": 1, "frames.first": 1}))
     exact = next(stream(alone, compile_tables(alone)))
-    np.testing.assert_array_equal(frames[1]["sea_slope_x"], exact["sea_slope_x"])
-    np.testing.assert_allclose(frames[1]["radiance"], exact["radiance"], rtol=BASE["accuracy"])
+    np.testing.assert_array_equal(middle["sea_slope_x"], exact["sea_slope_x"])
+    assert not np.array_equal(middle["radiance"], exact["radiance"])
+    np.testing.assert_allclose(middle["radiance"], exact["radiance"], rtol=0.2 * BASE["accuracy"])
