@@ -204,7 +204,23 @@ VARIABLES: tuple[VariableSpec, ...] = (
         lowest=0.0,
         may_be_missing=True,
     ),
+    *(
+        VariableSpec(
+            name=f"sea_slope_{axis}",
+            dims=FRAME,
+            dtype="float32",
+            units="1",
+            long_name=f"slope of the sea toward {bearing}",
+            kind="truth",
+            description=f"Slope of the waves longer than two points of the image along {axis}, averaged over the "
+            "footprint of the pixel, also under clouds; only where waves are drawn (sea.waves).",
+        )
+        for axis, bearing in (("x", "east"), ("y", "north"))
+    ),
 )
+
+WAVE_VARIABLES = frozenset({"sea_slope_x", "sea_slope_y"})
+"""Those that exist only where waves are drawn."""
 
 
 def term_variable(name: str, description: str) -> VariableSpec:
@@ -232,7 +248,11 @@ def term_variable(name: str, description: str) -> VariableSpec:
 
 
 def expand(
-    requested: Iterable[str], terms: Mapping[str, str], layer_count: int = 1, shadows: bool = False
+    requested: Iterable[str],
+    terms: Mapping[str, str],
+    layer_count: int = 1,
+    shadows: bool = False,
+    waves: bool = True,
 ) -> list[VariableSpec]:
     """Turn what a scenario asks for into variables, in the order of the table, terms last.
 
@@ -250,12 +270,14 @@ def expand(
         Number of cloud layers of the scene.
     shadows : bool
         Whether clouds cast shadows.
+    waves : bool
+        Whether the scene draws waves; without them their variables belong to no group.
 
     Raises
     ------
     ValueError
         If a name is unknown, with the allowed names and the closest one, if nothing is asked for, or if a variable
-        by layer is asked for without a layer, or one of shadows without shadows.
+        by layer is asked for without a layer, one of shadows without shadows, or one of waves where none are drawn.
     """
     known = {spec.name: spec for spec in VARIABLES}
     known.update((spec.name, spec) for spec in (term_variable(name, text) for name, text in terms.items()))
@@ -263,6 +285,8 @@ def expand(
     absent = by_layer if layer_count < 2 else set[str]()
     if not shadows:
         absent = absent | {SHADOW_MASK}
+    if not waves:
+        absent = absent | WAVE_VARIABLES
     groups = {
         "all": set(known) - absent,
         "terms": {TERM_PREFIX + name for name in terms},
@@ -276,6 +300,8 @@ def expand(
             raise ValueError(f"'{name}': the scene has no cloud layer; allowed: with one or two layers")
         if name == SHADOW_MASK and not shadows:
             raise ValueError(f"'{name}': clouds cast no shadows; allowed: with slant.shadows = true")
+        if name in WAVE_VARIABLES and not waves:
+            raise ValueError(f"'{name}': the scene draws no waves; allowed: with sea.waves = \"resolved\"")
         wanted |= groups.get(name, {name})
     if not wanted:
         raise ValueError(f"no output variable is asked for; {choose_from('', [*groups, *known])}")

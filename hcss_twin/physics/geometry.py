@@ -22,10 +22,19 @@ def wind_azimuths(
     The slopes are mirror-symmetric about the wind, so that the sense of counting may be turned until the sun
     lies at wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
     """
-    difference = (sun_azimuth_deg - sensor_azimuth_deg + 180.0) % 360.0 - 180.0
-    sense = 1.0 if difference >= 0.0 else -1.0
-    bearing = sense * (sensor_azimuth_deg - wind_from_deg)
+    difference = _turn_deg(sensor_azimuth_deg, sun_azimuth_deg)
+    bearing = wind_sense(sensor_azimuth_deg, sun_azimuth_deg) * (sensor_azimuth_deg - wind_from_deg)
     return math.radians(abs(difference)), math.radians(bearing % 360.0)
+
+
+def wind_sense(sensor_azimuth_deg: float, sun_azimuth_deg: float) -> float:
+    """Sense in which :func:`wind_azimuths` counts: 1 clockwise, -1 counterclockwise."""
+    return 1.0 if _turn_deg(sensor_azimuth_deg, sun_azimuth_deg) >= 0.0 else -1.0
+
+
+def _turn_deg(sensor_azimuth_deg: float, sun_azimuth_deg: float) -> float:
+    """From the sensor's to the sun's bearing, clockwise, -180 to 180."""
+    return (sun_azimuth_deg - sensor_azimuth_deg + 180.0) % 360.0 - 180.0
 
 
 def scattering_cosine(mu: float, mu0: float, relative_azimuth: float) -> float:

@@ -51,7 +51,7 @@ from hcss_twin.providers.radiance import (
     Sun,
     View,
 )
-from hcss_twin.providers.sea import SeaInputs, SeaModel, SeaModelOptions
+from hcss_twin.providers.sea import SeaInputs, SeaModel, SeaModelOptions, WaveShapes
 
 API_VERSION = 1
 """Version of the contract; what a spec states as its ``api_version``."""
@@ -82,4 +82,5 @@ __all__ = [
     "TransmittanceOptions",
     "TransmittanceProvider",
     "View",
+    "WaveShapes",
 ]

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hcss_twin.catalog import Catalog
+from hcss_twin.providers.clouds import Grid, Motion
 from hcss_twin.providers.common import Array, Declares
 
 
@@ -29,6 +33,18 @@ class SeaInputs:
     wind_from_deg: float
     temperature_K: float
     catalog: Catalog
+
+
+class WaveShapes(Protocol):
+    """One realisation of the waves that the points of an image resolve."""
+
+    def slopes(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return slopes (2, y, x) along x and along y in a window of the image at ``time_s``.
+
+        ``time_s`` counts from the scenario's start. A pixel's value does not depend on the window (to rounding),
+        on earlier calls, or on the number of threads.
+        """
+        ...
 
 
 @runtime_checkable
@@ -65,10 +81,34 @@ class SeaModelOptions(Protocol):
         bearings. The BRDF is reciprocal where exchanged directions go with ``-(wind_azimuth + relative_azimuth)``.
     significant_wave_height_m : float
         Metres, 0 or more; written into the cube.
+    mean_square_slope : float
+        Variance of slope of the whole sea, 0 or more; with ``wave_slope_rms`` the plan makes the bound on what averaging
+        over waves leaves out.
     """
 
     anisotropic: bool
     significant_wave_height_m: float
+    mean_square_slope: float
+
+    def wave_slope_rms(self, pixel_size_m: float) -> tuple[float, float]:
+        """Return the deviations of slope, upwind and crosswind, of the waves that pixels of this size resolve."""
+        ...
+
+    def wave_field(self, grid: Grid, motion: Motion, seed: int) -> WaveShapes:
+        """Return waves with slopes of these deviations that travel with themselves and with the platform.
+
+        Gaussian, independent along and across the wind. With ``tilted`` it lets a scene draw its waves.
+        """
+        ...
+
+    def tilted(self, upwind: float, crosswind: float, pixel_size_m: float) -> SeaModel:
+        """Return the same sea where a resolved wave has this slope, dimensionless.
+
+        Along the bearing the wind comes from, and at right angles to it in the sense in which ``wind_azimuth`` is
+        counted; facets have the slopes that are left below the pixel, about this one. The sea returned is
+        ``anisotropic``.
+        """
+        ...
 
     def reflection_weights(
         self,

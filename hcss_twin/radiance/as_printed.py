@@ -16,7 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.path_radiance import path_radiance
-from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, scattering_cosine_literal
+from hcss_twin.physics.geometry import (
+    relative_azimuth_rad,
+    scattering_cosine,
+    scattering_cosine_literal,
+    wind_azimuths,
+)
 from hcss_twin.physics.henyey_greenstein import henyey_greenstein
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
@@ -88,7 +93,7 @@ class AsPrinted:
         return {
             "cloud_emission": zero,
             "cloud_reflected_sun": zero,
-            "sea_emission": transmittance * self._sea_emission(wavenumber_cm1),
+            "sea_emission": transmittance * self._sea_emission(wavenumber_cm1, sun),
             "sea_reflected_sun": self._glint(wavenumber_cm1, sun),
             "path_emission": air,
         }
@@ -163,9 +168,9 @@ class AsPrinted:
             return np.full_like(thickness_m, layer.temperature_K)
         return self._inputs.profile.temperature_at(layer.cloud_top_m(thickness_m))
 
-    def _sea_emission(self, wavenumber_cm1: Array) -> Array:
+    def _sea_emission(self, wavenumber_cm1: Array, sun: Sun | None) -> Array:
         """Eq 17: emissivity times Planck radiance at the sea surface, (V,)."""
-        emissivity = self._inputs.sea.emissivity(wavenumber_cm1, np.array([self._mu]))[0]
+        emissivity = self._inputs.sea.emissivity(wavenumber_cm1, np.array([self._mu]), **self._wind(sun))[0]
         result: Array = emissivity * planck(wavenumber_cm1, self._inputs.sea_temperature_K)
         return result
 
@@ -177,7 +182,7 @@ class AsPrinted:
         mu0 = math.cos(math.radians(sun.zenith_deg))
         azimuth = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
         brdf = self._inputs.sea.brdf(
-            wavenumber_cm1, np.array([self._mu]), np.array([mu0]), np.array([azimuth])
+            wavenumber_cm1, np.array([self._mu]), np.array([mu0]), np.array([azimuth]), **self._wind(sun)
         )[0]
         path = to_space(0.0, view.zenith_deg)
         if not self._parameters.literal_eq18:
@@ -187,6 +192,15 @@ class AsPrinted:
             self._parameters.glint_scale * transmittance * mu0 * self._irradiance(wavenumber_cm1, sun) * brdf
         )
         return result
+
+    def _wind(self, sun: Sun | None) -> dict[str, Array]:
+        """Return the view's bearing to the wind, counted toward the sun, for a sea that depends on it."""
+        inputs = self._inputs
+        if not getattr(inputs.sea, "anisotropic", False):
+            return {}
+        azimuth = inputs.view.azimuth_deg
+        sun_azimuth = azimuth if sun is None else sun.azimuth_deg
+        return {"wind_azimuth": np.array([wind_azimuths(azimuth, sun_azimuth, inputs.wind_from_deg)[1]])}
 
     def _cloud_reflection(
         self, wavenumber_cm1: Array, tops_m: Array, albedo: Array, asymmetry: Array, sun: Sun | None

@@ -24,6 +24,7 @@ from hcss_twin.providers import (
     Declares,
     Grid,
     Microphysics,
+    Motion,
     SingleScattering,
     Sun,
 )
@@ -137,15 +138,45 @@ class GuardedClouds(_Guard):
         return self._array("thickness_m()", value, shape, 0.0, most, np.float32)
 
 
+class GuardedWaves(_Guard):
+    """Waves whose slopes are checked, once per window."""
+
+    def slopes(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return slopes (2, y, x)."""
+        shape = (2, rows.stop - rows.start, columns.stop - columns.start)
+        value = self._call("wave_field().slopes", self._provider.slopes, time_s, rows, columns)
+        return self._array("wave_field().slopes()", value, shape, dtype=np.float32)
+
+
 class GuardedSea(_Guard):
-    """A sea model whose emissivity, BRDF and reflection weights, if it has them, are checked."""
+    """A sea model whose emissivity and BRDF, and reflection weights and waves if it has them, are checked."""
 
     def __getattr__(self, name: str) -> Any:
         # looked up here, not defined on the class, so that hasattr() tells whether the provider has it
-        if name == "reflection_weights":
-            getattr(self._provider, name)
-            return self._reflection_weights
-        return super().__getattr__(name)
+        checked = {
+            "reflection_weights": "_reflection_weights",
+            "wave_slope_rms": "_wave_slope_rms",
+            "wave_field": "_wave_field",
+            "tilted": "_tilted",
+        }
+        found = super().__getattr__(name)
+        return object.__getattribute__(self, checked[name]) if name in checked else found
+
+    def _wave_slope_rms(self, pixel_size_m: float) -> tuple[float, float]:
+        """Return deviations of slope (upwind, crosswind), not negative."""
+        value = self._call("wave_slope_rms", self._provider.wave_slope_rms, pixel_size_m)
+        upwind, crosswind = self._array("wave_slope_rms()", value, (2,), 0.0)
+        return float(upwind), float(crosswind)
+
+    def _wave_field(self, grid: Grid, motion: Motion, seed: int) -> GuardedWaves:
+        """Return waves whose slopes are checked."""
+        field = self._call("wave_field", self._provider.wave_field, grid, motion, seed)
+        return GuardedWaves(field, self._label)
+
+    def _tilted(self, upwind: float, crosswind: float, pixel_size_m: float) -> GuardedSea:
+        """Return a tilted part of the sea, checked like the sea."""
+        tilted = self._call("tilted", self._provider.tilted, upwind, crosswind, pixel_size_m)
+        return GuardedSea(tilted, self._label)
 
     def _reflection_weights(
         self, wavenumber_cm1: Array, mu: Array, mu_nodes: Array, *arguments: Any, **keywords: Any

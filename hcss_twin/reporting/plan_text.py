@@ -40,7 +40,7 @@ def _lines(plan: Plan) -> Iterator[str]:
     yield f"  cube        {_size(plan.uncompressed_bytes)} before compression"
     for item in plan.filled_in:
         yield f"  filled in   {item.field} = {item.value} ({item.why})"
-    for note in plan.assembly.notes:
+    for note in plan.notes:
         yield f"  note        {note}"
     for skipped in plan.skipped:
         yield f"  skipped     {skipped.what}: {skipped.why}{_bound(skipped.bound)}"

@@ -320,6 +320,11 @@ class Sea(Section):
     wind_from: Angle = Field(
         270.0, ge=0, lt=360, description="Bearing the sea wind comes from, degrees clockwise from north."
     )
+    waves: Literal["averaged", "resolved", "auto"] = Field(
+        "averaged",
+        description='Waves longer than two pixels: "averaged" over, the plan says what that leaves out at most; '
+        '"resolved": drawn in clear pixels; "auto": drawn where that changes more than the accuracy and the model can.',
+    )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
 

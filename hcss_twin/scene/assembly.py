@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -54,6 +54,7 @@ class Assembly:
     """The providers of one scene, built and guarded, and the states they share.
 
     ``particle_fields`` are the scenario's fields from which the particles of each layer come.
+    ``model_over`` makes the radiance model of the same scene over another sea.
     """
 
     entries: Mapping[str, Entry]
@@ -69,6 +70,8 @@ class Assembly:
     sea: SeaModel
     optics: Optics
     model: RadianceModel
+    model_over: Callable[[SeaModel], RadianceModel]
+    solar_irradiance: SolarSpectrum
     sea_temperature_K: float
     filled_in: tuple[FilledIn, ...]
     slant: SlantPaths
@@ -173,6 +176,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     assert transmittance is not None
     assert sea is not None
     assert optics is not None
+    solar_irradiance = SolarSpectrum(catalog)
     radiance_inputs = RadianceInputs(
         profile=around.profile,
         transmittance=transmittance,
@@ -181,13 +185,20 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         layers=layers,
         sea_temperature_K=temperature,
         view=slant.view,
-        solar_irradiance=SolarSpectrum(catalog),
+        solar_irradiance=solar_irradiance,
         wind_from_deg=scenario.sea.wind_from,
     )
     model: RadianceModel | None = None
+
+    def model_over(other: SeaModel) -> RadianceModel:
+        changed = replace(radiance_inputs, sea=other)
+        made: RadianceModel = builder.build(
+            Kind.RADIANCE, selected(scenario.radiance, "model"), changed, scenario.radiance.parameters
+        )
+        return made
+
     with builder.blaming("radiance.model", scenario.radiance.parameters):
-        name = selected(scenario.radiance, "model")
-        model = builder.build(Kind.RADIANCE, name, radiance_inputs, scenario.radiance.parameters)
+        model = model_over(sea)
     builder.raise_problems()
     assert model is not None
     return Assembly(
@@ -204,6 +215,8 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         sea=sea,
         optics=optics,
         model=model,
+        model_over=model_over,
+        solar_irradiance=solar_irradiance,
         sea_temperature_K=temperature,
         filled_in=around.filled_in,
         slant=slant,

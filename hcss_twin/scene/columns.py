@@ -16,6 +16,7 @@ from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables import InstantTable, Quantities
 from hcss_twin.scene.thickness_axis import Columns, ThicknessAxis
 from hcss_twin.scene.under_another_sun import layer_pair, single_layer
+from hcss_twin.scene.wave_table import probe_waves
 
 Array = NDArray[np.float64]
 
@@ -74,6 +75,8 @@ class BandColumns:
     def probe(self, sun: Sun | None) -> Array:
         """Total of a few columns that bound the scene, (N, B)."""
         clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
+        if self._plan.waves is not None:
+            clear = np.concatenate((clear, probe_waves(self._plan, self._plan.waves, sun)))
         extremes = self._plan.extreme_thicknesses_m
         if extremes.shape[0] == 0:
             return clear

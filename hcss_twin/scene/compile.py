@@ -13,6 +13,7 @@ from hcss_twin.scene.shadow_table import compile_shadows
 from hcss_twin.scene.spectrum import choose_spectrum
 from hcss_twin.scene.tables import RadianceTables
 from hcss_twin.scene.thickness_axis import ThicknessAxis, place_axis
+from hcss_twin.scene.wave_table import compile_waves
 
 Array = NDArray[np.float64]
 
@@ -72,17 +73,30 @@ def compile_tables(plan: Plan) -> RadianceTables:
             axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
     drift = SUN_SHARE * tolerance if len(times) > 1 else 0.0
     first = columns.exact(axes, pair, sun, None, drift)
+    suns = tuple(plan.sun_at(time) for time in times)
     tables = tuple(
         columns.table(
             axes,
-            first if time == placing else columns.exact(axes, pair, plan.sun_at(time), first, drift),
-            plan.sun_at(time),
+            first if time == placing else columns.exact(axes, pair, other, first, drift),
+            other,
         )
-        for time in times
+        for time, other in zip(times, suns, strict=True)
     )
-    shadows = compile_shadows(plan, columns.quantities, times, columns.clear)
-    total_error = spectrum.estimated_error + time_error + error + drift
-    return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, total_error, shadows)
+    waves = None
+    if plan.waves is not None:
+        waves = compile_waves(plan, plan.waves, columns.quantities, suns, 0.5 * tolerance)
+        error = max(error, waves.estimated_error)
+    return RadianceTables(
+        columns.quantities,
+        times,
+        axes,
+        pair,
+        tables,
+        spectrum,
+        spectrum.estimated_error + time_error + error + drift,
+        compile_shadows(plan, columns.quantities, times, columns.clear),
+        waves,
+    )
 
 
 def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:

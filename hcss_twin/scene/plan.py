@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.catalog import Catalog
 from hcss_twin.cube.variables import LAYER, VariableSpec, expand
-from hcss_twin.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, Sun, View
 from hcss_twin.radiance.spectral_band import SpectralBand
@@ -21,29 +21,21 @@ from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.assembly import Assembly, assemble
 from hcss_twin.scene.particles import told
+from hcss_twin.scene.probes import probe_last_frame, probe_lowest_sun, probe_particles
 from hcss_twin.scene.sea_sun import require_sea_sun_terms
+from hcss_twin.scene.skipped import Skipped, skipped_parts
 from hcss_twin.scene.slant import SlantPaths, slant_paths
-from hcss_twin.scene.slant_skipped import slant_skipped
 from hcss_twin.scene.sun_track import SunTrack
 from hcss_twin.scene.surroundings import FilledIn
+from hcss_twin.scene.wave_choice import DRAWN_NOTE, DrawnWaves, choose_waves
 
 Array = NDArray[np.float64]
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years the time axis of a cube can hold in nanoseconds, as its readers want it."""
 
-
-@dataclass(frozen=True)
-class Skipped:
-    """Something that is left out, why, and how much radiance it could have carried.
-
-    ``bound`` is relative to the band radiance; 0 means nothing is lost, None that the replacement is
-    equal in law (or as ``why`` says) and not pixel by pixel.
-    """
-
-    what: str
-    why: str
-    bound: float | None
+SUNS = 5
+"""Frames whose sun the bound on waves considers."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +50,8 @@ class Plan:
         At each frame.
     variables : tuple of VariableSpec
         What the cube will hold.
+    waves : DrawnWaves or None
+        None where the sea is averaged over its waves.
     """
 
     scenario: Scenario
@@ -70,6 +64,12 @@ class Plan:
     variables: tuple[VariableSpec, ...]
     skipped: tuple[Skipped, ...]
     filled_in: tuple[FilledIn, ...]
+    waves: DrawnWaves | None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What users should know."""
+        return (*self.assembly.notes, *(() if self.waves is None else (DRAWN_NOTE,)))
 
     @property
     def bands(self) -> tuple[SpectralBand, ...]:
@@ -202,7 +202,7 @@ class Plan:
             "variables": [spec.name for spec in self.variables],
             "uncompressed_bytes": self.uncompressed_bytes,
             "filled_in": [vars(item) for item in self.filled_in],
-            "notes": list(self.assembly.notes),
+            "notes": list(self.notes),
             "skipped": [vars(item) for item in self.skipped],
         }
 
@@ -229,15 +229,18 @@ def _make_plan(scenario: Scenario) -> Plan:
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
-    view = View(scenario.view.zenith, scenario.view.azimuth)
-    assembly = assemble(scenario, catalog, slant_paths(scenario.slant, view, zenith, azimuth))
-    variables = _variables(scenario, assembly)
+    slant = slant_paths(scenario.slant, View(scenario.view.zenith, scenario.view.azimuth), zenith, azimuth)
+    assembly = assemble(scenario, catalog, slant)
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
-    if any(spec.kind in ("radiance", "derived") for spec in variables):
-        _probe_particles(assembly)
-        _probe_lowest_sun(assembly, track, times, zenith)
-    _probe_last_frame(assembly, float(times[-1]))
+    radiance = any(spec.kind in ("radiance", "derived") for spec in _variables(scenario, assembly, True))
+    if radiance:
+        probe_particles(assembly)
+        probe_lowest_sun(assembly, track, times, zenith)
+    probe_last_frame(assembly, float(times[-1]))
+    waves, no_waves = choose_waves(scenario, assembly, _suns(track, times) if radiance else [])
+    variables = _variables(scenario, assembly, waves is not None)
+    skipped = skipped_parts(assembly, variables, track, times, zenith)
     return Plan(
         scenario=scenario,
         catalog=catalog,
@@ -247,15 +250,23 @@ def _make_plan(scenario: Scenario) -> Plan:
         sun_zenith_deg=zenith,
         sun_azimuth_deg=azimuth,
         variables=variables,
-        skipped=tuple(_skipped(assembly, variables, track, times, zenith)),
+        skipped=tuple(skipped if no_waves is None else (*skipped, no_waves)),
         filled_in=assembly.filled_in,
+        waves=waves,
     )
 
 
-def _variables(scenario: Scenario, assembly: Assembly) -> tuple[VariableSpec, ...]:
-    wanted = scenario.output.variables
+def _suns(track: SunTrack, times: Array) -> list[Sun | None]:
+    """Sun in a few frames from the first to the last, None below the horizon."""
+    chosen = np.unique(np.linspace(0, times.size - 1, SUNS).round().astype(np.intp))
+    suns = [track.at(float(times[frame])) for frame in chosen]
+    return [sun if sun.is_up else None for sun in suns]
+
+
+def _variables(scenario: Scenario, assembly: Assembly, waves: bool) -> tuple[VariableSpec, ...]:
+    wanted, layers, shadows = scenario.output.variables, len(assembly.layers), scenario.slant.shadows
     try:
-        return tuple(expand(wanted, assembly.model.terms, len(assembly.layers), scenario.slant.shadows))
+        return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves))
     except ValueError as error:
         raise ScenarioError([Problem("output.variables", str(error))]) from error
 
@@ -274,84 +285,3 @@ def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
             )
     place = scenario.place
     return SunTrack(scenario.time, place.latitude, place.longitude, scenario.motion.platform_speed)
-
-
-def _probe_particles(assembly: Assembly) -> None:
-    """Find out now that the optics provider cannot have a layer's particles; one wavenumber of each."""
-    wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
-    problems = []
-    for layer, cloudy, field in zip(
-        assembly.layers, assembly.cloudy_layers, assembly.particle_fields, strict=True
-    ):
-        if cloudy:
-            try:
-                assembly.optics.single_scattering(layer.microphysics, wavenumber)
-            except ProviderError as error:
-                problems.append(Problem(field, str(error)))
-    if problems:
-        raise ScenarioError(problems)
-
-
-def _probe_lowest_sun(assembly: Assembly, track: SunTrack, times: Array, zenith_deg: Array) -> None:
-    """Find out now, not after the scene is half computed, that a provider cannot follow the sun so low.
-
-    One wavenumber of the columns at the frame with the lowest sun above the horizon.
-    """
-    up = np.flatnonzero(zenith_deg < 90.0)
-    if up.size == 0:
-        return
-    frame = up[np.argmax(zenith_deg[up])]
-    sun = track.at(float(times[frame]))
-    wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
-    try:
-        assembly.model.clear(wavenumber, sun)
-        if assembly.has_cloud:
-            assembly.model.cloudy(wavenumber, assembly.extreme_thicknesses_m, sun)
-    except ProviderError as error:
-        message = (
-            f"with the sun at zenith {zenith_deg[frame]:.2f} deg (frame {frame}): {error}; allowed: times with the "
-            "sun higher or below the horizon"
-        )
-        raise ScenarioError([Problem("time", message)]) from error
-
-
-def _probe_last_frame(assembly: Assembly, last_s: float) -> None:
-    """Find out now that a generator cannot follow the motion to the end; one pixel, where it gives windows."""
-    for generator in assembly.generators:
-        if generator.declares.tileable:
-            try:
-                generator.thickness_m(last_s, slice(0, 1), slice(0, 1))
-            except ProviderError as error:
-                raise ScenarioError([Problem("frames", str(error))]) from error
-
-
-def _skipped(
-    assembly: Assembly,
-    variables: tuple[VariableSpec, ...],
-    track: SunTrack,
-    time_s: Array,
-    sun_zenith_deg: Array,
-) -> list[Skipped]:
-    skipped: list[Skipped] = []
-    radiance = any(spec.kind in ("radiance", "derived") for spec in variables)
-    if not radiance:
-        skipped.append(Skipped("all radiance", "no requested variable needs it", 0.0))
-    if np.all(sun_zenith_deg >= 90.0):
-        skipped.append(Skipped("sunlight", "the sun is below the horizon in every frame", 0.0))
-    if not assembly.layers:
-        skipped.append(Skipped("cloud optics and cloudy columns", "the scenario has no cloud layer", 0.0))
-    elif not assembly.has_cloud:
-        skipped.append(Skipped("cloudy columns", "coverage is 0", 0.0))
-    several = len(assembly.layers) > 1
-    for layer, generator, cloudy in zip(
-        assembly.layers, assembly.generators, assembly.cloudy_layers, strict=True
-    ):
-        if several and assembly.has_cloud and not cloudy:
-            skipped.append(Skipped(f"columns with {layer.name}", "its coverage is 0", 0.0))
-        for what, why in getattr(generator, "skipped", ()):
-            skipped.append(Skipped(f"{layer.name}: {what}" if several else what, why, None))
-    skipped += [Skipped(*each) for each in slant_skipped(assembly, track, time_s, radiance)]
-    skipped.append(
-        Skipped("waves as shapes", "pixels average over waves; the sea is homogeneous at this scale", 0.0)
-    )
-    return skipped

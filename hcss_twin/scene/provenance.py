@@ -35,7 +35,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "hcss_filled_in": json.dumps([vars(item) for item in plan.filled_in]),
         "hcss_skipped": json.dumps([vars(item) for item in plan.skipped]),
         "hcss_particles": json.dumps([told(layer) for layer in plan.layers]),
-        "hcss_notes": json.dumps(plan.assembly.notes),
+        "hcss_notes": json.dumps(plan.notes),
         "hcss_accuracy_requested": scenario.accuracy,
     }
     wave_height = getattr(plan.assembly.sea, "significant_wave_height_m", None)

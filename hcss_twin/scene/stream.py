@@ -16,6 +16,7 @@ from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.shadows import Shadows
 from hcss_twin.scene.tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.scene.truth import Truth
+from hcss_twin.scene.waves import WaveStage
 
 Frame = dict[str, NDArray[Any]]
 Thickness = NDArray[np.float32]
@@ -43,6 +44,11 @@ class _FrameMaker:
         self._reader = None if tables is None else TableReader(tables)
         self._truth = Truth(plan)
         self._shadows = Shadows(plan, tables)
+        self._waves = (
+            None
+            if plan.waves is None
+            else WaveStage(plan.waves, tables, plan.scenario.sea.wind_from, plan.samples_per_pixel)
+        )
         self._names = {spec.name for spec in plan.variables}
         self._temperature = (
             BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
@@ -64,6 +70,8 @@ class _FrameMaker:
             if look_up is not None:
                 corner = window[0].start, window[1].start
                 look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
+            if self._waves is not None:
+                self._waves.fill(radiance, self._truth.variables, window, thickness, time_s)
             if shadows is not None:
                 shadows.cast(window, thickness, radiance, self._truth.variables)
         made: Frame = dict(self._truth.variables)

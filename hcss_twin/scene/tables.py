@@ -131,6 +131,29 @@ class ShadowTables:
 
 
 @dataclass(frozen=True)
+class WaveTables:
+    """What the slope of waves adds to the clear radiance.
+
+    Attributes
+    ----------
+    reach : (float, float)
+        Greatest slope of the table, upwind and crosswind.
+    change : tuple of ndarray of float32 (N, M, C)
+        At each time node: W m-2 sr-1 for every band and quantity, at slopes evenly spaced from -reach to reach,
+        upwind and then crosswind (clockwise from upwind). Its mean over the waves is 0.
+    level : tuple of ndarray (K, B)
+        At each time node: factor on each term that brought its mean to the radiance of the mean sea.
+    estimated_error : float
+        Relative to the total, measured between the nodes while they were placed.
+    """
+
+    reach: tuple[float, float]
+    change: tuple[NDArray[np.float32], ...]
+    level: tuple[Array, ...]
+    estimated_error: float
+
+
+@dataclass(frozen=True)
 class RadianceTables:
     """Tables at time nodes.
 
@@ -152,6 +175,8 @@ class RadianceTables:
         spectrum.
     shadows : ShadowTables or None
         None where no cloud casts shadows.
+    waves : WaveTables or None
+        What resolved waves add to the clear column, at the same time nodes; None where they are averaged over.
     """
 
     quantities: Quantities
@@ -162,6 +187,7 @@ class RadianceTables:
     spectrum: Spectrum
     estimated_error: float
     shadows: ShadowTables | None = None
+    waves: WaveTables | None = None
 
 
 class TableReader:

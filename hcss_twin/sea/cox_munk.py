@@ -12,7 +12,9 @@ from hcss_twin.sea.directions import directions, relative_azimuths
 from hcss_twin.sea.parameters import CoxMunkParameters
 from hcss_twin.sea.pierson_moskowitz import significant_wave_height_m
 from hcss_twin.sea.slopes import MEASURED_WIND_M_S, mean_square_slope, slope_density
+from hcss_twin.sea.tilt import resolved_variances
 from hcss_twin.sea.visible_facets import facet_weights, incidence_nodes
+from hcss_twin.sea.wave_spectrum import WaveSpectrum
 
 
 class CoxMunkSea:
@@ -57,6 +59,12 @@ class CoxMunkSea:
     def significant_wave_height_m(self) -> float:
         """Significant wave height of the Pierson-Moskowitz spectrum at this wind."""
         return significant_wave_height_m(self._wind_speed_m_s)
+
+    def wave_slope_rms(self, pixel_size_m: float) -> tuple[float, float]:
+        """Return the deviations of slope (upwind, crosswind) of the waves that such pixels resolve."""
+        spectrum = WaveSpectrum("pierson-moskowitz", self._wind_speed_m_s)
+        upwind, crosswind = resolved_variances(spectrum, pixel_size_m)
+        return upwind**0.5, crosswind**0.5
 
     def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
         """Return directional emissivity (M, V): 1 minus the reflectance averaged over the visible facets.

@@ -44,7 +44,13 @@ class FacetRays:
     turn: Array
 
 
-def seen_facets(mu: float, wind_azimuth: float, slopes: SlopeStatistics, count: int = 96) -> FacetRays:
+def seen_facets(
+    mu: float,
+    wind_azimuth: float,
+    slopes: SlopeStatistics,
+    count: int = 96,
+    mean: tuple[float, float] = (0.0, 0.0),
+) -> FacetRays:
     """Return the facets that a viewer sees.
 
     Parameters
@@ -57,6 +63,8 @@ def seen_facets(mu: float, wind_azimuth: float, slopes: SlopeStatistics, count: 
         Density of slopes.
     count : int
         Gauss-Legendre nodes along the view; three quarters of them across.
+    mean : (float, float)
+        Slope along and across the view about which ``slopes`` is centred.
 
     Notes
     -----
@@ -65,7 +73,7 @@ def seen_facets(mu: float, wind_azimuth: float, slopes: SlopeStatistics, count: 
     m/s, views to 89 degrees).
     """
     sine = float(np.sqrt((1.0 - mu) * (1.0 + mu)))
-    along, across, weight, density = _nodes(mu, sine, wind_azimuth, slopes, count)
+    along, across, weight, density = _nodes(mu, sine, wind_azimuth, slopes, count, mean)
     seen = np.maximum(mu - along * sine, 0.0)
     return _mirrored(seen, along, across, weight * density, mu, -sine)
 
@@ -78,17 +86,22 @@ def facets_hit_again(mu: float, slopes: SlopeStatistics, count: int = 48) -> Fac
     sine = float(np.sqrt((1.0 - mu) * (1.0 + mu)))
     # A ray that travels with elevation sine mu sees what a viewer in the opposite direction would see, whose
     # cosine is -mu; with the axis along the ray the slope changes sign.
-    along, across, weight, density = _nodes(-mu, sine, 0.0, slopes, count)
+    along, across, weight, density = _nodes(-mu, sine, 0.0, slopes, count, (0.0, 0.0))
     seen = np.maximum(-mu - along * sine, 0.0)
     return _mirrored(seen, along, across, weight * density, -mu, -sine)
 
 
 def _nodes(
-    mu: float, sine: float, wind_azimuth: float, slopes: SlopeStatistics, count: int
+    mu: float,
+    sine: float,
+    wind_azimuth: float,
+    slopes: SlopeStatistics,
+    count: int,
+    mean: tuple[float, float],
 ) -> tuple[Array, Array, Array, Array]:
     """Return slopes along and across the view up to the horizon of visible facets, weights and densities."""
     x, w = np.polynomial.legendre.leggauss(count)
-    if slopes.isotropic:  # the two sides of the view are alike
+    if slopes.isotropic and mean[1] == 0.0:  # the two sides of the view are alike
         y, v = np.polynomial.legendre.leggauss(3 * count // 8)
         y = 0.5 * (y + 1.0)
     else:
@@ -98,15 +111,16 @@ def _nodes(
     covariance = (slopes.variance_crosswind - slopes.variance_upwind) * cosine * sine_wind
     limit = LIMIT_SIGMA * float(np.sqrt(variance))
     # Integrating just up to the horizon mu = slope * sine keeps the integrand smooth.
-    top = limit if mu >= limit * sine else mu / sine
+    above = mu - mean[0] * sine
+    top = limit if above >= limit * sine else above / sine
     bottom = -limit if top > -limit else top - 2.0 * float(np.sqrt(variance))
     along = (0.5 * ((top - bottom) * x + top + bottom))[:, None]
     spread = float(np.sqrt(slopes.variance_upwind * slopes.variance_crosswind / variance))
     across = along * (covariance / variance) + LIMIT_SIGMA * spread * y[None, :]
     density = slopes.density(along * cosine - across * sine_wind, along * sine_wind + across * cosine)
-    along = np.broadcast_to(along, across.shape)
+    along = np.broadcast_to(along, across.shape) + mean[0]
     weight = (w[:, None] * v[None, :]).ravel()
-    return along.ravel(), across.ravel(), weight, density.ravel()
+    return along.ravel(), across.ravel() + mean[1], weight, density.ravel()
 
 
 def _mirrored(seen: Array, along: Array, across: Array, weight: Array, mu: float, ahead: float) -> FacetRays:

@@ -17,6 +17,7 @@ from hcss_twin.sea.facet_rays import FacetRays, facets_hit_again, seen_facets
 from hcss_twin.sea.node_basis import Basis, basis_values
 from hcss_twin.sea.shadowing import Shadowing, escape_share, smith_lambda
 from hcss_twin.sea.slope_statistics import SlopeStatistics
+from hcss_twin.sea.tilt import Tilt
 from hcss_twin.sea.visible_facets import incidence_nodes
 
 Array = NDArray[np.float64]
@@ -65,8 +66,18 @@ class Reflection:
         nodes = incidence_nodes(INCIDENCE_COUNT)
         self._fit = np.linalg.inv(chebyshev.chebvander(2.0 * nodes - 1.0, degree))
 
-    def first(self, mu: Array, mu_nodes: Array, basis: Basis, wind_azimuth: Array | None) -> FirstHit:
-        """Fold the first reflection for views (M,), optionally at wind azimuths (M,)."""
+    def first(
+        self,
+        mu: Array,
+        mu_nodes: Array,
+        basis: Basis,
+        wind_azimuth: Array | None,
+        tilt: Tilt | None = None,
+    ) -> FirstHit:
+        """Fold the first reflection for views (M,), optionally at wind azimuths (M,).
+
+        Facets of a tilted part have its own slopes; whether their light escapes depends on all of the sea.
+        """
         sky = np.zeros((mu.size, mu_nodes.size, INCIDENCE_COUNT))
         sea = np.zeros((mu.size, self._elevation.size, INCIDENCE_COUNT))
         for i, cosine in enumerate(mu):
@@ -77,7 +88,11 @@ class Reflection:
             for azimuth in azimuths:
                 # A mean over bearings evens out the errors of a coarser rule.
                 count = 96 if azimuths.size == 1 else 64
-                rays = seen_facets(float(cosine), float(azimuth), self._slopes, count)
+                slopes, mean = self._slopes, (0.0, 0.0)
+                if tilt is not None:
+                    along, across = tilt.turned(float(azimuth))
+                    slopes, mean = tilt.rest, (float(along), float(across))
+                rays = seen_facets(float(cosine), float(azimuth), slopes, count, mean)
                 escapes = self._escaping(float(cosine), float(azimuth), rays)
                 to_sky = rays.share * escapes / azimuths.size
                 sky[i] += self._folded(rays, to_sky, basis_values(np.abs(rays.mu_away), mu_nodes, basis))

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+import copy
+from typing import Self, TypeVar
 
 import numpy as np
 
 from hcss_twin.physics.fresnel import unpolarised_reflectance
-from hcss_twin.providers import Array, Declares, SeaInputs
+from hcss_twin.providers import Array, Declares, Grid, Motion, SeaInputs
 from hcss_twin.sea.cox_munk import mirror_facet
 from hcss_twin.sea.directions import bearings, directions, relative_azimuths
 from hcss_twin.sea.foam import foam_coverage, foam_reflectance
 from hcss_twin.sea.node_basis import Basis, basis_values, checked_nodes
 from hcss_twin.sea.parameters import RoughSeaParameters
 from hcss_twin.sea.reflection import INCIDENCE_COUNT, FirstHit, Reflection, reflected
-from hcss_twin.sea.sea_water import COLD_K, WARM_K, load_sea_water
+from hcss_twin.sea.resolved_waves import ResolvedWaves
+from hcss_twin.sea.rough_sea_notes import notes
+from hcss_twin.sea.sea_water import load_sea_water
 from hcss_twin.sea.shadowing import both_seen, smith_lambda
 from hcss_twin.sea.slope_statistics import slope_statistics
-from hcss_twin.sea.slopes import MEASURED_WIND_M_S, slope_density
+from hcss_twin.sea.slopes import slope_density
+from hcss_twin.sea.tilt import Tilt, resolved_variances, unresolved
 from hcss_twin.sea.visible_facets import incidence_nodes
 from hcss_twin.sea.wave_spectrum import WaveSpectrum
 
@@ -57,7 +61,10 @@ class RoughSea:
 
     def __init__(self, inputs: SeaInputs, parameters: RoughSeaParameters) -> None:
         wind = inputs.wind_speed_m_s
+        self._inputs = inputs
         self._slopes = slope_statistics(wind, parameters.slopes)
+        self._tilt: Tilt | None = None
+        self._whole: Self | None = None
         self._shadowing = parameters.shadowing
         self._water = load_sea_water(
             inputs.catalog,
@@ -76,7 +83,7 @@ class RoughSea:
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth"}),
             valid={"wavenumber_cm1": self._water.valid_cm1},
-            notes=_notes(inputs, parameters, self._foam),
+            notes=notes(inputs, parameters, self._foam),
         )
 
     @property
@@ -93,6 +100,41 @@ class RoughSea:
     def significant_wave_height_m(self) -> float:
         """Significant wave height of the chosen spectrum at this wind."""
         return self._spectrum.significant_wave_height_m
+
+    def wave_slope_rms(self, pixel_size_m: float) -> tuple[float, float]:
+        """Return the deviations of slope (upwind, crosswind) of the waves that such pixels resolve."""
+        upwind, crosswind = resolved_variances(self._spectrum, pixel_size_m)
+        return upwind**0.5, crosswind**0.5
+
+    def wave_field(self, grid: Grid, motion: Motion, seed: int) -> ResolvedWaves:
+        """Return the waves longer than two pixels of an image; see :class:`ResolvedWaves`."""
+        return ResolvedWaves(self._spectrum, self._inputs.wind_from_deg, grid, motion, seed)
+
+    def tilted(self, upwind: float, crosswind: float, pixel_size_m: float) -> Self:
+        """Return the part of this sea that resolved waves tilt by a slope.
+
+        Its facets have the slopes that are left below the pixel, about the tilt. What other waves hide or mirror
+        is as in the sea as a whole. Calls without a bearing give the sea as a whole: a tilt has one.
+
+        Parameters
+        ----------
+        upwind, crosswind : float
+            Slope along the bearing the wind comes from, and at right angles to it in the sense in which
+            ``wind_azimuth`` is counted.
+        pixel_size_m : float
+            Size of the pixels that resolve waves.
+
+        Raises
+        ------
+        ProviderError
+            If slopes are ``gram-charlier``, or the resolved waves alone are rougher than the sea.
+        """
+        tilted = copy.copy(self)
+        tilted._tilt = Tilt(upwind, crosswind, unresolved(self._slopes, self._spectrum, pixel_size_m))
+        tilted._whole = self
+        tilted._folds = {}
+        tilted.anisotropic = True
+        return tilted
 
     def emissivity(self, wavenumber_cm1: Array, mu: Array, wind_azimuth: Array | None = None) -> Array:
         """Return directional emissivity (M, V).
@@ -189,6 +231,8 @@ class RoughSea:
         out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
         azimuth = relative_azimuths(relative_azimuth)
         bearing = bearings(wind_azimuth, out.size)
+        if bearing is None and self._whole is not None:
+            return self._whole.brdf(wavenumber_cm1, mu_out, mu_in, relative_azimuth)
         if bearing is not None or not self.anisotropic:
             shape, cosine = self._mirrors(
                 out, into, azimuth, np.zeros(out.size) if bearing is None else bearing
@@ -213,12 +257,18 @@ class RoughSea:
         upwind = sin_out * np.cos(bearing) + sin_in * np.cos(other)
         crosswind = sin_out * np.sin(bearing) + sin_in * np.sin(other)
         slope_squared, cosine = mirror_facet(out, into, azimuth)
-        if self._slopes.isotropic:
+        own = smith_lambda(out, self._slopes.variance_along(bearing))
+        if self._tilt is not None:
+            up, across = -upwind / vertical - self._tilt.upwind, -crosswind / vertical - self._tilt.crosswind
+            # Shown to the sensor, the part has another area than the sea as a whole has on average.
+            area = out * (1.0 + own) / self._tilt.cross_section(out, bearing)
+            density = area * self._tilt.rest.density(up, across)
+        elif self._slopes.isotropic:
             density = slope_density(slope_squared, self._slopes.mean_square_slope)
         else:
             density = self._slopes.density(-upwind / vertical, -crosswind / vertical)
         seen = both_seen(
-            smith_lambda(out, self._slopes.variance_along(bearing)),
+            own,
             smith_lambda(into, self._slopes.variance_along(other)),
             self._shadowing,
         )
@@ -228,7 +278,8 @@ class RoughSea:
         self, wavenumber_cm1: Array, mu: Array, nodes: Array, basis: Basis, wind_azimuth: Array | None
     ) -> Array:
         bearing = bearings(wind_azimuth, mu.size)
-        first, second = self._folded(mu, nodes, basis, bearing)
+        whole = self if bearing is not None or self._whole is None else self._whole
+        first, second = whole._folded(mu, nodes, basis, bearing)
         index = self._water.at(wavenumber_cm1)
         reflectance = unpolarised_reflectance(index, incidence_nodes(INCIDENCE_COUNT)[:, None])
         water = reflected(first, second, reflectance)
@@ -252,7 +303,7 @@ class RoughSea:
         key = (mu.tobytes(), nodes.tobytes(), basis.encode(), b"" if bearing is None else bearing.tobytes())
         first = self._folds.get(key)
         if first is None:
-            first = self._reflection.first(mu, nodes, basis, bearing)
+            first = self._reflection.first(mu, nodes, basis, bearing, self._tilt)
             _keep(self._folds, key, first)
         return first, second
 
@@ -262,37 +313,3 @@ def _keep(store: dict[_Key, _Value], key: _Key, value: _Value) -> None:
     if len(store) >= _FOLDED_VIEWS:
         store.clear()
     store[key] = value
-
-
-def _notes(inputs: SeaInputs, parameters: RoughSeaParameters, foam: float) -> tuple[str, ...]:
-    notes = []
-    low, high = MEASURED_WIND_M_S
-    if not low <= inputs.wind_speed_m_s <= high:
-        notes.append(
-            f"sea: wind {inputs.wind_speed_m_s:g} m/s is outside {low:g} to {high:g} m/s, where Cox and Munk "
-            "measured slopes; their laws are extrapolated"
-        )
-    if parameters.water_temperature and not COLD_K <= inputs.temperature_K <= WARM_K:
-        notes.append(
-            f"sea: water of {inputs.temperature_K:g} K is outside {COLD_K:g} to {WARM_K:g} K; its refractive "
-            "index is extrapolated"
-        )
-    if parameters.shadowing == "none":
-        notes.append("sea: waves do not hide one another; the BRDF reflects too much toward grazing views")
-    if not parameters.re_reflection:
-        notes.append("sea: no second reflection; emissivity is too low toward grazing views")
-    if parameters.slopes != "isotropic":
-        notes.append("sea: slopes depend on the bearing to the wind; calls without a bearing give the mean")
-    if parameters.spectrum == "jonswap" and inputs.wind_speed_m_s > 0.0:
-        grown, whole = (
-            WaveSpectrum(name, inputs.wind_speed_m_s, parameters.fetch_m).peak_frequency_rad_s
-            for name in ("jonswap", "pierson-moskowitz")
-        )
-        if grown < whole:
-            notes.append(
-                f"sea: after {parameters.fetch_m / 1e3:g} km at {inputs.wind_speed_m_s:g} m/s the sea is fully "
-                "developed; JONSWAP lets the waves grow beyond that"
-            )
-    if foam > 0.1:
-        notes.append(f"sea: {100 * foam:.0f} % under foam; the coverage law was fitted to less than 10 %")
-    return tuple(notes)

@@ -6,6 +6,7 @@ deviations are considered; waves of a Gaussian sea exceed them in 0.3 % of the p
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 import numpy as np
@@ -93,3 +94,41 @@ def glint_contrast_bound(mirror_slope: Array, mean_square_slope: float, slope: f
     gain = (mirror_slope**2 - nearer**2) / mean_square_slope
     loss = ((np.abs(mirror_slope) + shift) ** 2 - mirror_slope**2) / mean_square_slope
     return np.asarray(np.maximum(np.expm1(gain), -np.expm1(-loss)), dtype=np.float64)
+
+
+def tilted_glint_bound(
+    mirror_slope: tuple[float, float],
+    mean_square_slope: float,
+    rms: tuple[float, float],
+    view: tuple[float, float],
+) -> float:
+    """Return the greatest change of the glint over tilted parts, relative to the glint of the sea as a whole.
+
+    Parameters
+    ----------
+    mirror_slope : (float, float)
+        Slope, upwind and crosswind, of the facets that mirror the sun into the sensor.
+    mean_square_slope : float
+        Of the whole sea, taken as isotropic.
+    rms : (float, float)
+        Deviations of the resolved slope, upwind and crosswind; at least a tenth of the whole variance is taken to
+        be left below the pixel.
+    view : (float, float)
+        Horizontal components, upwind and crosswind, of the direction toward the sensor.
+
+    Notes
+    -----
+    All tilts within the ellipse of three standard deviations: the Gaussian density of what is left at the mirror
+    slope, over the area the part shows, of which at least a tenth remains.
+    """
+    radius, angle = np.meshgrid(np.linspace(0.0, SIGMAS, 25), np.linspace(0.0, 2.0 * np.pi, 97))
+    upwind, crosswind = radius * np.cos(angle) * rms[0], radius * np.sin(angle) * rms[1]
+    half = 0.5 * mean_square_slope
+    left = [max(half - each**2, 0.1 * half) for each in rms]
+    away = (mirror_slope[0] - upwind) ** 2 / left[0] + (mirror_slope[1] - crosswind) ** 2 / left[1]
+    whole = (mirror_slope[0] ** 2 + mirror_slope[1] ** 2) / half
+    # Far from the glint the ratio overflows where the glint itself is 0: e^300 is as good as infinity.
+    density = half / math.sqrt(left[0] * left[1]) * np.exp(np.minimum(0.5 * (whole - away), 300.0))
+    sine = math.hypot(*view)
+    area = 1.0 - (upwind * view[0] + crosswind * view[1]) / math.sqrt((1.0 - sine) * (1.0 + sine))
+    return float(np.max(np.abs(density / np.maximum(area, 0.1) - 1.0)))

@@ -30,8 +30,8 @@ class WaveField:
         Size of a pixel, above 0; waves of at least twice this length are resolved.
     seed : int
         Selects the realisation.
-    x_bearing_deg : float
-        Bearing of growing columns, clockwise from north; rows grow 90 degrees clockwise from it.
+    x_bearing_deg, y_bearing_deg : float
+        Bearings of growing columns and of growing rows, clockwise from north.
     components : int
         Number of waves, all with the same mean-square slope.
 
@@ -48,6 +48,7 @@ class WaveField:
         pixel_size_m: float,
         seed: int,
         x_bearing_deg: float = 90.0,
+        y_bearing_deg: float = 0.0,
         components: int = 512,
     ) -> None:
         if components < 1:
@@ -62,11 +63,13 @@ class WaveField:
             self._omega = spectrum.slope_frequencies_rad_s(components, self.cutoff_rad_s)
         random = np.random.default_rng(seed)
         self._phase = 2.0 * np.pi * random.random(components)
-        # The sine of an angle with density cos^2 is distributed like a coordinate of points within a disc.
-        disc = np.sqrt(random.random(components)) * np.cos(2.0 * np.pi * random.random(components))
-        bearing = np.radians(wind_from_deg + 180.0 - x_bearing_deg) + np.arcsin(disc)
+        # One direction from each of as many equally likely sectors: so the slope is divided between along and
+        # across the wind as the law says, not only on average over seeds.
+        share = (random.permutation(components) + random.random(components)) / max(components, 1)
+        bearing = np.radians(wind_from_deg + 180.0) + _scatter(share)
         wavenumber = self._omega**2 / GRAVITY_M_S2
-        self._k_x, self._k_y = wavenumber * np.cos(bearing), wavenumber * np.sin(bearing)
+        self._k_x = wavenumber * np.cos(bearing - np.radians(x_bearing_deg))
+        self._k_y = wavenumber * np.cos(bearing - np.radians(y_bearing_deg))
         self._slope = math.sqrt(2.0 * self.resolved_mean_square_slope / max(components, 1))
         self._wavenumber = wavenumber
 
@@ -86,7 +89,7 @@ class WaveField:
             )
         return rest
 
-    def slopes(self, time_s: float, rows: slice, columns: slice) -> tuple[Array, Array]:
+    def slopes(self, time_s: float, rows: slice, columns: slice, x_m: float = 0.0) -> tuple[Array, Array]:
         """Return the slopes (y, x) along columns and along rows at the pixel centres of a window.
 
         Parameters
@@ -95,11 +98,13 @@ class WaveField:
             Time; each wave travels with the frequency sqrt(g k) of deep water.
         rows, columns : slice
             Window with a start and a stop; any integers, the field has no edge.
+        x_m : float
+            Where column 0 begins: a moving window.
         """
         # The derivative of a wave of elevation a cos(p) is -a k sin(p); sin(p) is the imaginary part.
         return (
-            self._sum(-self._slope * self._unit(self._k_x), time_s, rows, columns).imag,
-            self._sum(-self._slope * self._unit(self._k_y), time_s, rows, columns).imag,
+            self._sum(-self._slope * self._unit(self._k_x), time_s, rows, columns, x_m).imag,
+            self._sum(-self._slope * self._unit(self._k_y), time_s, rows, columns, x_m).imag,
         )
 
     def elevation_m(self, time_s: float, rows: slice, columns: slice) -> Array:
@@ -109,13 +114,21 @@ class WaveField:
     def _unit(self, component: Array) -> Array:
         return np.asarray(component / self._wavenumber, dtype=np.float64)
 
-    def _sum(self, amplitude: Array, time_s: float, rows: slice, columns: slice) -> NDArray[np.complex128]:
+    def _sum(
+        self, amplitude: Array, time_s: float, rows: slice, columns: slice, x_m: float = 0.0
+    ) -> NDArray[np.complex128]:
         """Sum amplitude exp(i (k.r - omega t + phase)) as a product of two matrices of plane waves."""
         y = (np.arange(rows.start, rows.stop) + 0.5) * self.pixel_size_m
         x = (np.arange(columns.start, columns.stop) + 0.5) * self.pixel_size_m
-        now = amplitude * np.exp(1j * (self._phase - self._omega * time_s))
+        now = amplitude * np.exp(1j * (self._phase - self._omega * time_s + self._k_x * x_m))
         down = np.exp(1j * y[:, None] * self._k_y[None, :]) * now
         return np.asarray(down @ np.exp(1j * self._k_x[:, None] * x[None, :]), dtype=np.complex128)
+
+
+def _scatter(share: Array) -> Array:
+    """Return the angles at which the distribution of density 2/pi cos^2 reaches a share of 1."""
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2001)
+    return np.asarray(np.interp(share, 0.5 + (angle + 0.5 * np.sin(2.0 * angle)) / np.pi, angle))
 
 
 def cutoff_frequency_rad_s(pixel_size_m: float) -> float:

@@ -261,3 +261,32 @@ def test_the_bearing_to_the_wind_reaches_only_models_that_are_asked_with_one():
     sea = guarded("sea", Bearing(None))
     assert sea.emissivity(NU, MU).max() == 0.9
     assert sea.emissivity(NU, MU, np.zeros(2)).max() == 0.8
+
+
+def test_waves_are_offered_only_by_seas_that_have_them_and_are_checked():
+    plain = guarded("sea", PlainSea())
+    assert not any(hasattr(plain, name) for name in ("wave_slope_rms", "wave_field", "tilted"))
+    good, bad = np.zeros((2, 3, 4)), np.full((2, 3, 4), np.nan)
+    window = 0.0, slice(2, 5), slice(1, 5)
+    for slopes in (good, good[0], bad):
+        shapes = type("Shapes", (), {"slopes": lambda *_, answer=slopes: answer})()
+        sea = guarded(
+            "sea",
+            Answers(
+                np.full((2, 3), 1.5),
+                wave_slope_rms=lambda size: (0.1, -0.1 if size < 0 else 0.1),
+                wave_field=lambda *_, answer=shapes: answer,
+                tilted=lambda *_: Answers(np.full((2, 3), 1.5)),
+            ),
+        )
+        waves = sea.wave_field(None, None, 1)
+        if slopes is good:
+            assert waves.slopes(*window).dtype == np.float32
+            continue
+        with pytest.raises(ProviderError, match=r"toy.*slopes\(\) broke its contract"):
+            waves.slopes(*window)
+    assert sea.wave_slope_rms(1.0) == (0.1, 0.1)
+    with pytest.raises(ProviderError, match="wave_slope_rms"):
+        sea.wave_slope_rms(-1.0)
+    with pytest.raises(ProviderError, match=r"emissivity\(\) broke its contract"):
+        sea.tilted(0.1, 0.0, 1.0).emissivity(NU, MU)
