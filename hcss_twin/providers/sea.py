@@ -82,8 +82,8 @@ class SeaModelOptions(Protocol):
     significant_wave_height_m : float
         Metres, 0 or more; written into the cube.
     mean_square_slope : float
-        Variance of slope of the whole sea, 0 or more; with ``wave_slope_rms`` the plan makes the bound on what averaging
-        over waves leaves out.
+        Variance of slope of the whole sea, 0 or more; with ``wave_slope_rms`` the plan bounds what averaging over waves
+        leaves out.
     """
 
     anisotropic: bool

@@ -287,3 +287,12 @@ def test_few_scattered_wavenumbers_have_the_values_of_the_whole_grid(air):
         [np.interp(some, whole, row) for row in air.path_radiance(whole, paths)],
         rtol=1e-12,
     )
+
+
+@pytest.mark.parametrize("region_top_m", [2e3, 10e3])
+def test_scattered_sunlight_does_not_jump_where_a_region_of_aerosol_begins(region_top_m):
+    maritime = provider(aerosol="maritime")
+    targets = [to_space(region_top_m + offset, 20.0) for offset in (-0.01, 0.0, 0.01)]
+    below, at, above = maritime.solar_path_radiance(np.array([2500.0, 3000.0, 4500.0]), targets, 40.0, 60.0)
+    np.testing.assert_allclose(at, below, rtol=1e-4)
+    np.testing.assert_allclose(at, above, rtol=1e-4)

@@ -96,16 +96,19 @@ class SingleScattering:
         factors = self._absorption.factors(total, humidity)
         both = self._absorption.transmittance(factors, nodes)
         molecular = np.exp(-view[:, self._rayleigh_column, None] * self._rayleigh[nodes])
-        result = _layer_sum(molecular, both * _rayleigh_phase(scattering_cosine))
+        result = _layer_sum(molecular, both, np.full((1, 1), _rayleigh_phase(scattering_cosine)))
         if self._aerosol != "none":
             particles, phase = self._aerosol_part(view, altitude, humidity[:1], scattering_cosine, asymmetry)
-            result += _layer_sum(particles[:, nodes], both * phase[:, nodes])
+            result += _layer_sum(particles[:, nodes], both, phase[:, nodes])
         return result
 
     def _aerosol_part(
         self, view: Array, altitude: Array, humidity: Array, cosine: float, asymmetry: float | None
     ) -> tuple[Array, Array]:
-        """Scattering transmittance from the sensor and phase function at each boundary, both (B, V)."""
+        """Scattering transmittance from the sensor at each boundary (B, V), and phase function of each layer (L, V).
+
+        LOWTRAN7 has phase functions at boundaries, which makes them jump for targets where a region of height begins.
+        """
         quantity = {
             name: np.concatenate(
                 (boundary_optics(self._tables, self._aerosol, name, humidity), self._tables.upper[name])
@@ -115,8 +118,10 @@ class SingleScattering:
         }
         first = self._absorption.aerosol_column
         depth = view[:, first : first + 4] @ (quantity["extinction"] - quantity["absorption"])
-        region = np.searchsorted(REGION_TOPS_M, altitude, side="left")
-        shape = quantity["asymmetry"][region] if asymmetry is None else np.full_like(depth, asymmetry)
+        region = np.searchsorted(REGION_TOPS_M, 0.5 * (altitude[:-1] + altitude[1:]))
+        shape = quantity["asymmetry"][region]
+        if asymmetry is not None:
+            shape = np.full_like(shape, asymmetry)
         phase = (1.0 - shape**2) / (4.0 * np.pi * (1.0 + shape**2 - 2.0 * shape * cosine) ** 1.5)
         return np.exp(-depth), phase
 
@@ -130,10 +135,21 @@ def _sun_along(subtended: Array, sun: Illumination) -> Array:
     return result
 
 
-def _layer_sum(scatterers: Array, weighted: Array) -> Array:
-    """Sum of (t_n-1 - t_n) times the mean of weighted / t at both ends of layer n (SSRAD)."""
-    source = weighted / np.maximum(scatterers, 1e-300)
-    result: Array = np.sum((scatterers[:-1] - scatterers[1:]) * 0.5 * (source[:-1] + source[1:]), axis=0)
+def _layer_sum(scatterers: Array, total: Array, phase: Array) -> Array:
+    """Sum over layers of (t_n-1 - t_n) times phase function times the mean of total / t at both ends (SSRAD).
+
+    Parameters
+    ----------
+    scatterers : ndarray (B, V)
+        Their own transmittance t from the sensor to each boundary.
+    total : ndarray (B, V)
+        Transmittance from the sun by way of each boundary.
+    phase : ndarray (L, V)
+        Of each layer, sr-1.
+    """
+    source = total / np.maximum(scatterers, 1e-300)
+    weight = (scatterers[:-1] - scatterers[1:]) * 0.5 * (source[:-1] + source[1:])
+    result: Array = np.sum(weight * phase, axis=0)
     return result
 
 
