@@ -106,6 +106,17 @@ class Catalog:
             raise CatalogError(f"no file '{path}' (looked at {own})")
         return self._record(own)
 
+    def unchanged(self, used: Mapping[str, str]) -> bool:
+        """Record files that were read before, by the names in :attr:`used`; whether all are still the same."""
+        same = True
+        for name, digest in used.items():
+            path = self.root / name if not Path(name).is_absolute() else Path(name)
+            if not _is_file(path):
+                return False
+            self._record(path)
+            same = same and self._used.get(name) == digest
+        return same
+
     def toml(self, path: Path) -> dict[str, Any]:
         """Parse a TOML file found by :meth:`find` or :meth:`file`."""
         try:

@@ -14,6 +14,7 @@ from typing import Any
 import click
 
 from hcss_twin.cli_atmosphere import atmosphere
+from hcss_twin.cli_cache import cache
 from hcss_twin.cli_clouds import clouds, import_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_volume import volume
@@ -210,6 +211,7 @@ def schema() -> None:
     click.echo(json.dumps(json_schema(), indent=1))
 
 
+cli.add_command(cache)
 cli.add_command(atmosphere)
 cli.add_command(import_command)
 cli.add_command(clouds)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.cache.folder import cache_root
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError
 from hcss_twin.optics import table_file
@@ -25,19 +25,9 @@ _WORTH_A_BAR = 64
 
 
 def cache_folder() -> Path | None:
-    """Folder of computed tables: HCSS_CACHE_DIR, or hcss-twin in the user's cache folder; None without a home.
-
-    That is XDG_CACHE_HOME or ~/.cache, and LOCALAPPDATA on Windows.
-    """
-    own = os.environ.get("HCSS_CACHE_DIR")
-    if own:
-        return Path(own) / "optics"
-    usual = os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME")
-    try:
-        root = Path(usual) if usual else Path.home() / ".cache"
-    except RuntimeError:  # a user of the system without a folder
-        return None
-    return root / "hcss-twin" / "optics"
+    """Folder of computed tables in the user's cache; None without a home."""
+    root = cache_root()
+    return None if root is None else root / FOLDER
 
 
 class TableStore:

@@ -14,10 +14,10 @@ from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.compile import compile_tables
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.provenance import provenance
 from hcss_twin.scene.stream import stream
+from hcss_twin.scene.table_cache import tables_of
 from hcss_twin.scene.tables import RadianceTables
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def run(plan: Plan, output: str | Path, progress: Progress[Any] | None = None) -
     CubeError
         If the cube cannot be written.
     """
-    tables = compile_tables(plan) if plan.needs_radiance else None
+    tables = tables_of(plan) if plan.needs_radiance else None
     frames: Iterable[Any] = stream(plan, tables)
     if progress is not None:
         frames = progress(frames, plan.frame_times_s.size)

@@ -1,0 +1,138 @@
+"""Files that are kept between runs."""
+
+import dataclasses
+import multiprocessing
+import os
+
+import numpy as np
+import pytest
+
+from hcss_twin.cache.fingerprint import package_fingerprint
+from hcss_twin.cache.records import read_record, write_record
+from hcss_twin.cache.store import CacheError, Store, limit_bytes
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path))
+    monkeypatch.delenv("HCSS_CACHE_MB", raising=False)
+    return tmp_path / "things"
+
+
+def store():
+    return Store("things", ".bin")
+
+
+def keep(key, size):
+    store().keep(key, lambda path: path.write_bytes(b"x" * size))
+
+
+def test_what_is_kept_is_found_and_what_is_forgotten_is_not():
+    assert store().find("a") is None
+    keep("a", 10)
+    assert store().find("a").read_bytes() == b"x" * 10
+    store().forget("a")
+    store().forget("a")
+    assert store().find("a") is None
+
+
+def test_the_least_recently_used_go_first(monkeypatch, folder):
+    monkeypatch.setenv("HCSS_CACHE_MB", "0.002")
+    for age, key in enumerate(("old", "middle", "new")):
+        keep(key, 900)
+        os.utime(folder / f"{key}.bin", (1e9 + age, 1e9 + age))
+        if key == "middle":
+            assert store().find("old")  # used now
+    keep("last", 900)
+    assert {each.path.stem for each in store().kept()} == {"old", "last"}
+
+
+@pytest.mark.parametrize("text", ["many", "-1", "nan", "inf", "1e15"])
+def test_a_limit_that_is_none_is_refused_by_name(monkeypatch, text):
+    monkeypatch.setenv("HCSS_CACHE_MB", text)
+    with pytest.raises(CacheError, match="HCSS_CACHE_MB"):
+        limit_bytes()
+
+
+def test_a_limit_of_zero_keeps_nothing(monkeypatch, folder):
+    monkeypatch.setenv("HCSS_CACHE_MB", "0")
+    keep("a", 10)
+    assert not folder.exists()
+
+
+def test_a_writer_that_fails_leaves_nothing(folder):
+    def broken(path):
+        path.write_bytes(b"half")
+        raise OSError("disk full")
+
+    store().keep("a", broken)
+    assert not list(folder.iterdir())
+
+
+def test_a_folder_that_cannot_be_made_only_costs_time(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "file"))
+    keep("a", 10)
+    assert store().find("a") is None
+    assert store().kept() == []
+
+
+def _write_often(key):
+    for _ in range(30):
+        keep(key, 100_000)
+        found = store().find(key)
+        assert found is None or found.stat().st_size == 100_000
+
+
+def test_processes_that_write_at_once_leave_whole_files(folder):
+    context = multiprocessing.get_context("spawn")
+    workers = [context.Process(target=_write_often, args=(key,)) for key in ("a", "a", "b")]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    assert [worker.exitcode for worker in workers] == [0, 0, 0]
+    assert sorted(path.name for path in folder.iterdir()) == ["a.bin", "b.bin"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Leaf:
+    values: np.ndarray
+    name: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Tree:
+    leaves: tuple
+    size: float | None
+
+
+CLASSES = {"Leaf": Leaf, "Tree": Tree}
+
+
+def test_records_come_back_to_the_bit(tmp_path):
+    values = np.array([0.1, -0.0, np.pi, 5e-324]), np.arange(6, dtype=np.float32).reshape(2, 3)
+    tree = Tree((Leaf(values[0], "a"), (Leaf(values[1], "b"), None)), 0.1 + 0.2)
+    write_record(tmp_path / "tree.npz", tree, CLASSES)
+    back = read_record(tmp_path / "tree.npz", CLASSES)
+    assert back.size == tree.size
+    assert back.leaves[0].values.tobytes() == values[0].tobytes()
+    assert (back.leaves[1][0].values.dtype, back.leaves[1][1]) == (np.float32, None)
+    assert back.leaves[1][0].values.tobytes() == values[1].tobytes()
+
+
+def test_what_no_record_can_hold_is_refused(tmp_path):
+    with pytest.raises(TypeError, match="set"):
+        write_record(tmp_path / "tree.npz", Tree(({1},), None), CLASSES)
+
+
+def test_a_changed_file_changes_the_fingerprint_of_its_package(tmp_path, monkeypatch):
+    (tmp_path / "some_package").mkdir()
+    (tmp_path / "some_package" / "__init__.py").write_text("")
+    inner = tmp_path / "some_package" / "inner.py"
+    inner.write_text("a = 1\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    before = package_fingerprint("some_package.inner")
+    assert package_fingerprint("some_package") == before
+    inner.write_text("a = 12\n")
+    assert package_fingerprint("some_package") != before
