@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.radiance.reference import reference_radiance
@@ -28,7 +29,7 @@ CIRRUS = {"type": "cirrus", "coverage": 0.6}
 
 
 def scenario(*layers, **overrides):
-    return Scenario.from_dict({**BASE, "clouds": {"layers": list(layers)}}, overrides)
+    return Scenario.from_dict({**BASE, "clouds": {"layers": list(layers)}}, {**CHEAP, **overrides})
 
 
 def cube(*layers, **overrides):

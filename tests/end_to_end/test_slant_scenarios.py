@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.radiance.as_printed import AsPrinted
@@ -23,7 +24,7 @@ BASE = {
 
 
 def scenario(**overrides):
-    return Scenario.from_dict(BASE, overrides)
+    return Scenario.from_dict(BASE, {**CHEAP, **overrides})
 
 
 def problem(**overrides):

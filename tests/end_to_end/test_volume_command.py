@@ -8,6 +8,7 @@ import sys
 import netCDF4
 import numpy as np
 import pytest
+from cheap import CHEAP
 from click.testing import CliRunner
 from PIL import Image
 
@@ -18,7 +19,7 @@ from hcss_twin.errors import CubeError
 from hcss_twin.reporting.cloud_columns import read_columns
 from hcss_twin.reporting.cloud_volume import draw_volume
 
-SMALL = {"image.rows": 24, "image.columns": 32, "frames.count": 2, "bands": ["lwir"]}
+SMALL = {"image.rows": 24, "image.columns": 32, "frames.count": 2, "bands": ["lwir"], **CHEAP}
 
 
 @pytest.fixture(scope="module")

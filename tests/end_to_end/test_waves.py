@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.scene.compile import compile_tables
@@ -15,7 +16,7 @@ BASE = {
     "frames": {"count": 1},
     "view": {"zenith": 40.0, "azimuth": 20.0},
     "atmosphere": {"profile": "us-standard-1976", "parameters": {"aerosol": "none"}},
-    "sea": {"temperature": 291.4, "wind_speed": 8.0, "model": "rough-sea", "waves": "resolved"},
+    "sea": {"temperature": 291.4, "wind_speed": 8.0, "waves": "resolved"},
     "bands": ["mwir-3.7", "lwir-10.8"],
     "accuracy": 3e-3,
     "output": {"variables": ["all"]},
@@ -25,7 +26,7 @@ CLOUDS = {"type": "cumulus", "coverage": 0.4}
 
 
 def scenario(**overrides):
-    return Scenario.from_dict(BASE, overrides)
+    return Scenario.from_dict(BASE, {**CHEAP, "sea.model": "rough-sea", **overrides})
 
 
 def skipped(**overrides):
