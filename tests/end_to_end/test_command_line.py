@@ -101,7 +101,9 @@ def test_schema_is_json_schema(tmp_path):
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
     """Kernels in the cache: a signal inside the compiler's callbacks would end the process there and then."""
-    done = hcss("run", "stratus", "--set", "frames.count=1", *CHEAP_OPTIONS, cwd=tmp_path_factory.mktemp("compile"))
+    done = hcss(
+        "run", "stratus", "--set", "frames.count=1", *CHEAP_OPTIONS, cwd=tmp_path_factory.mktemp("compile")
+    )
     assert done.returncode == 0
 
 

@@ -189,7 +189,14 @@ def test_sun_moving_over_hours_is_followed():
 )
 def test_days_are_not_mistaken_for_moments(name, overrides):
     """Noon, noon and noon agree; what lies between must be computed all the same."""
-    small = {"image.rows": 6, "image.columns": 6, "bands": ["mwir"], "clouds.coverage": 0.0, **CHEAP, **overrides}
+    small = {
+        "image.rows": 6,
+        "image.columns": 6,
+        "bands": ["mwir"],
+        "clouds.coverage": 0.0,
+        **CHEAP,
+        **overrides,
+    }
     plan = make_plan(Scenario.load(name, small))
     tables = compile_tables(plan)
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
