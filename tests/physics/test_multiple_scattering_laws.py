@@ -185,3 +185,14 @@ def test_results_do_not_depend_on_the_number_of_threads() -> None:
 def test_a_thick_layer_that_scatters_backward_transmits_no_sunlight() -> None:
     _, btdf = solve_sun([[1e5], [1e6]], [0.9], henyey_greenstein_moments([-0.9]), [0.5], 0.5, [1.0], 4, 8)
     np.testing.assert_array_equal(btdf, 0.0)
+
+
+@pytest.mark.parametrize("g", [-0.5, 0.5, 0.85])
+def test_a_low_sun_fades_smoothly_through_thick_layers(g) -> None:
+    """Its direct light is less than the smallest number where scattered light is not."""
+    thickness = np.arange(20.0, 40.0, 0.25)[:, np.newaxis]
+    moments = henyey_greenstein_moments([g])
+    _, btdf = solve_sun(thickness, [0.9], moments, [0.9], 0.0166, [1.0], 4, 8)
+    steps = np.diff(np.log(btdf.ravel()))
+    assert np.all(steps < 0.0)
+    np.testing.assert_allclose(steps, steps[-1], rtol=0.02)
