@@ -304,7 +304,7 @@ class TestAnyAllowedScenarioGivesASoundCubeOrAClearError:
     def test_many(self, raw):
         check_cube(raw)
 
-    @_settings(2)
+    @_settings(6)
     @given(scenarios(PHYSICAL))
     def test_few_of_the_default_models(self, raw):
         check_cube(raw)
