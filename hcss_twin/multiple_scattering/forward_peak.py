@@ -88,8 +88,13 @@ def _aureole(
         known = extended_moments(moments, max(count + 1, moments.shape[0]))
     beyond = known[count:]
     series = 2.0 * np.arange(known.shape[0]) + 1.0
-    missing, peak = _scattered_onward(albedo * beyond), _scattered_onward(albedo * scaled.peak)
     rest = 1.0 - albedo * scaled.peak
+    # Everything is kept relative to the slowest decay: under a low sun exp(-y) itself underflows.
+    slowest = np.minimum(rest, 1.0 - albedo * np.max(beyond, axis=0, initial=0.0))
+    missing, peak = (
+        _scattered_onward(albedo * beyond, slowest),
+        _scattered_onward(albedo * scaled.peak, slowest),
+    )
     tau = scaled.thickness / rest
     result = np.empty((*tau.shape, mu.size))
     values = series * np.polynomial.legendre.legvander(onward, known.shape[0] - 1)
@@ -98,19 +103,22 @@ def _aureole(
         for t, y in enumerate(tau * rate):
             total = value[:count].sum() * peak(y) + value[count:] @ missing(y)
             slant = path_through(scaled.thickness[t], mu[p], sun)
-            straight = scaled.thickness[t] * np.exp(-y * rest)
-            lit = straight > 0.0
+            straight = scaled.thickness[t] * np.exp(-y * (rest - slowest))
+            lit = straight > np.finfo(np.float64).tiny
             ratio = np.where(lit, slant / np.where(lit, straight, 1.0), 0.0)
             result[t, :, p] = total * ratio / (rate * 4.0 * np.pi * m * sun)
     return result
 
 
-def _scattered_onward(strength: Array) -> Callable[[Array], Array]:
-    """exp(-y) (exp(strength y) - 1) of y, without overflow for either sign and without loss for thin layers."""
-    slowest, size, sign = 1.0 - np.maximum(strength, 0.0), np.abs(strength), -np.sign(strength)
+def _scattered_onward(strength: Array, slowest: Array) -> Callable[[Array], Array]:
+    """exp(-y) (exp(strength y) - 1) / exp(-slowest y) of y, without overflow and without loss for thin layers.
+
+    ``slowest`` is at most 1 - strength, and at most 1.
+    """
+    decay, size, sign = 1.0 - np.maximum(strength, 0.0) - slowest, np.abs(strength), -np.sign(strength)
 
     def scattered(y: Array) -> Array:
-        result: Array = np.exp(-y * slowest) * np.expm1(-y * size) * sign
+        result: Array = np.exp(-y * np.maximum(decay, 0.0)) * np.expm1(-y * size) * sign
         return result
 
     return scattered

@@ -59,7 +59,10 @@ def draw_volume(columns: CloudColumns, path: Path) -> Path:
     moment = str(columns.time.astype("datetime64[s]")).replace("T", " ")
     figure.suptitle(textwrap.fill(f"{columns.title} — frame {columns.frame}, {moment} UTC", 120), fontsize=11)
     try:
-        figure.savefig(path, dpi=110)
+        # At the cloud's edges faces have fewer corners than others; matplotlib leaves the rest of their memory as it
+        # finds it, projects that too, which may overflow, and masks it afterwards.
+        with np.errstate(over="ignore", invalid="ignore"):
+            figure.savefig(path, dpi=110)
     except (OSError, ValueError) as error:
         path.unlink(missing_ok=True)
         raise CubeError(f"cannot write {path}: {error}") from error

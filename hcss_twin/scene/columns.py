@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.providers import Sun
-from hcss_twin.radiance.spectral_nodes import SpectralNodes
+from hcss_twin.radiance.spectral_nodes import SpectralNodes, all_nodes
 from hcss_twin.scene.layer_pair import LayerPair
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables import InstantTable, Quantities
@@ -43,6 +43,8 @@ class BandColumns:
     def __init__(self, plan: Plan, nodes: SpectralNodes) -> None:
         self._plan = plan
         self._grid = nodes
+        # Waves change columns of all wavenumbers; the clear column that their changes are added to is like them.
+        self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
         terms = tuple(plan.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
         self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
@@ -50,7 +52,8 @@ class BandColumns:
 
     def clear(self, sun: Sun | None) -> Array:
         """Terms of the clear column, (K, B)."""
-        return self._to_bands(self._plan.model.clear(self._grid.wavenumber_cm1, sun))
+        grid = self._clear_grid
+        return self._to_bands(self._plan.model.clear(grid.wavenumber_cm1, sun), grid)
 
     def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
         """Terms of cloudy columns, (N, K, B), from the thickness of each layer, (N, L); each is computed once."""
@@ -58,7 +61,7 @@ class BandColumns:
         new = [row for row, key in enumerate(keys) if key not in self._known]
         if new:
             found = self._plan.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
-            for row, terms in zip(new, self._to_bands(found), strict=True):
+            for row, terms in zip(new, self._to_bands(found, self._grid), strict=True):
                 self._known[keys[row]] = terms
         return np.stack([self._known[key] for key in keys])
 
@@ -129,7 +132,7 @@ class BandColumns:
             exact.both,
         )
 
-    def _to_bands(self, terms: Mapping[str, Array]) -> Array:
+    def _to_bands(self, terms: Mapping[str, Array], grid: SpectralNodes) -> Array:
         """Integrate spectra (..., V) over the bands and stack the terms: (..., K, B)."""
-        weights = self._grid.weights_cm1.T
+        weights = grid.weights_cm1.T
         return np.stack([np.asarray(terms[name]) @ weights for name in self.quantities.terms], axis=-2)

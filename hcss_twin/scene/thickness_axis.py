@@ -156,8 +156,8 @@ def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
 def breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
     """Ends of the thickness range and the thicknesses at which the cloud top crosses a level."""
     low, high = layer.thickness_min_m, layer.thickness_max_m
-    if low >= high:  # all clouds are equally thick; an axis needs some width
-        low = high * (1 - 1e-6)
+    # Clouds may all be equally thick, or as good as; an axis needs some width.
+    low = min(low, high * (1 - 1e-6))
     inner: list[float] = []
     if layer.anchor == "base":
         crossing = level_m - layer.base_m

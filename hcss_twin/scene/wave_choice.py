@@ -57,7 +57,7 @@ def choose_waves(
         If waves are asked for that the sea model does not have.
     """
     sea, mode, samples = assembly.sea, scenario.sea.waves, scenario.image.samples_per_pixel
-    able = all(hasattr(sea, name) for name in ("wave_slope_rms", "wave_field", "tilted"))
+    able = hasattr(sea, "wave_slope_rms") and hasattr(sea, "wave_field") and hasattr(sea, "tilted")
     if mode == "resolved" and not able:
         message = (
             f"'resolved' with the sea model '{scenario.sea.model}', which has no waves as shapes; allowed: 'averaged', "

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from cheap import CHEAP
 
 pytest.importorskip("compliance_checker")
 
@@ -27,7 +28,12 @@ ComplianceChecker.run_checker(
 @pytest.fixture(scope="module", params=["plain", "date line, one frame", "simulated"])
 def header(request):
     if request.param == "simulated":
-        small = {"image.rows": 16, "image.columns": 20, "frames.count": 2, "output.variables": ["all"]}
+        small = {
+            "image.rows": 16,
+            "image.columns": 20,
+            "frames.count": 2,
+            "output.variables": ["all"],
+        } | CHEAP
         return make_plan(Scenario.load("stratus", small))
     if request.param == "plain":
         return example_header(platform_speed_m_s=7000.0)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cheap import CHEAP, CHEAP_OPTIONS
 from click.testing import CliRunner
 from PIL import Image
 
@@ -141,7 +142,7 @@ def _scenario(here, *parameters):
 def test_scattered_clouds_of_an_entry_become_a_push_broom_scene(here):
     hcss("import", "sea.png", "--pixel-size", "500")
     _scenario(here, 'entry = "sea"', 'placement = "single-clouds"')
-    done = hcss("run", "scene.toml")
+    done = hcss("run", "scene.toml", *CHEAP_OPTIONS)
     assert done.exit_code == 0, done.output
     with open_cube("scene.nc") as cube:
         thickness = cube.cloud_thickness.values
@@ -149,7 +150,7 @@ def test_scattered_clouds_of_an_entry_become_a_push_broom_scene(here):
         # 2 km a second: 4 pixels.
         np.testing.assert_array_equal(thickness[1, :, :-4], thickness[0, :, 4:])
         assert any("sea.nc" in str(value) for value in cube.attrs.values())
-    plan = make_plan(Scenario.load("scene.toml"))
+    plan = make_plan(Scenario.load("scene.toml", CHEAP))
     assert any("in the mean over the unbounded sky" in note for note in plan.assembly.notes)
 
 
@@ -159,7 +160,7 @@ def test_an_entry_that_is_not_there_is_named_with_the_closest(here):
     with pytest.raises(
         ScenarioError, match=r"clouds\.parameters\.entry: 'see' is neither .*closest is 'sea'"
     ):
-        make_plan(Scenario.load("scene.toml"))
+        make_plan(Scenario.load("scene.toml", CHEAP))
 
 
 @pytest.mark.parametrize(

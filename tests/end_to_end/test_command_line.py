@@ -8,9 +8,10 @@ import sys
 import time
 
 import pytest
+from cheap import CHEAP_OPTIONS
 
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
-SMALL = ["--set", "image.rows=24", "--set", "image.columns=24", "--set", "frames.count=2"]
+SMALL = ["--set", "image.rows=24", "--set", "image.columns=24", "--set", "frames.count=2", *CHEAP_OPTIONS]
 
 
 def hcss(*arguments, cwd):
@@ -52,7 +53,10 @@ def test_plan_answers_without_computing(tmp_path):
     assert "198.721" in text.stdout
     plan = json.loads(hcss("plan", "baseline", "--json", cwd=tmp_path).stdout)
     assert {"what", "why", "bound"} == set(plan["skipped"][0])
+    # The paper's own scene names the paper's models; others have the defaults.
     assert plan["providers"]["radiance"]["name"] == "as-printed"
+    plan = json.loads(hcss("plan", "stratus", "--json", cwd=tmp_path).stdout)
+    assert plan["providers"]["radiance"]["name"] == "physical"
     assert not list(tmp_path.iterdir())
 
 
@@ -97,7 +101,9 @@ def test_schema_is_json_schema(tmp_path):
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
     """Kernels in the cache: a signal inside the compiler's callbacks would end the process there and then."""
-    done = hcss("run", "stratus", "--set", "frames.count=1", cwd=tmp_path_factory.mktemp("compile"))
+    done = hcss(
+        "run", "stratus", "--set", "frames.count=1", *CHEAP_OPTIONS, cwd=tmp_path_factory.mktemp("compile")
+    )
     assert done.returncode == 0
 
 
@@ -105,7 +111,7 @@ def compiled(tmp_path_factory):
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_stopped_run_leaves_nothing_behind(tmp_path, compiled, number, code):
     process = subprocess.Popen(
-        [*HCSS, "run", "stratus", "--set", "frames.count=2000"],
+        [*HCSS, "run", "stratus", "--set", "frames.count=2000", *CHEAP_OPTIONS],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     deadline = time.monotonic() + 60

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 
 from hcss_twin.atmosphere.humidity import water_vapour_column_kg_m2
 from hcss_twin.errors import ProviderError, ScenarioError
@@ -14,7 +15,7 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.plan import make_plan
 from hcss_twin.scene.simulate import simulate
 
-SMALL = {"image.rows": 4, "image.columns": 4, "frames.count": 1, "bands": [[10.0, 10.2]]}
+SMALL = {"image.rows": 4, "image.columns": 4, "frames.count": 1, "bands": [[10.0, 10.2]], **CHEAP}
 TABLE = {**SMALL, "atmosphere.provider": "table"}
 CLEAR = """
 time = 2024-04-20T12:30:00+10:00

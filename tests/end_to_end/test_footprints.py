@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.clouds.imagery.reader import read_image
@@ -54,7 +55,7 @@ def scenario(clouds, samples=1, rows=ROWS, columns=COLUMNS, size=SIZE, **overrid
         "sea": {"temperature": 291.4, "wind_speed": 10.0},
         "output": {"variables": ["all", "cloud_layer_thickness"] if clouds else ["all"]},
     }
-    return Scenario.from_dict(raw, overrides)
+    return Scenario.from_dict(raw, {**CHEAP, **overrides})
 
 
 def blocks(values, samples):

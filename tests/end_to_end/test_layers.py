@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.radiance.reference import reference_radiance
@@ -28,7 +29,7 @@ CIRRUS = {"type": "cirrus", "coverage": 0.6}
 
 
 def scenario(*layers, **overrides):
-    return Scenario.from_dict({**BASE, "clouds": {"layers": list(layers)}}, overrides)
+    return Scenario.from_dict({**BASE, "clouds": {"layers": list(layers)}}, {**CHEAP, **overrides})
 
 
 def cube(*layers, **overrides):
@@ -175,3 +176,11 @@ def test_plan_and_provenance_name_both_layers(both):
     assert set(json.loads(both.attrs["hcss_providers"])) >= {"clouds[0]", "clouds[1]"}
     assert "cirrus over cumulus clouds" in both.attrs["summary"]
     assert plan.uncompressed_bytes == 2 * 48 * 64 * (BANDS * 4 + 1)
+
+
+def test_layers_whose_clouds_are_as_good_as_equally_thick_run():
+    nearly = np.nextafter(1.0, 0.0)
+    thin = {"type": "cirrus", "coverage": 1.0, "base": 1.0, "top": 2.0, "thickness_min": float(nearly)}
+    equal = cube({**thin, "thickness_min": 1.0}, **{"frames.count": 1})
+    other = cube(thin, **{"frames.count": 1})
+    np.testing.assert_allclose(other.radiance, equal.radiance, rtol=1e-6)

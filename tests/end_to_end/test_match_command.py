@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 from click.testing import CliRunner
 
 from hcss_twin import Scenario, cli_match, simulate
@@ -57,7 +58,7 @@ def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here)
     text = (here / "clouds-clouds.toml").read_text(encoding="utf-8")
     assert all(len(line) <= 110 for line in text.splitlines())
     (here / "scene.toml").write_text(SCENE + text, encoding="utf-8")
-    cube = simulate(Scenario.load("scene.toml"))
+    cube = simulate(Scenario.load("scene.toml", CHEAP))
     cloudy = cube["cloud_thickness"].isel(time=0).values > 0.0
     fragment = tomllib.loads(text)["clouds"]
     assert np.count_nonzero(cloudy) == round(fragment["coverage"] * cloudy.size)

@@ -1,6 +1,7 @@
 """What a plan finds out before anything is computed, and what it says was left out or filled in."""
 
 import pytest
+from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan
 from hcss_twin.scene.compile import compile_tables
@@ -26,6 +27,7 @@ TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
         # 26 air masses: LOWTRAN7's table ends at 88 degrees.
         (
             {
+                **CHEAP,
                 "atmosphere.provider": "table",
                 "time": "2024-03-21T12:00:00Z",
                 "place.latitude": 90.0,

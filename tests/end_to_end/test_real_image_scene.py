@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 from scipy.stats import spearmanr
 
 from hcss_twin import Scenario, simulate
@@ -35,7 +36,7 @@ def cube(image_path):
             "parameters": {"image": str(image_path), "missing": "clear"},
         },
     }
-    return simulate(Scenario.from_dict(scenario))
+    return simulate(Scenario.from_dict(scenario, CHEAP))
 
 
 def crop(image):

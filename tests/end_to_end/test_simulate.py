@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan, open_cube, simulate
 from hcss_twin.radiance.reference import reference_radiance
@@ -16,12 +17,14 @@ place = {latitude = 35.0, longitude = 150.0}
 clouds.type = "stratus"
 """
 
-SMALL = {"image.rows": 48, "image.columns": 64, "frames.count": 4}
+DEFAULT = {"image.rows": 48, "image.columns": 64, "frames.count": 4}
+"""A small scene of the default models."""
+SMALL = {**DEFAULT, **CHEAP}
 SHIPPED = ["baseline", "cirrus", "cumulus", "simulated", "stratus"]
 
 
 def test_three_lines_run():
-    cube = simulate(Scenario.from_toml(THREE_LINES, SMALL))
+    cube = simulate(Scenario.from_toml(THREE_LINES, DEFAULT))
     assert dict(cube.sizes)["time"] == 4
     assert cube.radiance.dims == ("time", "band", "y", "x")
     assert np.all(np.isfinite(cube.radiance))
@@ -30,7 +33,17 @@ def test_three_lines_run():
 
 @pytest.mark.parametrize("name", [*SHIPPED, "cirrus-over-cumulus"])
 def test_shipped_scenarios_run(name):
-    cube = simulate(Scenario.load(name, {**SMALL, "frames.count": 2, "output.variables": ["all"]}))
+    assert_runs(name, SMALL)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", [*SHIPPED, "cirrus-over-cumulus"])
+def test_shipped_scenarios_run_with_their_own_models(name):
+    assert_runs(name, DEFAULT)
+
+
+def assert_runs(name, models):
+    cube = simulate(Scenario.load(name, {**models, "frames.count": 2, "output.variables": ["all"]}))
     assert set(cube.band.values) == {"swir-2.7-3.0", "mwir", "lwir"}
     cloudy = cube.cloud_mask.values == 1
     assert np.all(np.isfinite(cube.cloud_top_temperature.values[cloudy]))
@@ -38,8 +51,9 @@ def test_shipped_scenarios_run(name):
     assert np.all(cube.cloud_thickness.values[cloudy] > 0)
 
 
-def test_terms_sum_to_the_total():
-    cube = simulate(Scenario.load("stratus", {**SMALL, "output.variables": ["radiance", "terms"]}))
+@pytest.mark.parametrize("models", [DEFAULT, SMALL], ids=["default", "cheap"])
+def test_terms_sum_to_the_total(models):
+    cube = simulate(Scenario.load("stratus", {**models, "output.variables": ["radiance", "terms"]}))
     total = sum(cube[name].astype(np.float64) for name in cube if name.startswith("radiance_"))
     np.testing.assert_allclose(total, cube.radiance, rtol=3e-7)
 
@@ -89,7 +103,23 @@ def test_coverage_0_is_no_cloud():
 @pytest.mark.parametrize("name", SHIPPED)
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4, pytest.param(1e-5, marks=pytest.mark.long)])
 def test_tables_agree_with_the_reference_path(name, accuracy):
-    plan = make_plan(Scenario.load(name, {**SMALL, "accuracy": accuracy, "frames.interval": 60.0}))
+    assert_tables_agree_with_the_reference_path(name, accuracy, SMALL)
+
+
+@pytest.mark.parametrize(
+    ("name", "accuracy"),
+    [("stratus", 1e-3)]
+    + [
+        pytest.param(name, accuracy, marks=pytest.mark.long)
+        for name, accuracy in (("stratus", 1e-4), ("cirrus", 1e-3), ("cumulus", 1e-3), ("cumulus", 1e-4))
+    ],
+)
+def test_tables_of_the_default_models_agree_with_the_reference_path(name, accuracy):
+    assert_tables_agree_with_the_reference_path(name, accuracy, DEFAULT)
+
+
+def assert_tables_agree_with_the_reference_path(name, accuracy, models):
+    plan = make_plan(Scenario.load(name, {**models, "accuracy": accuracy, "frames.interval": 60.0}))
     tables = compile_tables(plan)
     generator = np.random.default_rng(0)
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
@@ -106,7 +136,7 @@ def test_tables_agree_with_the_reference_path(name, accuracy):
 
 def test_night_has_no_sunlight_and_the_plan_says_so():
     scenario = Scenario.load(
-        "stratus", {**SMALL, "time": "2024-04-20T00:30:00+10:00", "output.variables": ["radiance", "terms"]}
+        "stratus", {**DEFAULT, "time": "2024-04-20T00:30:00+10:00", "output.variables": ["radiance", "terms"]}
     )
     cube = simulate(scenario)
     assert np.all(cube.radiance_sea_reflected_sun == 0)
@@ -159,7 +189,14 @@ def test_sun_moving_over_hours_is_followed():
 )
 def test_days_are_not_mistaken_for_moments(name, overrides):
     """Noon, noon and noon agree; what lies between must be computed all the same."""
-    small = {"image.rows": 6, "image.columns": 6, "bands": ["mwir"], "clouds.coverage": 0.0, **overrides}
+    small = {
+        "image.rows": 6,
+        "image.columns": 6,
+        "bands": ["mwir"],
+        "clouds.coverage": 0.0,
+        **CHEAP,
+        **overrides,
+    }
     plan = make_plan(Scenario.load(name, small))
     tables = compile_tables(plan)
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
@@ -179,12 +216,12 @@ def test_a_cube_can_be_run_again_from_its_own_scenario(tmp_path):
 def test_same_scenario_gives_the_same_bytes(tmp_path, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     for name in ("one.nc", "two.nc"):
-        simulate(Scenario.load("cirrus", SMALL), tmp_path / name).close()
+        simulate(Scenario.load("cirrus", DEFAULT), tmp_path / name).close()
     assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "two.nc").read_bytes()
 
 
 def test_provenance_names_what_the_cube_was_made_from(tmp_path):
-    with simulate(Scenario.load("stratus", SMALL), tmp_path / "cube.nc") as cube:
+    with simulate(Scenario.load("stratus", DEFAULT), tmp_path / "cube.nc") as cube:
         files = json.loads(cube.attrs["hcss_files_sha256"])
         assert {"optical_constants/water.csv", "solar/astm-e490.csv", "cloud_types/stratus.toml"} <= set(
             files

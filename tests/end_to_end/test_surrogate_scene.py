@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
@@ -47,7 +48,7 @@ def scenario(tmp_path):
 
 
 def test_scene_has_the_coverage_asked_for_and_cold_clouds_that_change(scenario):
-    cube = simulate(Scenario.from_dict(scenario))
+    cube = simulate(Scenario.from_dict(scenario, CHEAP))
     cloudy = cube.cloud_mask.values == 1
     assert np.all(cloudy.sum(axis=(1, 2)) == round(0.3 * 64 * 80))
     radiance = cube.radiance.sel(band="lwir-10.8").values
@@ -61,7 +62,7 @@ def test_scene_has_the_coverage_asked_for_and_cold_clouds_that_change(scenario):
 def test_scenario_that_asks_for_tapered_edges_is_told_where(scenario):
     scenario["clouds"]["edge_taper"] = 0.2
     with pytest.raises(ScenarioError, match=r"clouds\.edge_taper: 0\.2 given"):
-        simulate(Scenario.from_dict(scenario))
+        simulate(Scenario.from_dict(scenario, CHEAP))
 
 
 def test_scenario_of_the_documentation_runs(tmp_path):
@@ -72,7 +73,7 @@ def test_scenario_of_the_documentation_runs(tmp_path):
     scenario["clouds"]["parameters"]["image"] = str(tmp_path / "clouds.png")
     grey = gaussian_filter(np.random.default_rng(1).normal(size=(100, 120)), 3.0)
     Image.fromarray((255 * (grey - grey.min()) / np.ptp(grey)).astype(np.uint8)).save(tmp_path / "clouds.png")
-    cube = simulate(Scenario.from_dict(scenario))
+    cube = simulate(Scenario.from_dict(scenario, CHEAP))
     assert int(cube.cloud_mask.sum()) == round(0.3 * 48 * 64)
 
 

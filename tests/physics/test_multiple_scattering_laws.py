@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from hcss_twin.multiple_scattering.forward_peak import once_through
 from hcss_twin.multiple_scattering.layer import solve_layers
+from hcss_twin.multiple_scattering.phase_function import delta_m
 from hcss_twin.multiple_scattering.sun import solve_sun
 from hcss_twin.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
@@ -185,3 +187,15 @@ def test_results_do_not_depend_on_the_number_of_threads() -> None:
 def test_a_thick_layer_that_scatters_backward_transmits_no_sunlight() -> None:
     _, btdf = solve_sun([[1e5], [1e6]], [0.9], henyey_greenstein_moments([-0.9]), [0.5], 0.5, [1.0], 4, 8)
     np.testing.assert_array_equal(btdf, 0.0)
+
+
+@pytest.mark.parametrize("g", [-0.5, 0.5, 0.85])
+def test_a_low_sun_fades_smoothly_through_thick_layers(g) -> None:
+    """Its direct light is less than the smallest number where scattered light is not."""
+    thickness, albedo = np.arange(20.0, 40.0, 0.05)[:, np.newaxis], np.array([0.9])
+    moments = henyey_greenstein_moments([g])
+    scaled = delta_m(thickness, albedo, moments, 16)
+    btdf = once_through(scaled, albedo, moments, np.array([0.94]), 0.0166, np.array([30.0]))
+    # Where the sun has gone, what it lit at the top fades along the view.
+    steps = np.diff(np.log(btdf.ravel()))
+    np.testing.assert_allclose(steps, -0.05 * (1.0 - 0.9 * scaled.peak[0]) / 0.94, rtol=0.02)

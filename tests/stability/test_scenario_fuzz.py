@@ -96,7 +96,30 @@ def pairs(draw):
 
 
 @st.composite
-def sections(draw):
+def radiances(draw, models):
+    """A radiance model and some of its parameters."""
+    model = draw(st.sampled_from(models))
+    if model == "as-printed":
+        parameters = {
+            "glint_scale": draw(numbers(0, 10)),
+            "cloud_sun_scale": draw(numbers(0, 10)),
+            **{f"literal_eq{n}": draw(st.booleans()) for n in (14, 18, 19, 20)},
+        }
+    else:
+        # Few streams: what is held against limits here is not their accuracy.
+        sun_streams = draw(st.integers(2, 6))
+        parameters = {
+            "streams": draw(st.integers(2, 6)),
+            "closure_order": draw(st.integers(0, 1)),
+            "sun_streams": sun_streams,
+            "azimuth_modes": draw(st.integers(1, 2 * sun_streams)),
+            "cloud_temperature": draw(st.sampled_from(["profile", "isothermal-top"])),
+        }
+    return {"model": model, "parameters": parameters}
+
+
+@st.composite
+def sections(draw, models):
     """Every section of a valid scenario, over the whole allowed space, but of few pixels."""
     zone = timezone(timedelta(minutes=draw(st.integers(-14 * 60, 14 * 60))))
     # Now and then any year, and a series as long as the keys allow.
@@ -136,17 +159,13 @@ def sections(draw):
         "clouds": draw(st.one_of(layers(), layers(), pairs(), st.just({}))),
         "slant": {"shadows": draw(st.booleans()), "parallax": draw(st.booleans())},
         "sea": {
+            "model": draw(st.sampled_from(["cox-munk", "rough-sea"])),
             "temperature": draw(numbers(260, 330)),
             "wind_speed": draw(st.one_of(numbers(0, 60), st.sampled_from([0.0, 60.0]))),
             "wind_from": draw(azimuths),
         },
-        "radiance": {
-            "parameters": {
-                "glint_scale": draw(numbers(0, 10)),
-                "cloud_sun_scale": draw(numbers(0, 10)),
-                **{f"literal_eq{n}": draw(st.booleans()) for n in (14, 18, 19, 20)},
-            }
-        },
+        "optics": {"provider": draw(st.sampled_from(["mie", "bulk"]))},
+        "radiance": draw(radiances(models)),
         "output": {
             "variables": draw(st.lists(st.sampled_from(VARIABLE_NAMES), min_size=1, max_size=4)),
             "compression": draw(st.sampled_from([0, 0, 0, 1, 9])),
@@ -154,11 +173,16 @@ def sections(draw):
     }
 
 
+PAPER = ("as-printed",)
+"""The model that takes least."""
+PHYSICAL = ("physical", "physical-two-stream")
+
+
 @st.composite
-def scenarios(draw):
+def scenarios(draw, models=PAPER):
     """A valid scenario that leaves out any of the sections that may be left out."""
-    whole = draw(sections())
-    needed = ("time", "place", "image", "frames", "bands")
+    whole = draw(sections(models))
+    needed = ("time", "place", "image", "frames", "bands", "radiance")
     left_out = draw(st.sets(st.sampled_from([key for key in whole if key not in needed]), max_size=3))
     return {key: value for key, value in whole.items() if key not in left_out}
 
@@ -199,7 +223,7 @@ anything = st.recursive(
 @st.composite
 def mutated(draw):
     """A scenario with some values replaced by anything, keys renamed, added and taken away."""
-    raw = copy.deepcopy(draw(scenarios()))
+    raw = copy.deepcopy(draw(scenarios((*PAPER, *PHYSICAL))))
     for _ in range(draw(st.integers(1, 4))):
         path = draw(st.sampled_from(list(_paths(raw))))
         *parents, last = path
@@ -280,6 +304,17 @@ class TestAnyAllowedScenarioGivesASoundCubeOrAClearError:
     def test_many(self, raw):
         check_cube(raw)
 
+    @_settings(6)
+    @given(scenarios(PHYSICAL))
+    def test_few_of_the_default_models(self, raw):
+        check_cube(raw)
+
+    @pytest.mark.long
+    @_settings(25)
+    @given(scenarios(PHYSICAL))
+    def test_more_of_the_default_models(self, raw):
+        check_cube(raw)
+
 
 class TestAnyOtherScenarioIsRefusedWithAMessage:
     @_settings(60)
@@ -299,7 +334,7 @@ def test_the_drawn_scenarios_are_mostly_valid():
     valid = []
 
     @_settings(60)
-    @given(scenarios())
+    @given(scenarios((*PAPER, *PHYSICAL)))
     def draw(raw):
         valid.append(refusal_of(lambda: Scenario.from_dict(raw))[1] is None)
 

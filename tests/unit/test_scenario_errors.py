@@ -78,7 +78,11 @@ WRONG = [
     ("clouds.parameters = [1]", "clouds.parameters", "[1] is not a table"),
     ("motion.wind_speed = [1]", "motion.wind_speed", "[1] is not a number"),
     ("sea.parameters.water_index = 3", "sea.parameters.water_index", "3 is not text"),
-    ("radiance.parameters.literal_eq14 = 3", "radiance.parameters.literal_eq14", "not true or false"),
+    (
+        "radiance = {model = 'as-printed', parameters = {literal_eq14 = 3}}",
+        "radiance.parameters.literal_eq14",
+        "not true or false",
+    ),
     ("motion.evolution_time = 'frozn'", "motion.evolution_time", "closest is 'frozen'"),
     ("motion.evolution_time = true", "motion.evolution_time", "true is not a duration"),
     # bands
