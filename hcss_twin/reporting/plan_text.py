@@ -35,7 +35,8 @@ def _lines(plan: Plan) -> Iterator[str]:
     for kind, entry in plan.assembly.entries.items():
         yield f"  {kind:<11} {entry.name} [{entry.origin}]"
     if plan.needs_radiance:
-        yield f"  spectrum    few weighted ones of {plan.spectral_grid.wavenumber_cm1.size} wavenumbers, chosen by the run"
+        known = plan.spectral_grid.wavenumber_cm1.size
+        yield f"  spectrum    a few weighted wavenumbers of {known}, chosen by the run"
     yield f"  variables   {', '.join(spec.name for spec in plan.variables)}"
     yield f"  cube        {_size(plan.uncompressed_bytes)} before compression"
     for item in plan.filled_in:

@@ -51,11 +51,34 @@ LAYER = dataclasses.replace(
 )
 
 
-def ours(view_mu, thickness_m, sun, albedo, **parameters):
+class GlintingSea(PlainSea):
+    """A sea that prefers the bearing away from the sun, with three azimuth modes: the Lambertian one, and two more."""
+
+    LOBES = (1.5, 1.0)
+
+    def brdf(self, wavenumber_cm1, mu_out, mu_in, relative_azimuth):
+        sines = np.sqrt((1.0 - mu_out**2) * (1.0 - mu_in**2))
+        lobes = sum(
+            lobe * sines**mode * np.cos(mode * (np.pi - relative_azimuth))
+            for mode, lobe in enumerate(self.LOBES, start=1)
+        )
+        return super().brdf(wavenumber_cm1, mu_out, mu_in, relative_azimuth) * (1.0 + lobes)[:, None]
+
+
+def lobe_modes(reflectance):
+    """The same for the reference, which divides by pi."""
+
+    def mode_of(mode, lobe):
+        return lambda mu, mu_in: reflectance * lobe * np.sqrt(np.outer(1.0 - mu**2, 1.0 - mu_in**2)) ** mode
+
+    return [mode_of(mode, lobe) for mode, lobe in enumerate(GlintingSea.LOBES, start=1)]
+
+
+def ours(view_mu, thickness_m, sun, albedo, sea=None, **parameters):
     inputs = dataclasses.replace(
         sample_radiance_inputs(PROFILE, (LAYER,)),
         transmittance=PlaneGas(),
-        sea=PlainSea(EMISSIVITY),
+        sea=sea or PlainSea(EMISSIVITY),
         optics=PlainOptics(1e-10, albedo, G),
         sea_temperature_K=SEA_K,
         view=View(math.degrees(math.acos(view_mu)), 30.0),
@@ -66,10 +89,10 @@ def ours(view_mu, thickness_m, sun, albedo, **parameters):
     return {name: term[0] for name, term in model.cloudy(NU, np.array([[thickness_m]]), sun).items()}
 
 
-def discrete_ordinates(thickness_m, sun, albedo):
+def discrete_ordinates(thickness_m, sun, albedo, emissivity=EMISSIVITY, lobes=()):
     """Upward radiance at the top: a function of relative azimuth giving (32,) at the reference's cosines."""
     air = Air(PlaneGas(), PROFILE, NU)
-    edges = [float(z) for z in ALTITUDE if not 1000.0 < z < 2000.0]
+    edges = tuple(float(z) for z in ALTITUDE if not 1000.0 < z < 2000.0)
     sources = air._sources(edges)[::-1, 0].copy()
     gas = DEPTH[[0, 1, 2, 4, 5, 6, 7]][::-1].copy()
     cloud = len(gas) - 1 - 2
@@ -94,8 +117,8 @@ def discrete_ordinates(thickness_m, sun, albedo):
         f_arr=f,
         NT_cor=sun is not None,
         NFourier=STREAMS if sun is not None else 1,
-        b_pos=EMISSIVITY * planck(NU, SEA_K)[0],
-        BDRF_Fourier_modes=[1.0 - EMISSIVITY],  # it divides by pi
+        b_pos=emissivity * planck(NU, SEA_K)[0],
+        BDRF_Fourier_modes=[1.0 - emissivity, *lobes],  # it divides by pi
         s_poly_coeffs=sources[:, None],
     )
     mu, field = result[0][:HALF], result[-1]
@@ -124,4 +147,29 @@ def test_sunlit_radiance_of_a_column(thickness, albedo):
         solar = terms["cloud_reflected_sun"][0] + terms["sea_reflected_sun"][0]
         expected = exact(azimuth)[index] - dark(0.0)[index]
         # Light exchanged between cloud and sea is a mean over azimuth.
+        assert solar == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("thickness", "turn_deg"),
+    [
+        (60.0, 0.0),
+        (10.0, 180.0),
+        (60.0, 180.0),
+        *(
+            pytest.param(thickness, turn, marks=pytest.mark.long)
+            for thickness in (30.0, 200.0)
+            for turn in (0.0, 90.0, 180.0)
+        ),
+    ],
+)
+def test_sunlight_between_cloud_and_a_glinting_sea_keeps_its_bearing(thickness, turn_deg):
+    sun, emissivity = Sun(40.0, 30.0 + turn_deg, 1.0), 0.5
+    lobes = lobe_modes(1.0 - emissivity)
+    mu, exact = discrete_ordinates(thickness, sun, 0.98, emissivity, lobes)
+    _, dark = discrete_ordinates(thickness, None, 0.98, emissivity)
+    for index in np.flatnonzero(mu > 0.4)[::5]:
+        terms = ours(mu[index], thickness, sun, 0.98, GlintingSea(emissivity))
+        solar = terms["cloud_reflected_sun"][0] + terms["sea_reflected_sun"][0]
+        expected = exact(math.radians(turn_deg))[index] - dark(0.0)[index]
         assert solar == pytest.approx(expected, rel=0.02)

@@ -90,6 +90,10 @@ class Air:
         """Return a path as the provider adds it."""
         return self._crossing.of([path])
 
+    def transmittance_of(self, paths: Sequence[Path]) -> Array:
+        """Return transmittance (P, V) of paths given by their legs."""
+        return self._crossing.transmittance(self._crossing.of(paths))
+
     def transmittance(self, crossed: Crossed) -> Array:
         """Return transmittance (P, V) of composite paths."""
         return self._crossing.transmittance(crossed)

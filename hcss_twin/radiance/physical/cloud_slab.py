@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.multiple_scattering.beams import transmit_beams
 from hcss_twin.multiple_scattering.layer import LayerOperators, solve_layers
 from hcss_twin.multiple_scattering.sun import solve_sun
 from hcss_twin.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
@@ -17,8 +18,16 @@ from hcss_twin.radiance.physical.operator_table import OperatorTable, thickness_
 
 Array = NDArray[np.float64]
 
+MOST_MODES = 8
+"""Azimuth modes in which sunlight between cloud and sea is followed."""
+
 _FAINT_SUN = 0.015
 """Share below which sunlight is solved in closed form: clouds reflect a twentieth where it is so faint."""
+
+
+def turned_modes(parameters: PhysicalParameters) -> int:
+    """Return how many azimuth modes of sunlight between cloud and sea are followed, the mean among them."""
+    return min(parameters.azimuth_modes, 2 * parameters.streams, MOST_MODES)
 
 
 @dataclass(frozen=True)
@@ -38,6 +47,8 @@ class CloudSlab:
         sr-1, toward the view with its azimuth, toward streams the mean over azimuth; 0 without a sun.
     sun_direct : ndarray (V,)
         Direct transmittance for the sun; 0 without one.
+    beam_transmission : ndarray (M, 2, N, V)
+        sr-1, azimuth modes from 1 on, of view and sun toward the streams; 0 where sunlight does not matter.
     """
 
     base_m: float
@@ -52,6 +63,7 @@ class CloudSlab:
     sun_reflection: Array
     sun_transmission: Array
     sun_direct: Array
+    beam_transmission: Array
 
 
 class SlabMaker:
@@ -80,6 +92,7 @@ class SlabMaker:
         closed_form: bool,
     ) -> None:
         self._closed_form = closed_form
+        self._modes = turned_modes(parameters)
         self._sun_share = sun_share
         self._tables: dict[CloudLayer, OperatorTable] = {}
         self._optics = optics
@@ -111,7 +124,7 @@ class SlabMaker:
                 operators = table.at(thickness)
             else:  # outside the layer's range: without a table
                 operators = tuple(each[0] for each in self._solve(layer, np.array([thickness])))
-            emissivity, far, direct, reflection, transmission, back, through, beam = operators
+            emissivity, far, direct, reflection, transmission, back, through, beam, turned = operators
             slabs.append(
                 CloudSlab(
                     base_m=float(tops[t] - thickness),
@@ -126,6 +139,7 @@ class SlabMaker:
                     sun_reflection=back,
                     sun_transmission=through,
                     sun_direct=beam,
+                    beam_transmission=turned,
                 )
             )
         return slabs
@@ -149,7 +163,8 @@ class SlabMaker:
             np.ascontiguousarray(np.moveaxis(each[:, :, kept], 1, -1))
             for each in (solved.emissivity, solved.far_share, solved.direct)
         )
-        return emissivity, far, direct, reflection, transmission, back, through, beam
+        turned = self._turned(depth, scattering.albedo, scattering.moments)
+        return emissivity, far, direct, reflection, transmission, back, through, beam, turned
 
     def _layers(self, depth: Array, albedo: Array, moments: Array) -> LayerOperators:
         where = self._directions
@@ -171,6 +186,23 @@ class SlabMaker:
         back = np.concatenate((brdf, solved.reflection[:, :, streams, sun]), axis=-1)
         through = np.concatenate((btdf, solved.transmission[:, :, streams, sun]), axis=-1)
         return np.moveaxis(back, 1, -1), np.moveaxis(through, 1, -1), solved.direct[:, :, sun]
+
+    def _turned(self, depth: Array, albedo: Array, moments: Array) -> Array:
+        """Modes (T, M, 2, N, V) of what view and sun become along the streams, where sunlight matters."""
+        where, count = self._directions, self._modes - 1
+        bright = (self._sun_share > _FAINT_SUN) & (not self._closed_form) & (where.sun is not None)
+        result = np.zeros((depth.shape[0], count, 2, where.count, albedo.size))
+        if np.any(bright):
+            found = transmit_beams(
+                depth[:, bright],
+                albedo[bright],
+                moments[:, bright],
+                np.array([where.mu[VIEW], where.mu_sun]),
+                where.count,
+                self._modes,
+            )
+            result[..., bright] = found.transpose(1, 0, 4, 3, 2)
+        return result
 
     def _toward_view(self, depth: Array, albedo: Array, moments: Array) -> tuple[Array, Array]:
         """Bidirectional reflectance and transmittance toward the view, (T, V, 1)."""

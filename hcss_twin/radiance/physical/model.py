@@ -14,13 +14,14 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun, TransmittanceProvider
 from hcss_twin.radiance.parameters import PhysicalParameters
 from hcss_twin.radiance.physical.air import Air
-from hcss_twin.radiance.physical.cloud_slab import CloudSlab, SlabMaker
+from hcss_twin.radiance.physical.cloud_slab import CloudSlab, SlabMaker, turned_modes
 from hcss_twin.radiance.physical.column import Column
 from hcss_twin.radiance.physical.directions import VIEW, Directions, make_directions
 from hcss_twin.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.radiance.physical.sea_surface import SeaSurface, make_sea_surface
-from hcss_twin.radiance.physical.terms import AIR_SUN, SEA_SUN_TERMS, SOLAR_TERMS, TERMS
+from hcss_twin.radiance.physical.terms import AIR_SUN, CLOUD_SUN, SEA_SUN, SEA_SUN_TERMS, SOLAR_TERMS, TERMS
 from hcss_twin.radiance.physical.tracing import Tracer
+from hcss_twin.radiance.physical.turned_glint import SeaModes, sea_modes, turned_glint
 
 Array = NDArray[np.float64]
 
@@ -37,6 +38,7 @@ class _Shared:
     sea: SeaSurface
     received: Array
     maker: SlabMaker
+    modes: SeaModes | None
 
 
 class Physical:
@@ -79,7 +81,8 @@ class Physical:
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (V,) of a cloud-free column."""
-        return self._terms(self._column(self._shared(wavenumber_cm1, sun), ()))
+        shared = self._shared(wavenumber_cm1, sun)
+        return self._terms(shared, self._column(shared, ()))
 
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (N, V) of columns with a thickness (N, L) of each layer, none all 0.
@@ -102,7 +105,7 @@ class Physical:
         for row, thickness in enumerate(thickness_m):
             present = [slabs[i][float(h)] for i, h in enumerate(thickness) if h > 0.0]
             present.sort(key=lambda slab: slab.base_m, reverse=True)
-            found = self._terms(self._column(shared, tuple(present)))
+            found = self._terms(shared, self._column(shared, tuple(present)))
             for name, values in found.items():
                 results[name][row] = values
         return results
@@ -120,12 +123,17 @@ class Physical:
             irradiance = inputs.solar_irradiance(wavenumber)
             received = directions.mu_sun * irradiance / directions.sun.distance_au**2
         share = received / (np.pi * air.black_body(inputs.sea_temperature_K))
+        modes: SeaModes | None = None
+        if directions.sun is not None and inputs.layers and not self.closed_form:
+            most = turned_modes(self._parameters)
+            modes = sea_modes(inputs.sea, wavenumber, directions, most) if most > 1 else None
         return _Shared(
             air,
             directions,
             make_sea_surface(inputs.sea, wavenumber, directions),
             received,
             SlabMaker(inputs.optics, self._parameters, wavenumber, directions, share, self.closed_form),
+            modes,
         )
 
     def _slabs(self, maker: SlabMaker, layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
@@ -156,9 +164,15 @@ class Physical:
             received=shared.received,
         )
 
-    def _terms(self, column: Column) -> dict[str, Array]:
+    def _terms(self, shared: _Shared, column: Column) -> dict[str, Array]:
         found = Tracer(column, self._parameters.closure_order).radiance()
         found[AIR_SUN] += self._scattered_in_air(column)
+        modes = shared.modes
+        if modes is not None and len(column.slabs) == 1:
+            by_cloud, by_sea = turned_glint(column, modes)
+            # Fewer modes than the light has could make a dark part darker than nothing.
+            found[CLOUD_SUN] = np.maximum(found[CLOUD_SUN] + by_cloud, 0.0)
+            found[SEA_SUN] = np.maximum(found[SEA_SUN] + by_sea, 0.0)
         result = dict(zip(self.terms, found, strict=True))
         for name in self._parameters.leave_out:
             result[name] = np.zeros_like(result[name])

@@ -1,0 +1,106 @@
+"""Sunlight that clouds scatter on its way to or from the sea keeps its bearing: azimuth modes from 1 on.
+
+Diffuse light along the streams is a mean over azimuth. Sunlight that a thin cloud scatters forward is not: it still
+comes from near the sun, and the sea mirrors it into the glint. With T_m and R_m the modes of the cloud's transmission
+and of the sea's BRDF, what the mean over azimuth leaves out is, for one reflection by the sea,
+
+    sum over m of 2 cos(m phi) [t_view R_m(view, k) T_m(k, sun) + T_m(view, j) R_m(j, sun) t_sun
+                                + T_m(view, j) R_m(j, k) T_m(k, sun)]
+
+with streams j and k weighted by 2 pi mu w, direct transmissions t, and the air of each path in front of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
+from hcss_twin.providers import SeaModel
+from hcss_twin.radiance.physical.column import Column
+from hcss_twin.radiance.physical.directions import VIEW, Directions
+
+Array = NDArray[np.float64]
+
+_AZIMUTHS = 32
+
+
+@dataclass(frozen=True)
+class SeaModes:
+    """Azimuth modes 1 to M of a sea's BRDF, sr-1; the mean over bearings to the wind.
+
+    Attributes
+    ----------
+    view : ndarray (M, N, V)
+        Toward the view from the streams.
+    sun : ndarray (M, N, V)
+        Toward the streams from the sun.
+    between : ndarray (M, N, N, V)
+        Toward streams (first) from streams.
+    """
+
+    view: Array
+    sun: Array
+    between: Array
+
+
+def sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: Directions, modes: int) -> SeaModes:
+    """Ask a sea model for the modes of its BRDF from 1 to ``modes`` - 1."""
+    streams = directions.streams.mu
+    azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
+    cosine = np.cos(np.arange(1, modes)[:, None] * azimuth) / _AZIMUTHS
+
+    def expand(mu_out: Array, mu_in: Array) -> Array:
+        """Modes (M, P, V) for pairs of directions (P,)."""
+        many = mu_out.size
+        brdf = sea.brdf(
+            wavenumber_cm1,
+            np.repeat(mu_out, _AZIMUTHS),
+            np.repeat(mu_in, _AZIMUTHS),
+            np.tile(azimuth, many),
+        )
+        result: Array = np.einsum("ma,pav->mpv", cosine, brdf.reshape(many, _AZIMUTHS, -1))
+        return result
+
+    count = streams.size
+    first, second = (each.ravel() for each in np.meshgrid(streams, streams, indexing="ij"))
+    between = expand(first, second).reshape(modes - 1, count, count, -1)
+    return SeaModes(
+        expand(np.full(count, directions.mu[VIEW]), streams),
+        expand(streams, np.full(count, directions.mu_sun)),
+        between,
+    )
+
+
+def turned_glint(column: Column, modes: SeaModes) -> tuple[Array, Array]:
+    """Return what is to be added to sunlight sent by the cloud and by the sea, both (V,), in a column with one cloud.
+
+    By the cloud: what it scatters on the way down; by the sea: what reaches it directly.
+    """
+    slab, where = column.slabs[0], column.directions
+    sun = where.sun
+    assert sun is not None
+    weight = 2.0 * np.pi * where.streams.mu * where.streams.weight
+    turn = 2.0 * np.cos(np.arange(1, modes.view.shape[0] + 1) * where.relative_azimuth)
+    from_view, from_sun = slab.beam_transmission[:, 0], slab.beam_transmission[:, 1]
+    view_deg = where.zenith_deg[VIEW]
+    stream_deg = [where.zenith_deg[index] for index in where.stream_indices]
+    base, top = slab.base_m, slab.top_m
+    below = [Path((Leg(0.0, base, zenith),)) for zenith in stream_deg]
+    through = [Path((Leg(top, SPACE, view_deg), Leg(base, top, z), Leg(0.0, base, z))) for z in stream_deg]
+    seen = column.air.transmittance_of(
+        [to_space(0.0, view_deg) + leg + to_space(base, sun.zenith_deg) for leg in below]
+    )
+    down = np.einsum("m,j,mjv,mjv,jv->v", turn, weight, modes.view, from_sun, seen)
+    seen = column.air.transmittance_of([leg + to_space(0.0, sun.zenith_deg) for leg in through])
+    up = np.einsum("m,j,mjv,mjv,jv->v", turn, weight, from_view, modes.sun, seen)
+    seen = column.air.transmittance_of(
+        [up_leg + down_leg + to_space(base, sun.zenith_deg) for up_leg in through for down_leg in below]
+    ).reshape(weight.size, weight.size, -1)
+    left = from_view * weight[:, None] * turn[:, None, None]
+    right = from_sun * weight[:, None]
+    both = np.einsum("mjv,mjkv,mkv,jkv->v", left, modes.between, right, seen, optimize=True)
+    received = column.received
+    return received * (slab.direct[VIEW] * down + both), received * slab.sun_direct * up
