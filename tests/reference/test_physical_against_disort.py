@@ -69,7 +69,7 @@ def ours(view_mu, thickness_m, sun, albedo, **parameters):
 def discrete_ordinates(thickness_m, sun, albedo):
     """Upward radiance at the top: a function of relative azimuth giving (32,) at the reference's cosines."""
     air = Air(PlaneGas(), PROFILE, NU)
-    edges = [float(z) for z in ALTITUDE if not 1000.0 < z < 2000.0]
+    edges = tuple(float(z) for z in ALTITUDE if not 1000.0 < z < 2000.0)
     sources = air._sources(edges)[::-1, 0].copy()
     gas = DEPTH[[0, 1, 2, 4, 5, 6, 7]][::-1].copy()
     cloud = len(gas) - 1 - 2
