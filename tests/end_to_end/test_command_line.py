@@ -11,7 +11,9 @@ import pytest
 from cheap import CHEAP_OPTIONS
 
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
-SMALL = ["--set", "image.rows=24", "--set", "image.columns=24", "--set", "frames.count=2", *CHEAP_OPTIONS]
+DEFAULT = ["--set", "image.rows=24", "--set", "image.columns=24", "--set", "frames.count=2"]
+"""A small scene of the default models."""
+SMALL = [*DEFAULT, *CHEAP_OPTIONS]
 
 
 def hcss(*arguments, cwd):
@@ -19,7 +21,7 @@ def hcss(*arguments, cwd):
 
 
 def test_run_and_preview_make_a_cube_and_pictures(tmp_path):
-    done = hcss("run", "stratus", *SMALL, "--json", cwd=tmp_path)
+    done = hcss("run", "stratus", *DEFAULT, "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""  # quiet in a pipe
     answer = json.loads(done.stdout)

@@ -1,5 +1,6 @@
 """What a plan finds out before anything is computed, and what it says was left out or filled in."""
 
+import numpy as np
 import pytest
 from cheap import CHEAP
 
@@ -43,6 +44,19 @@ def test_what_cannot_be_had_is_said_before_the_scene_is_computed(overrides, fiel
         make_plan(Scenario.load("stratus", {**TINY, **overrides}))
     problems = {problem.field: problem.message for problem in caught.value.problems}
     assert message in problems[field]
+
+
+@pytest.mark.long
+def test_a_sun_lower_than_the_table_is_seen_through_air_that_the_plan_says_is_fitted():
+    """The default radiance model follows light leg by leg and asks for no path of 26 air masses."""
+    low = {"time": "2024-03-21T12:00:00Z", "place.latitude": 90.0, "place.longitude": 0.0}
+    coarse = {"frames.count": 1, "bands": ["mwir-3.7"], "accuracy": 1e-2}
+    plan = make_plan(Scenario.load("stratus", {**TINY, **low, **coarse, "atmosphere.provider": "table"}))
+    assert 89.0 < plan.sun_track.at(0.0).zenith_deg < 90.0
+    assert any("by a power law fitted to them" in note for note in plan.assembly.notes)
+    tables = compile_tables(plan)
+    assert all(np.all(np.isfinite(each)) and np.all(each >= 0.0) for each in tables.tables[0].alone)
+    assert tables.estimated_error < plan.scenario.accuracy
 
 
 def test_all_that_does_not_fit_is_said_at_once():

@@ -7,6 +7,8 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan, open_cube, simulate
+from hcss_twin.radiance.as_printed import AsPrinted
+from hcss_twin.radiance.physical.terms import TERMS
 from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.scene.compile import SPECTRAL_SHARE, TABLE_SHARE, compile_tables
 from hcss_twin.scene.stream import stream
@@ -54,6 +56,8 @@ def assert_runs(name, models):
 @pytest.mark.parametrize("models", [DEFAULT, SMALL], ids=["default", "cheap"])
 def test_terms_sum_to_the_total(models):
     cube = simulate(Scenario.load("stratus", {**models, "output.variables": ["radiance", "terms"]}))
+    named = {name.removeprefix("radiance_") for name in cube if name.startswith("radiance_")}
+    assert named == set(AsPrinted.terms if models is SMALL else TERMS)
     total = sum(cube[name].astype(np.float64) for name in cube if name.startswith("radiance_"))
     np.testing.assert_allclose(total, cube.radiance, rtol=3e-7)
 

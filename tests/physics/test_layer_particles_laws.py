@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 from click.testing import CliRunner
 
 from hcss_twin import Scenario, make_plan, simulate
@@ -12,7 +13,7 @@ from hcss_twin.cli import cli
 from hcss_twin.optics.bulk import bulk_properties
 from hcss_twin.refractive_index import load_refractive_index
 
-TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": ["lwir"]}
+TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": ["lwir"], **CHEAP}
 
 
 def planned(**keys):

@@ -5,6 +5,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 from scipy.integrate import trapezoid
 
 from hcss_twin import Scenario, make_plan, simulate
@@ -39,7 +40,7 @@ def raw(layers, **overrides):
         "clouds": {"layers": clouds},
         "sea": {"temperature": 291.4, "wind_speed": 10.0},
     }
-    return Scenario.from_dict(base, overrides)
+    return Scenario.from_dict(base, {**CHEAP, **overrides})
 
 
 @dataclass
