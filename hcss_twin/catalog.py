@@ -44,11 +44,16 @@ class Catalog:
         Folder of the named files; the shipped ``catalogs/`` by default.
     base : Path, optional
         Folder against which a user's relative paths are resolved (that of the scenario file).
+    keeps_results : bool
+        Whether what is computed from the files may be kept for later runs, and taken from earlier ones.
     """
 
-    def __init__(self, root: Path | None = None, base: Path | None = None) -> None:
+    def __init__(
+        self, root: Path | None = None, base: Path | None = None, *, keeps_results: bool = True
+    ) -> None:
         self.root = root or catalog_root()
         self.base = base or Path.cwd()
+        self.keeps_results = keeps_results
         self._used: dict[str, str] = {}
 
     @property

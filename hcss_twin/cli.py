@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import signal
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import click
@@ -17,6 +16,8 @@ from hcss_twin.cli_atmosphere import atmosphere
 from hcss_twin.cli_cache import cache
 from hcss_twin.cli_clouds import clouds, import_command
 from hcss_twin.cli_match import match_command
+from hcss_twin.cli_progress import Stop, progress
+from hcss_twin.cli_verify import verify
 from hcss_twin.cli_volume import volume
 from hcss_twin.errors import HcssError, ScenarioError
 from hcss_twin.version import __version__
@@ -81,7 +82,7 @@ def run(
     from hcss_twin.scene.simulate import run as run_plan
 
     plan = make_plan(loaded)
-    run_plan(plan, output, partial(_progress, context.ensure_object(_Stop)))
+    run_plan(plan, output, partial(progress, context.ensure_object(Stop)))
     if as_json:
         click.echo(json.dumps({"cube": str(output), "bytes": output.stat().st_size, **plan.as_dict()}))
     else:
@@ -217,44 +218,7 @@ cli.add_command(import_command)
 cli.add_command(clouds)
 cli.add_command(match_command)
 cli.add_command(volume)
-
-
-def _progress(stop: _Stop, frames: Iterable[Any], count: int) -> Iterator[Any]:
-    """Show a bar on a terminal, stay quiet in a pipe, and end between frames when asked to."""
-    if not sys.stderr.isatty():
-        for frame in frames:
-            stop.check()
-            yield frame
-        return
-    with click.progressbar(frames, length=count, label="frames", file=sys.stderr, show_pos=True) as bar:
-        for frame in bar:
-            stop.check()
-            yield frame
-
-
-class _Stop:
-    """Handler of Ctrl-C and of the request to end.
-
-    It raises, which unwinds the writer, and it remembers: an exception that a callback of a C library
-    swallowed is raised again before the next frame. Inside the compiler of the kernels it only remembers, because
-    an exception in its callbacks would end the process there and then.
-    """
-
-    def __init__(self) -> None:
-        self.signal = 0
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        self.signal = number
-        while frame is not None:
-            if "llvmlite" in frame.f_code.co_filename:
-                return
-            frame = frame.f_back
-        raise KeyboardInterrupt
-
-    def check(self) -> None:
-        """Raise if a signal came."""
-        if self.signal:
-            raise KeyboardInterrupt
+cli.add_command(verify)
 
 
 def main() -> None:
@@ -262,7 +226,7 @@ def main() -> None:
 
     Exit codes: 0 done; 1 failed; 2 the scenario or the command line is wrong; 130 interrupted; 143 terminated.
     """
-    stop = _Stop()
+    stop = Stop()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
     try:

@@ -36,7 +36,7 @@ class TableStore:
     Parameters
     ----------
     catalog : Catalog
-        Holds the tables that ship.
+        Holds the tables that ship, and says whether others may be kept.
     """
 
     def __init__(self, catalog: Catalog) -> None:
@@ -49,7 +49,7 @@ class TableStore:
         if table.key not in self._looked_up:
             self._looked_up.add(table.key)
             self._look_up(table)
-        if table.complete(position, _progress) and (path := _cached(table)):
+        if table.complete(position, _progress) and (path := self._cached(table)):
             table_file.write_if_possible(table, path)
 
     def _look_up(self, table: BulkTable) -> None:
@@ -59,7 +59,7 @@ class TableStore:
             return
         # A damaged file is computed again and replaced: nothing is lost but time.
         with suppress(CatalogError, OSError):
-            if (path := _cached(table)) and path.is_file():
+            if (path := self._cached(table)) and path.is_file():
                 table_file.read_into(table, path)
 
     def _names(self) -> dict[str, str]:
@@ -71,10 +71,9 @@ class TableStore:
                     self._shipped[table_file.key_of(self._catalog.root / FOLDER / f"{name}{SUFFIX}")] = name
         return self._shipped
 
-
-def _cached(table: BulkTable) -> Path | None:
-    folder = cache_folder()
-    return None if folder is None else folder / f"{table.key}{SUFFIX}"
+    def _cached(self, table: BulkTable) -> Path | None:
+        folder = cache_folder() if self._catalog.keeps_results else None
+        return None if folder is None else folder / f"{table.key}{SUFFIX}"
 
 
 def _progress(pieces: Iterable[NDArray[np.intp]], total: int) -> Iterator[NDArray[np.intp]]:

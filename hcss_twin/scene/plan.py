@@ -207,8 +207,15 @@ class Plan:
         }
 
 
-def make_plan(scenario: Scenario) -> Plan:
+def make_plan(scenario: Scenario, *, keeps_results: bool = True) -> Plan:
     """Resolve a scenario and decide what it needs.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate.
+    keeps_results : bool
+        Whether cloud optics computed for it may be kept for later runs, and taken from earlier ones.
 
     Raises
     ------
@@ -218,13 +225,12 @@ def make_plan(scenario: Scenario) -> Plan:
         If a selected provider is broken.
     """
     try:
-        return _make_plan(scenario)
+        return _make_plan(scenario, Catalog(base=scenario.base, keeps_results=keeps_results))
     except ScenarioError as error:
         raise ScenarioError(error.problems, scenario.origin) from error
 
 
-def _make_plan(scenario: Scenario) -> Plan:
-    catalog = Catalog(base=scenario.base)
+def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     frames = scenario.frames
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))

@@ -10,7 +10,7 @@ from hcss_twin.scene.particles import told
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables import RadianceTables
 
-LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
+LIBRARIES = ("numpy", "numba", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
 
 
 def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | float | int]:
@@ -24,7 +24,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "summary": _summary(plan),
         "hcss_scenario": scenario.to_json(),
         "hcss_seed": str(scenario.seed),
-        "hcss_versions": json.dumps(_versions()),
+        "hcss_versions": json.dumps(versions()),
         "hcss_providers": json.dumps(
             {
                 kind: {"name": entry.name, "distribution": entry.distribution, "version": entry.version}
@@ -60,13 +60,15 @@ def _summary(plan: Plan) -> str:
     )
 
 
-def _versions() -> dict[str, str]:
-    versions = {"hcss-twin": _version("hcss-twin"), "python": platform.python_version()}
-    versions.update((name, _version(name)) for name in LIBRARIES)
-    return versions
+def versions() -> dict[str, str]:
+    """Return the versions of this package, of Python and of the libraries that have a share in the numbers."""
+    found = {"hcss-twin": installed_version("hcss-twin"), "python": platform.python_version()}
+    found.update((name, installed_version(name)) for name in LIBRARIES)
+    return found
 
 
-def _version(distribution: str) -> str:
+def installed_version(distribution: str) -> str:
+    """Return the version of a distribution, or ``not installed``."""
     try:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:

@@ -57,7 +57,7 @@ def run(plan: Plan, output: str | Path, progress: Progress[Any] | None = None) -
     if progress is not None:
         frames = progress(frames, plan.frame_times_s.size)
     with CubeWriter(
-        output, _header(plan, tables), compression=plan.scenario.output.compression or None
+        output, cube_header(plan, tables), compression=plan.scenario.output.compression or None
     ) as writer:
         for index, frame in enumerate(frames):
             writer.write_frame(index, frame)
@@ -103,7 +103,8 @@ def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset
     return loaded
 
 
-def _header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
+def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
+    """Return what the cube of a plan knows before its first frame; call it after the tables are compiled."""
     scenario = plan.scenario
     return CubeHeader(
         start=scenario.time,

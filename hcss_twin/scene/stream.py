@@ -22,7 +22,7 @@ Frame = dict[str, NDArray[Any]]
 Thickness = NDArray[np.float32]
 
 
-def stream(plan: Plan, tables: RadianceTables | None) -> Iterator[Frame]:
+def stream(plan: Plan, tables: RadianceTables | None, frames: Sequence[int] | None = None) -> Iterator[Frame]:
     """Yield each frame's requested variables; memory does not depend on the number of frames.
 
     Nor does it depend on the number of points per pixel, as far as cloud generators give windows.
@@ -31,10 +31,12 @@ def stream(plan: Plan, tables: RadianceTables | None) -> Iterator[Frame]:
     ----------
     tables : RadianceTables or None
         None where no requested variable needs radiance.
+    frames : sequence of int, optional
+        Numbers of the frames wanted, from 0, by default all; they are those of the whole sequence.
     """
     maker = _FrameMaker(plan, tables)
-    for time_s in plan.frame_times_s:
-        yield maker.frame(float(time_s))
+    for index in range(plan.frame_times_s.size) if frames is None else frames:
+        yield maker.frame(float(plan.frame_times_s[index]))
 
 
 class _FrameMaker:

@@ -1,0 +1,379 @@
+"""A cube against what its own provenance makes today."""
+
+import json
+import shutil
+import subprocess
+import sys
+
+import netCDF4
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.cli import cli
+from hcss_twin.cube.example import example_frame, example_header
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.writer import CubeWriter
+from hcss_twin.errors import CubeError
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.simulate import run
+from hcss_twin.scene.verification import TOLERANCE, Verdict
+from hcss_twin.scene.verify import verify_cube
+
+CHEAP = {
+    "radiance.model": "as-printed",
+    "sea.model": "cox-munk",
+    "optics.provider": "mie",
+    "image.rows": 16,
+    "image.columns": 16,
+    "frames.count": 2,
+    "bands": ["mwir", "lwir"],
+}
+MASKS = CHEAP | {"output.variables": ["cloud_mask", "cloud_thickness"]}
+
+
+def simulated(path, overrides, base=None):
+    raw = json.loads(Scenario.load("stratus").to_json())
+    run(make_plan(Scenario.from_dict(raw, overrides, base=base)), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory):
+    overrides = CHEAP | {
+        "frames.count": 3,
+        "output.variables": ["radiance", "brightness_temperature", "truth"],
+    }
+    return simulated(tmp_path_factory.mktemp("fresh") / "cube.nc", overrides)
+
+
+@pytest.fixture(scope="module")
+def fresh_masks(tmp_path_factory):
+    return simulated(tmp_path_factory.mktemp("masks") / "cube.nc", MASKS | {"frames.count": 5})
+
+
+@pytest.fixture
+def cube(fresh, tmp_path):
+    return shutil.copy(fresh, tmp_path / "cube.nc")
+
+
+@pytest.fixture
+def masks(fresh_masks, tmp_path):
+    return shutil.copy(fresh_masks, tmp_path / "masks.nc")
+
+
+def edit_json(path, attribute, change):
+    with netCDF4.Dataset(path, "a") as file:
+        table = json.loads(file.getncattr(attribute))
+        change(table)
+        file.setncattr(attribute, json.dumps(table))
+
+
+def by_name(found):
+    return {check.name: check for check in found.variables}
+
+
+def command(*arguments):
+    return CliRunner().invoke(cli, ["verify", *map(str, arguments)])
+
+
+def test_a_fresh_cube_is_identical_and_nothing_is_written_or_taken_from_earlier_runs(
+    cube, tmp_path, monkeypatch
+):
+    cache = tmp_path / "cache"
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(cache))
+    monkeypatch.setattr("hcss_twin.scene.table_cache.tables_of", None)
+    monkeypatch.setattr("hcss_twin.scene.simulate.tables_of", None)
+    before = cube.read_bytes()
+    done = command(cube)
+    assert done.exit_code == 0
+    assert done.output == f"{cube}: identical to the bit (all 3 frames)\n"
+    assert cube.read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["cube.nc"]
+
+
+def test_computed_cloud_optics_are_neither_kept_nor_taken(tmp_path, monkeypatch):
+    """Particles that no shipped table has; a poisoned table of an earlier run would be told as a difference."""
+    folder = tmp_path / "cache" / "optics"
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(folder.parent))
+    monkeypatch.setenv("HCSS_CACHE_MB", "0")
+    cube = simulated(tmp_path / "cube.nc", CHEAP | {"clouds.effective_radius": 9.0, "bands": ["mwir"]})
+    [kept] = folder.iterdir()
+    with netCDF4.Dataset(kept, "a") as table:
+        table["properties"][:] = table["properties"][:] + 0.1
+    before = kept.read_bytes()
+    assert verify_cube(cube).verdict is Verdict.IDENTICAL
+    assert kept.read_bytes() == before
+    assert list(folder.iterdir()) == [kept]
+
+
+def test_a_changed_pixel_is_found_with_its_place_and_both_values(cube):
+    with netCDF4.Dataset(cube, "a") as file:
+        was = file["radiance"][1, 1, 3, 5]
+        file["radiance"][1, 1, 3, 5] = was * np.float32(1.01)
+        file["radiance"][2, 0, 7, 7] *= np.float32(1.5)
+    found = verify_cube(cube)
+    assert found.verdict is Verdict.DIFFERENT
+    check = by_name(found)["radiance"]
+    assert (check.values, check.unequal, check.beyond) == (3 * 2 * 16 * 16, 2, 2)
+    assert check.first.position == {"frame": 1, "band": "lwir", "row": 3, "column": 5}
+    assert check.first.recomputed == pytest.approx(float(was), rel=0)
+    assert check.first.cube == pytest.approx(1.01 * float(was), rel=1e-6)
+    assert check.largest == pytest.approx(1 / 3, rel=1e-6)
+    assert check.largest_at.position == {"frame": 2, "band": "mwir", "row": 7, "column": 7}
+    assert all(each.unequal == 0 for name, each in by_name(found).items() if name != "radiance")
+    done = command(cube)
+    assert done.exit_code == 1
+    assert "radiance: 2 of 1536 differ" in done.output
+    assert "first at frame 1, band lwir, row 3, column 5: " in done.output
+    assert "cause       none recorded" in done.output
+
+
+def test_the_last_bit_of_radiance_is_equal_but_not_identical(cube):
+    with netCDF4.Dataset(cube, "a") as file:
+        file["radiance"][0, 0, 0, 0] = np.nextafter(file["radiance"][0, 0, 0, 0], np.float32(np.inf))
+    found = verify_cube(cube, frames=1)
+    assert found.verdict is Verdict.EQUAL
+    assert 0 < found.largest < TOLERANCE
+    done = command(cube)
+    assert done.exit_code == 0
+    assert "equal within 1e-06; the largest relative difference is" in done.output
+
+
+def test_a_mask_must_be_exact_and_what_is_missing_must_stay_missing(cube):
+    with netCDF4.Dataset(cube, "a") as file:
+        file.set_auto_mask(False)
+        file["cloud_mask"][1, 2, 3] = 1 - file["cloud_mask"][1, 2, 3]
+        top = file["cloud_top_altitude"][0]
+        row, column = np.argwhere(np.isfinite(top))[0]
+        file["cloud_top_altitude"][0, row, column] = np.nan
+    checks = by_name(verify_cube(cube))
+    assert checks["cloud_mask"].beyond == 1
+    assert checks["cloud_mask"].first.position == {"frame": 1, "row": 2, "column": 3}
+    assert checks["cloud_top_altitude"].beyond == 1
+    assert checks["cloud_top_altitude"].largest == np.inf
+    answer = json.loads(command(cube, "--json").output, parse_constant=pytest.fail)  # no NaN in JSON
+    assert answer["verdict"] == "different"
+    [told] = [each for each in answer["variables"] if each["name"] == "cloud_top_altitude"]
+    assert told["first"]["cube"] is None
+
+
+def test_a_changed_coordinate_is_found(masks):
+    with netCDF4.Dataset(masks, "a") as file:
+        file["solar_zenith_angle"][1] = 12.0
+    found = verify_cube(masks)
+    assert found.verdict is Verdict.DIFFERENT
+    assert by_name(found)["solar_zenith_angle"].first.position == {"frame": 1}
+
+
+@pytest.mark.parametrize(("frames", "seen"), [(1, False), (2, True), (3, True), (9, True)])
+def test_a_subset_of_frames_is_spread_from_the_first_to_the_last(masks, frames, seen):
+    with netCDF4.Dataset(masks, "a") as file:
+        file["cloud_mask"][4, 0, 0] = 1 - file["cloud_mask"][4, 0, 0]
+    found = verify_cube(masks, frames=frames)
+    assert found.frames_checked == min(frames, 5)
+    assert by_name(found)["cloud_mask"].beyond == int(seen)
+
+
+def test_a_subset_of_frames_is_identical_to_those_of_the_whole(fresh):
+    done = command(fresh, "--frames", 2, "--json")
+    assert done.exit_code == 0
+    answer = json.loads(done.output)
+    assert (answer["verdict"], answer["frames"], answer["frames_checked"]) == ("identical", 3, 2)
+
+
+def test_a_cube_of_masks_alone_compiles_nothing(masks, monkeypatch):
+    monkeypatch.setattr("hcss_twin.scene.verify.compile_tables", None)
+    assert verify_cube(masks).verdict is Verdict.IDENTICAL
+
+
+def test_another_version_is_told_but_compared_all_the_same(masks):
+    edit_json(masks, "hcss_versions", lambda table: table.update({"hcss-twin": "0.0.9", "numpy": "1.0"}))
+    edit_json(masks, "hcss_providers", lambda table: table["clouds"].update({"version": "0.0.9"}))
+    found = verify_cube(masks)
+    assert found.verdict is Verdict.IDENTICAL
+    assert [(each.what, each.recorded, each.now) for each in found.versions if each.what == "numpy"] == [
+        ("numpy", "1.0", np.__version__)
+    ]
+    assert [each.what for each in found.providers] == ["clouds"]
+    shown = command(masks)
+    assert shown.exit_code == 0
+    assert "version     hcss-twin: recorded 0.0.9; now " in shown.output
+    assert (
+        "provider    clouds: recorded fractal of hcss-twin 0.0.9; now fractal of hcss-twin " in shown.output
+    )
+
+
+def test_versions_of_numpy_and_numba_are_recorded(masks):
+    with open_cube(masks) as dataset:
+        assert {"numpy", "numba"} <= set(json.loads(dataset.attrs["hcss_versions"]))
+
+
+def test_a_provider_that_is_not_installed_is_named(masks):
+    def other(scenario):
+        scenario["clouds"]["layers"][0]["generator"] = "far-clouds/swirls"
+
+    edit_json(masks, "hcss_scenario", other)
+    gone = {"name": "swirls", "distribution": "far-clouds", "version": "2.1"}
+    edit_json(masks, "hcss_providers", lambda table: table.update({"clouds": gone}))
+    found = verify_cube(masks)
+    assert found.verdict is Verdict.NOT_RECOMPUTED
+    [problem] = found.problems
+    assert "no cloud generator is called 'far-clouds/swirls'" in problem
+    [change] = found.providers
+    assert (change.recorded, change.now) == ("swirls of far-clouds 2.1", "far-clouds is not installed")
+    assert command(masks).exit_code == 1
+
+
+def test_a_file_that_changed_since_is_named_with_both_hashes(tmp_path, monkeypatch):
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    image = folder / "clouds.npy"
+    values = np.random.default_rng(1).random((24, 24))
+    np.save(image, values)
+    imagery = {"clouds.generator": "imagery", "clouds.parameters": {"image": "clouds.npy"}}
+    overrides = MASKS | imagery | {"frames.count": 1}
+    cube = simulated(tmp_path / "cube.nc", overrides, folder)
+    # Relative paths lead where they led, wherever the command is given.
+    monkeypatch.chdir(tmp_path)
+    found = verify_cube(cube)
+    assert found.verdict is Verdict.IDENTICAL
+    assert found.base == str(folder)
+
+    moved = tmp_path / "moved"
+    shutil.copytree(folder, moved)
+    found = verify_cube(cube, base=moved)
+    assert (found.verdict, found.files) == (Verdict.IDENTICAL, ())
+
+    np.save(image, values[::-1])
+    found = verify_cube(cube)
+    assert found.verdict is Verdict.DIFFERENT
+    [change] = found.files
+    assert (change.name, change.state) == (str(image.resolve()), "changed")
+    assert None not in (change.recorded_sha256, change.now_sha256)
+    shown = command(cube).output
+    assert change.recorded_sha256 in shown
+    assert change.now_sha256 in shown
+
+    image.unlink()
+    found = verify_cube(cube)
+    assert found.verdict is Verdict.NOT_RECOMPUTED
+    assert "clouds.npy" in found.problems[0]
+    assert [each.state for each in found.files] == ["missing"]
+    assert "--base" in command(cube).output
+    assert command(cube, "--base", moved).exit_code == 0
+
+
+def test_a_file_that_changed_without_effect_is_told_of_an_identical_cube(tmp_path):
+    profile = tmp_path / "mine.csv"
+    shutil.copy(Catalog().root / "atmospheres" / "us-standard-1976.csv", profile)
+    cube = simulated(tmp_path / "cube.nc", MASKS | {"atmosphere.profile": "mine.csv"}, tmp_path)
+    with profile.open("a") as file:
+        file.write("# a remark\n")
+    found = verify_cube(cube)
+    assert found.verdict is Verdict.IDENTICAL
+    assert [(each.name, each.state) for each in found.files] == [(str(profile.resolve()), "changed")]
+
+
+def test_a_changed_catalog_file_is_named(masks):
+    edit_json(
+        masks, "hcss_files_sha256", lambda table: table.update({"bands.toml": "0" * 64, "gone.csv": "1" * 64})
+    )
+    found = verify_cube(masks)
+    assert found.verdict is Verdict.IDENTICAL
+    assert [(each.name, each.state, each.recorded_sha256) for each in found.files] == [
+        ("bands.toml", "changed", "0" * 64),
+        ("gone.csv", "missing", "1" * 64),
+    ]
+    assert len(found.files[0].now_sha256) == 64
+
+
+def test_a_changed_key_of_the_scenario_is_a_different_cube(masks):
+    edit_json(masks, "hcss_scenario", lambda scenario: scenario.update({"seed": 99}))
+    found = verify_cube(masks)
+    assert found.verdict is Verdict.DIFFERENT
+    assert [(each.what, each.now) for each in found.attributes] == [("hcss_seed", "99")]
+
+
+@pytest.mark.parametrize(
+    ("part", "what", "compared"),
+    [
+        ({"time": [0, 2, 4]}, "frames", 3 * 16 * 16),
+        ({"x": slice(0, 8)}, "columns", None),
+    ],
+)
+def test_a_part_of_a_cube_is_told_and_compared_where_both_have_it(masks, tmp_path, part, what, compared):
+    with open_cube(masks) as dataset:
+        dataset.drop_vars("band").isel(part).to_netcdf(tmp_path / "part.nc", engine="netcdf4")
+    found = verify_cube(tmp_path / "part.nc")
+    assert found.verdict is Verdict.DIFFERENT
+    assert [each.what for each in found.layout] == [what]
+    checks = by_name(found)
+    if compared is None:
+        assert "cloud_mask" not in checks
+    else:
+        assert (checks["cloud_mask"].values, checks["cloud_mask"].unequal) == (compared, 0)
+
+
+def test_one_band_of_two_is_compared_by_its_name(cube, tmp_path):
+    with open_cube(cube) as dataset:
+        one = dataset.isel(band=[1]).drop_vars("band")
+        one.to_netcdf(tmp_path / "part.nc", engine="netcdf4")
+    found = verify_cube(tmp_path / "part.nc", frames=1)
+    assert [(each.what, each.recorded, each.now) for each in found.layout] == [
+        ("bands", "lwir", "mwir, lwir")
+    ]
+    assert by_name(found)["radiance"].values == 16 * 16
+    assert by_name(found)["radiance"].unequal == 0
+    assert by_name(found)["wavelength"].unequal == 0
+
+
+def test_a_missing_variable_is_told(masks):
+    with netCDF4.Dataset(masks, "a") as file:
+        file.renameVariable("cloud_mask", "mask")
+    found = verify_cube(masks)
+    [change] = found.layout
+    assert change.what == "variables"
+    assert found.verdict is Verdict.DIFFERENT
+
+
+def test_interrupted_and_foreign_files_are_refused(tmp_path, masks):
+    with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
+        file.createDimension("x", 3)
+    with netCDF4.Dataset(masks, "a") as file:
+        file.delncattr("hcss_cube_format")  # as long as frames are missing
+    (tmp_path / "text.nc").write_text("no cube")
+    for path in (tmp_path / "foreign.nc", masks, tmp_path / "text.nc"):
+        with pytest.raises(CubeError, match=rf"cannot read .*{path.name}"):
+            verify_cube(path)
+
+
+def test_a_cube_without_provenance_is_refused(tmp_path):
+    header = example_header()
+    with CubeWriter(tmp_path / "c.nc", header) as writer:
+        for index in range(header.frames):
+            writer.write_frame(index, example_frame(header, index))
+    with pytest.raises(CubeError, match=r"carries no hcss_|is malformed|is not valid JSON"):
+        verify_cube(tmp_path / "c.nc")
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"a": 1}'])
+def test_malformed_provenance_is_refused_by_name(masks, text):
+    with netCDF4.Dataset(masks, "a") as file:
+        file.setncattr("hcss_files_sha256", text)
+    with pytest.raises(CubeError, match="hcss_files_sha256"):
+        verify_cube(masks)
+
+
+def test_truncated_values_are_refused_not_compared(fresh_masks, tmp_path):
+    short = tmp_path / "short.nc"
+    short.write_bytes(fresh_masks.read_bytes()[:-2000])
+    with pytest.raises(CubeError, match=r"cannot read .*short\.nc"):
+        verify_cube(short)
+
+
+def test_the_command_line_still_answers_without_numpy():
+    code = "import sys, hcss_twin.cli; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
