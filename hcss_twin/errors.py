@@ -27,6 +27,10 @@ class ImageError(HcssError):
     """An image cannot be judged: its shape, its type or its values do not allow it."""
 
 
+class CertificateWarning(UserWarning):
+    """A cube misses the accuracy asked for; its certificate says by how much and where."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """One thing that is wrong with a scenario.

@@ -98,7 +98,7 @@ class CubeHeader:
         _check_ranges(self)
         _check_bands(self.bands)
         _check_layers(self.layers)
-        _check_attributes(self.attributes)
+        check_attributes(self.attributes)
 
     @property
     def frames(self) -> int:
@@ -179,7 +179,8 @@ def _check_layers(layers: tuple[LayerInfo, ...]) -> None:
             )
 
 
-def _check_attributes(attributes: Mapping[str, Attribute]) -> None:
+def check_attributes(attributes: Mapping[str, Attribute]) -> None:
+    """Check that values of global attributes can be stored; raises :class:`CubeError`."""
     for name, value in attributes.items():
         if isinstance(value, bool) or not isinstance(value, str | float | int):
             raise CubeError(f"attribute {name}: {type(value).__name__}; text, float or integer is allowed")

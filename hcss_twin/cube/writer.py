@@ -28,7 +28,7 @@ from hcss_twin.cube.coordinates import (
     time_units,
 )
 from hcss_twin.cube.frames import check_frame, frame_shape
-from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, CubeHeader
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader, check_attributes
 from hcss_twin.cube.metadata import global_attributes
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.errors import CubeError
@@ -111,6 +111,29 @@ class CubeWriter:
             for name, array in arrays.items():
                 self._dataset.variables[name][index] = array
         self._written.add(index)
+
+    def set_attributes(self, attributes: Mapping[str, Attribute]) -> None:
+        """Add global attributes that are known only once frames are written.
+
+        Parameters
+        ----------
+        attributes : mapping
+            Names that the cube does not have yet.
+
+        Raises
+        ------
+        CubeError
+            If a name is taken, a value cannot be stored, or the disk refuses.
+        """
+        if self._dataset is None:
+            raise CubeError(f"{self.path}: not open for writing; attributes are set inside a 'with' block")
+        check_attributes(attributes)
+        for name in attributes:
+            if name == FORMAT_ATTRIBUTE or name in self._dataset.ncattrs():
+                raise CubeError(f"attribute {name}: the cube has it already; it cannot be given again")
+        with self._explained():
+            for name, value in attributes.items():
+                self._dataset.setncattr(name, value)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -1,11 +1,11 @@
-"""The reference path: dense spectrum, no tables, nothing skipped, one pixel at a time.
+"""The reference path: dense spectrum, no tables, nothing skipped, one pixel at a time unless asked for more.
 
 Slow and plainly right. Everything fast is tested against it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,11 @@ Array = NDArray[np.float64]
 
 
 def reference_radiance(
-    model: RadianceModel, grid: SpectralGrid, thickness_m: Sequence[float] | Array, sun: Sun | None
+    model: RadianceModel,
+    grid: SpectralGrid,
+    thickness_m: Sequence[float] | Array,
+    sun: Sun | None,
+    together: int = 1,
 ) -> Array:
     """Band radiance of single pixels.
 
@@ -29,6 +33,8 @@ def reference_radiance(
         single layer.
     sun : Sun or None
         Where the sun is at that pixel's time.
+    together : int
+        Cloudy columns for which the model is asked at once, which saves it time.
 
     Returns
     -------
@@ -38,13 +44,23 @@ def reference_radiance(
     thickness = np.asarray(thickness_m, dtype=np.float64)
     columns = thickness[:, None] if thickness.ndim == 1 else thickness
     result = np.empty((columns.shape[0], len(grid.nodes)))
-    for pixel, column in enumerate(columns):
-        if np.any(column > 0):
-            terms = model.cloudy(grid.wavenumber_cm1, column[None, :], sun)
-            spectrum = sum(np.asarray(term)[0] for term in terms.values())
-        else:
-            terms = model.clear(grid.wavenumber_cm1, sun)
-            spectrum = sum(np.asarray(term) for term in terms.values())
-        for band, (nodes, response) in enumerate(zip(grid.nodes, grid.response, strict=True)):
-            result[pixel, band] = trapezoid(spectrum[nodes] * response, grid.wavenumber_cm1[nodes])
+    cloudy = np.flatnonzero(np.any(columns > 0, axis=1))
+    clear = np.setdiff1d(np.arange(columns.shape[0]), cloudy)
+    if clear.size:
+        result[clear] = _bands(grid, model.clear(grid.wavenumber_cm1, sun))
+    for start in range(0, cloudy.size, together):
+        pixels = cloudy[start : start + together]
+        result[pixels] = _bands(grid, model.cloudy(grid.wavenumber_cm1, columns[pixels], sun))
     return result
+
+
+def _bands(grid: SpectralGrid, terms: Mapping[str, Array]) -> Array:
+    """Integrate the sum of terms (..., V) over the bands, (..., B)."""
+    spectra: Array = np.sum([np.asarray(term) for term in terms.values()], axis=0)
+    return np.stack(
+        [
+            trapezoid(spectra[..., nodes] * response, grid.wavenumber_cm1[nodes])
+            for nodes, response in zip(grid.nodes, grid.response, strict=True)
+        ],
+        axis=-1,
+    )

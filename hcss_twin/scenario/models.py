@@ -353,6 +353,13 @@ class Output(Section):
     compression: Whole = Field(
         0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest."
     )
+    certificate: Whole = Field(
+        24,
+        ge=0,
+        le=3000,
+        description="Random pixels that are computed again without tables to certify the accuracy "
+        "(docs/certificate.md); 0 for none.",
+    )
 
 
 class ScenarioModel(Section):

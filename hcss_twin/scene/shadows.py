@@ -86,7 +86,7 @@ class InstantShadows:
         thickness_m: Sequence[Thickness],
         radiance: NDArray[np.float32],
         truth: dict[str, NDArray[Any]],
-    ) -> None:
+    ) -> NDArray[np.bool_]:
         """Take from a window of the image the sunlight that clouds keep from its clear points.
 
         Parameters
@@ -99,6 +99,11 @@ class InstantShadows:
             Of the whole image; C may be 0.
         truth : dict of str to ndarray
             Truth variables of the whole image, among which the mask may be.
+
+        Returns
+        -------
+        ndarray of bool (window rows, window columns)
+            Pixels of which some part is in shadow.
         """
         mask = truth.get(SHADOW_MASK)
         if mask is None:
@@ -115,6 +120,8 @@ class InstantShadows:
             self._depth,
             self._loss,
         )
+        shaded: NDArray[np.bool_] = mask[window] > 0
+        return shaded
 
     def _in_cloud(self, window: tuple[slice, slice]) -> Thickness:
         """Height in each layer's cloud of the sun's paths to the points of a window, (L, y, x)."""

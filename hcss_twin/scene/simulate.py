@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import warnings
 import weakref
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -13,7 +14,10 @@ import numpy as np
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
+from hcss_twin.errors import CertificateWarning
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.certificate import Certificate, certify
+from hcss_twin.scene.certificate_pixels import PixelSample
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.provenance import provenance
 from hcss_twin.scene.stream import stream
@@ -30,8 +34,13 @@ _T = TypeVar("_T")
 Progress = Callable[[Iterable[_T], int], Iterable[_T]]
 
 
-def run(plan: Plan, output: str | Path, progress: Progress[Any] | None = None) -> Path:
-    """Compute a planned scene and write its cube.
+def run(
+    plan: Plan,
+    output: str | Path,
+    progress: Progress[Any] | None = None,
+    report: Callable[[Certificate], None] | None = None,
+) -> Path:
+    """Compute a planned scene and write its cube, with its certificate.
 
     Parameters
     ----------
@@ -39,6 +48,9 @@ def run(plan: Plan, output: str | Path, progress: Progress[Any] | None = None) -
         Final name; it appears only when the cube is complete.
     progress : callable, optional
         Wraps the iterable of frames, given their number, as ``tqdm`` and its like do.
+    report : callable, optional
+        Given the certificate, if there is one, once the cube has its name. By default one that failed is a
+        :class:`CertificateWarning`.
 
     Returns
     -------
@@ -53,7 +65,9 @@ def run(plan: Plan, output: str | Path, progress: Progress[Any] | None = None) -
         If the cube cannot be written.
     """
     tables = tables_of(plan) if plan.needs_radiance else None
-    frames: Iterable[Any] = stream(plan, tables)
+    sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
+    certificate: Certificate | None = None
+    frames: Iterable[Any] = stream(plan, tables, sample)
     if progress is not None:
         frames = progress(frames, plan.frame_times_s.size)
     with CubeWriter(
@@ -61,7 +75,17 @@ def run(plan: Plan, output: str | Path, progress: Progress[Any] | None = None) -
     ) as writer:
         for index, frame in enumerate(frames):
             writer.write_frame(index, frame)
+        if tables is not None and sample is not None:
+            certificate = certify(plan, tables, sample.frames)
+            writer.set_attributes(certificate.attributes())
+    if certificate is not None:
+        (report or _warn)(certificate)
     return Path(output)
+
+
+def _warn(certificate: Certificate) -> None:
+    if not certificate.passed:
+        warnings.warn("; ".join(certificate.lines[:2]), CertificateWarning, stacklevel=3)
 
 
 def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.scene.brightness import BrightnessTemperature
+from hcss_twin.scene.certificate_pixels import FrameSample, PixelSample
 from hcss_twin.scene.footprint import points_of, windows
 from hcss_twin.scene.look_up import LookUp
 from hcss_twin.scene.plan import Plan
@@ -22,7 +23,12 @@ Frame = dict[str, NDArray[Any]]
 Thickness = NDArray[np.float32]
 
 
-def stream(plan: Plan, tables: RadianceTables | None, frames: Sequence[int] | None = None) -> Iterator[Frame]:
+def stream(
+    plan: Plan,
+    tables: RadianceTables | None,
+    sample: PixelSample | None = None,
+    frames: Sequence[int] | None = None,
+) -> Iterator[Frame]:
     """Yield each frame's requested variables; memory does not depend on the number of frames.
 
     Nor does it depend on the number of points per pixel, as far as cloud generators give windows.
@@ -31,12 +37,15 @@ def stream(plan: Plan, tables: RadianceTables | None, frames: Sequence[int] | No
     ----------
     tables : RadianceTables or None
         None where no requested variable needs radiance.
+    sample : PixelSample, optional
+        Draws pixels of the frames as they are made.
     frames : sequence of int, optional
         Numbers of the frames wanted, from 0, by default all; they are those of the whole sequence.
     """
     maker = _FrameMaker(plan, tables)
     for index in range(plan.frame_times_s.size) if frames is None else frames:
-        yield maker.frame(float(plan.frame_times_s[index]))
+        time_s = float(plan.frame_times_s[index])
+        yield maker.frame(time_s, None if sample is None else sample.of_frame(index))
 
 
 class _FrameMaker:
@@ -58,7 +67,7 @@ class _FrameMaker:
             else None
         )
 
-    def frame(self, time_s: float) -> Frame:
+    def frame(self, time_s: float, sample: FrameSample | None) -> Frame:
         plan, bands = self._plan, len(self._plan.bands)
         look_up = None if self._reader is None else LookUp(self._reader.at(time_s))
         shape = len(self._quantities) * bands, plan.grid.rows, plan.grid.columns
@@ -74,12 +83,17 @@ class _FrameMaker:
                 look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
             if self._waves is not None:
                 self._waves.fill(radiance, self._truth.variables, window, thickness, time_s)
+            shaded = None
             if shadows is not None:
-                shadows.cast(window, thickness, radiance, self._truth.variables)
+                shaded = shadows.cast(window, thickness, radiance, self._truth.variables)
+            if sample is not None:
+                sample.look(window, thickness, shaded)
         made: Frame = dict(self._truth.variables)
         for index, name in enumerate(self._quantities):
             values = radiance[index * bands : (index + 1) * bands]
             made[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
+        if sample is not None:
+            sample.finish(made[TOTAL])
         if self._temperature is not None:
             made["brightness_temperature"] = self._temperature(made[TOTAL])
         return {name: values for name, values in made.items() if name in self._names}

@@ -103,7 +103,7 @@ def _compared(
             pairs = [
                 pairs[each] for each in np.unique(np.linspace(0, len(pairs) - 1, wanted).round().astype(int))
             ]
-        made: Iterable[Any] = stream(plan, tables, [ours for _, ours in pairs])
+        made: Iterable[Any] = stream(plan, tables, frames=[ours for _, ours in pairs])
         if progress is not None:
             made = progress(made, len(pairs))
         for (theirs, _), arrays in zip(pairs, made, strict=True):

@@ -1,0 +1,271 @@
+"""The certificate of whole runs."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hcss_twin import Scenario, make_plan, open_cube, simulate
+from hcss_twin.cli import cli
+from hcss_twin.errors import CertificateWarning, CubeError, ScenarioError
+from hcss_twin.radiance.reference import reference_radiance
+from hcss_twin.scene import simulate as simulation
+from hcss_twin.scene.compile import compile_tables
+
+CHEAP = {
+    "radiance.model": "as-printed",
+    "sea.model": "cox-munk",
+    "optics.provider": "mie",
+    "bands": ["mwir-3.7", "lwir-10.8"],
+    "image.rows": 40,
+    "image.columns": 50,
+    "frames.count": 3,
+}
+NAMES = {"hcss_certificate", "hcss_accuracy_achieved", "hcss_certificate_pixels", "hcss_certificate_strata"}
+
+
+def cube(name="stratus", **changes):
+    return simulate(
+        Scenario.load(name, CHEAP | {key.replace("__", "."): each for key, each in changes.items()})
+    )
+
+
+def found_strata(cube):
+    return {each["name"]: each for each in json.loads(cube.attrs["hcss_certificate_strata"])}
+
+
+def arguments(**changes):
+    overrides = CHEAP | {key.replace("__", "."): each for key, each in changes.items()}
+    return [part for key, value in overrides.items() for part in ("--set", f"{key}={json.dumps(value)}")]
+
+
+@pytest.fixture
+def tampered(monkeypatch):
+    """Tables whose radiance of clouds above 400 m is wrong by three times the accuracy, in the second band."""
+
+    def wrong(plan):
+        tables = compile_tables(plan)
+        thick = tables.axes[0].dense_m > 400.0
+        changed = []
+        for table in tables.tables:
+            alone = table.alone[0].copy()
+            alone[thick, :, 1] *= 1.0 + 3.0 * plan.scenario.accuracy
+            changed.append(replace(table, alone=(alone,)))
+        return replace(tables, tables=tuple(changed))
+
+    monkeypatch.setattr(simulation, "tables_of", wrong)
+
+
+def test_a_correct_cube_passes_and_says_what_was_requested_estimated_and_achieved():
+    made = cube()
+    assert made.attrs["hcss_certificate"].startswith("PASSED: 24 random pixels")
+    achieved = json.loads(made.attrs["hcss_accuracy_achieved"])
+    assert set(achieved) == {"mwir-3.7", "lwir-10.8"}
+    assert 0 < max(achieved.values()) <= made.attrs["hcss_table_error_estimated"] < 1e-3
+    assert made.attrs["hcss_accuracy_requested"] == 1e-3
+    assert made.attrs["hcss_certificate_pixels"] == 24
+    assert "11.7 %" in made.attrs["hcss_certificate"]
+    assert set(found_strata(made)) == {"clear", "thin", "edge", "thick"}
+    assert all(each["checked"] >= 1 for each in found_strata(made).values())
+
+
+def test_the_achieved_error_is_that_of_the_cube_against_the_reference():
+    """All pixels are checked, so that it is the largest over the cube itself."""
+    scenario = Scenario.load(
+        "stratus",
+        CHEAP
+        | {
+            "image.rows": 7,
+            "image.columns": 9,
+            "frames.count": 1,
+            "output.certificate": 63,
+            "output.variables": ["radiance", "cloud_thickness"],
+        },
+    )
+    made, plan = simulate(scenario), make_plan(scenario)
+    thickness = np.minimum(made.cloud_thickness.values.ravel().astype(float), plan.layers[0].thickness_max_m)
+    exact = reference_radiance(plan.model, plan.spectral_grid, thickness, plan.sun_at(0.0))
+    error = np.abs(made.radiance.values[0].reshape(2, -1).T / exact - 1.0).max(axis=0)
+    achieved = json.loads(made.attrs["hcss_accuracy_achieved"])
+    np.testing.assert_allclose(list(achieved.values()), error, rtol=6e-3)
+    assert made.attrs["hcss_certificate_pixels"] == 63
+    assert "at most 0 % of all pixels" in made.attrs["hcss_certificate"]
+
+
+def test_a_wrong_table_fails_names_the_stratum_and_keeps_the_cube(tampered, tmp_path):
+    path = tmp_path / "wrong.nc"
+    done = CliRunner().invoke(cli, ["run", "stratus", "-o", str(path), *arguments()])
+    assert done.exit_code == 1
+    assert re.search(
+        r"error: .*wrong.nc: certificate FAILED: .* thick \(\d+ of \d+, error up to 0\.00\d+", done.stderr
+    )
+    assert "in lwir-10.8" in done.stderr
+    with open_cube(path) as made:
+        text = made.attrs["hcss_certificate"]
+        assert text.startswith("FAILED: ")
+        assert "confidence" not in text
+        strata = found_strata(made)
+        assert strata["thick"]["exceeding"] >= 1
+        assert strata["clear"]["exceeding"] == strata["thin"]["exceeding"] == 0
+        assert json.loads(made.attrs["hcss_accuracy_achieved"])["lwir-10.8"] == pytest.approx(3e-3, rel=0.05)
+        assert json.loads(made.attrs["hcss_accuracy_achieved"])["mwir-3.7"] < 1e-3
+
+
+def test_the_python_interface_warns_of_a_failed_certificate_and_returns_the_cube(tampered):
+    with pytest.warns(CertificateWarning, match=r"FAILED: .*thick"):
+        made = cube()
+    assert made.attrs["hcss_certificate"].startswith("FAILED: ")
+
+
+def test_the_command_prints_the_certificate_and_answers_in_json(tmp_path):
+    told = CliRunner().invoke(cli, ["run", "stratus", "-o", str(tmp_path / "a.nc"), *arguments()])
+    assert told.exit_code == 0, told.output
+    assert "PASSED: 24 random pixels" in told.stdout
+    assert "requested 0.001, estimated" in told.stdout
+    assert "exactly" in told.stdout
+    answer = CliRunner().invoke(cli, ["run", "stratus", "-o", str(tmp_path / "b.nc"), "--json", *arguments()])
+    certificate = json.loads(answer.stdout)["certificate"]
+    assert certificate["passed"] is True
+    assert certificate["pixels"] == 24
+    none = CliRunner().invoke(
+        cli, ["run", "stratus", "-o", str(tmp_path / "c.nc"), "--json", *arguments(output__certificate=0)]
+    )
+    assert json.loads(none.stdout)["certificate"] is None
+
+
+def test_the_same_scenario_gives_the_same_bytes(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    scenario = Scenario.load("stratus", CHEAP)
+    files = [tmp_path / name for name in ("one.nc", "two.nc")]
+    for path in files:
+        simulate(scenario, path).close()
+    assert files[0].read_bytes() == files[1].read_bytes()
+    with open_cube(files[0]) as made:
+        assert made.attrs["hcss_certificate_pixels"] == 24
+
+
+def test_strata_of_rare_clouds_are_checked():
+    made = cube(clouds__coverage=0.01, image__rows=100, image__columns=100)
+    strata = found_strata(made)
+    assert strata["clear"]["pixels"] == 9900
+    assert sum(each["pixels"] for name, each in strata.items() if name != "clear") == 100
+    assert all(each["checked"] >= 1 for each in strata.values())
+    assert sum(each["checked"] for name, each in strata.items() if name != "clear") >= 8
+
+
+@pytest.mark.parametrize(("coverage", "expected"), [(0.0, {"clear"}), (1.0, {"thin", "thick"})])
+def test_skies_without_cloud_and_full_of_it_pass(coverage, expected):
+    made = cube(clouds__coverage=coverage)
+    assert set(found_strata(made)) <= expected
+    assert made.attrs["hcss_certificate_pixels"] == 24
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+
+
+def test_a_scene_without_layers_passes():
+    scenario = json.loads(Scenario.load("stratus", CHEAP).to_json())
+    scenario["clouds"] = {"layers": []}
+    made = simulate(Scenario.from_dict(scenario))
+    assert set(found_strata(made)) == {"clear"}
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+
+
+def test_an_image_of_one_pixel_is_checked_whole():
+    made = cube(image__rows=1, image__columns=1)
+    assert made.attrs["hcss_certificate_pixels"] == 1
+    assert made.attrs["hcss_certificate"].startswith("PASSED: 1 random")
+
+
+@pytest.mark.parametrize("variables", [["cloud_mask"], ["truth"]])
+def test_a_run_without_radiance_has_no_certificate(variables):
+    assert not NAMES & set(cube(output__variables=variables).attrs)
+
+
+def test_a_cube_of_brightness_temperature_has_one():
+    made = cube(output__variables=["brightness_temperature"])
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+
+
+def test_0_pixels_are_no_certificate():
+    assert not NAMES & set(cube(output__certificate=0).attrs)
+
+
+@pytest.mark.parametrize("value", [-1, 3001])
+def test_other_numbers_of_pixels_are_refused(value):
+    with pytest.raises(ScenarioError, match=r"output\.certificate.*3000"):
+        cube(output__certificate=value)
+
+
+def test_pixels_of_several_points_are_the_mean_over_them():
+    made = cube(image__samples_per_pixel=2, image__pixel_size=200.0)
+    assert made.attrs["hcss_certificate"].startswith("PASSED: 24 random")
+    assert found_strata(made)["edge"]["checked"] >= 1
+    assert max(json.loads(made.attrs["hcss_accuracy_achieved"]).values()) < 1e-3
+
+
+def test_two_layers_have_strata_of_their_own():
+    made = cube("cirrus-over-cumulus", output__certificate=60)
+    strata = found_strata(made)
+    assert made.attrs["hcss_certificate"].startswith("PASSED: 60 random")
+    for choice in ("low only", "high only", "both"):
+        assert any(f"({choice})" in name for name in strata)
+    assert all(each["checked"] >= 1 for each in strata.values())
+    assert len(re.search(r"frames ([0-9, ]+):", made.attrs["hcss_certificate"])[1].split(",")) == 2
+
+
+def test_single_precision_is_no_error_at_the_finest_accuracy():
+    assert (
+        cube(accuracy=1e-6, image__rows=12, image__columns=12).attrs["hcss_certificate"].startswith("PASSED")
+    )
+
+
+def test_pixels_in_the_shadow_of_clouds_are_left_out_and_told():
+    made = cube(
+        "cumulus",
+        slant__shadows=True,
+        clouds__coverage_mode="field",
+        image__pixel_size=100.0,
+        output__variables=["radiance", "shadow_mask"],
+        frames__count=1,
+    )
+    strata, shaded = found_strata(made), int(made.shadow_mask.sum())
+    assert shaded > 0
+    assert sum(each["left_out"]["in the shadow of clouds"] for each in strata.values()) == shaded
+    assert f"{shaded} clear pixels in the shadow of clouds" in made.attrs["hcss_certificate"]
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+
+
+def test_clear_pixels_with_drawn_waves_are_left_out_and_told():
+    waves = {"sea__model": "rough-sea", "sea__waves": "resolved", "image__pixel_size": 2.0, "accuracy": 1e-2}
+    made = cube("cumulus", **waves, frames__count=1, image__rows=20, image__columns=20)
+    clear = int((made.cloud_mask == 0).sum())
+    assert 0 < clear < 400
+    assert found_strata(made)["clear"]["left_out"]["with drawn waves"] == clear
+    assert found_strata(made)["clear"]["checked"] == 0
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+    nothing = cube("cumulus", **waves, frames__count=1, image__rows=8, image__columns=8, clouds__coverage=0.0)
+    assert nothing.attrs["hcss_certificate"].startswith("NOTHING CHECKED")
+    assert nothing.attrs["hcss_certificate_pixels"] == 0
+
+
+def test_attributes_that_a_cube_has_are_not_given_again(tmp_path):
+    from hcss_twin.cube.example import example_frame, example_header
+    from hcss_twin.cube.writer import CubeWriter
+
+    header = example_header()
+    writer = CubeWriter(tmp_path / "cube.nc", header)
+    with pytest.raises(CubeError, match="not open"):
+        writer.set_attributes({"late": 1})
+    with writer:
+        for index in range(header.frames):
+            writer.write_frame(index, example_frame(header, index))
+        writer.set_attributes({"late": "said"})
+        for taken in ("late", "title", "hcss_cube_format"):
+            with pytest.raises(CubeError, match=f"attribute {taken}: the cube has it already"):
+                writer.set_attributes({taken: "again"})
+        with pytest.raises(CubeError, match="attribute other: bool"):
+            writer.set_attributes({"other": True})
+    with open_cube(tmp_path / "cube.nc") as made:
+        assert made.attrs["late"] == "said"

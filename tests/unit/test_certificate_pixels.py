@@ -1,0 +1,157 @@
+"""Which pixels a certificate checks."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.scene.certificate_pixels import PixelSample, allot
+from hcss_twin.scene.strata import strata, stratum_names
+
+SIZES = st.lists(st.integers(0, 400), min_size=1, max_size=10)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    cheap = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
+    return make_plan(Scenario.load("stratus", {**cheap, "image.rows": 6, "image.columns": 9}))
+
+
+@pytest.fixture(scope="module")
+def layer(plan):
+    """Its thickness is 10 to 1000 m, with a geometric mean of 100 m."""
+    return plan.layers[0]
+
+
+def names(layers, thickness, shape, samples=1):
+    table = np.array(stratum_names(len(layers)))
+    return table[strata(layers, [np.array(each, np.float32) for each in thickness], shape, samples)].tolist()
+
+
+def test_a_cloud_has_edges_and_is_thick_or_thin_inside(layer):
+    thickness = np.zeros((5, 7))
+    thickness[:, 2:] = 50.0
+    thickness[:, 5:] = 200.0
+    row = ["clear", "clear", "edge", "thin", "thin", "thick", "thick"]
+    assert names([layer], [thickness], (5, 7)) == [row] * 5
+
+
+def test_neighbours_above_and_below_make_edges_and_diagonal_ones_do_not(layer):
+    thickness = np.full((5, 5), 50.0)
+    thickness[2, 2] = 0.0
+    found = np.array(names([layer], [thickness], (5, 5)))
+    edge = np.zeros((5, 5), bool)
+    edge[[1, 3, 2, 2], [2, 2, 1, 3]] = True
+    assert np.all((found == "edge") == edge)
+    assert found[2, 2] == "clear"
+    assert found[1, 1] == "thin"
+
+
+def test_a_pixel_that_is_clear_in_part_is_an_edge_and_its_clear_points_do_not_make_it_thin(layer):
+    thickness = np.full((2, 8), 150.0)
+    thickness[0, 0] = 0.0
+    assert names([layer], [thickness], (1, 4), 2) == [["edge", "edge", "thick", "thick"]]
+
+
+def test_two_layers_are_told_apart(layer):
+    low, high = np.full((3, 9), 20.0), np.full((3, 9), 20.0)
+    low[:, :3] = 0.0
+    high[:, 6:] = 0.0
+    low[:, 7:] = 500.0
+    found = names([layer, replace(layer, name="other")], [low, high], (3, 9))
+    row = ["thin (high only)"] * 3 + ["edge (both)"] + ["thin (both)"] + ["edge (both)"]
+    assert found == [[*row, "thin (low only)", "thick (low only)", "thick (low only)"]] * 3
+
+
+def test_without_layers_all_is_clear():
+    assert names([], [], (2, 2)) == [["clear"] * 2] * 2
+
+
+@given(st.integers(0, 60), SIZES)
+def test_every_stratum_gets_a_pixel_as_far_as_they_go_and_none_more_than_it_has(count, sizes):
+    sizes = np.array(sizes)
+    taken = allot(count, sizes)
+    assert np.all(taken <= sizes)
+    assert taken.sum() == min(count, sizes.sum())
+    if count >= np.count_nonzero(sizes):
+        assert np.all(taken[sizes > 0] >= 1)
+
+
+def test_half_of_the_draws_go_by_size():
+    assert allot(100, np.array([8000, 2000, 0])).tolist() == [65, 35, 0]
+
+
+def drawn(plan, thickness, shaded=None):
+    sample = PixelSample(plan)
+    for index in range(plan.frame_times_s.size):
+        frame = sample.of_frame(index)
+        if frame is not None:
+            for rows in (slice(0, 4), slice(4, 6)):
+                part = None if shaded is None else shaded[rows]
+                frame.look((rows, slice(0, 9)), [thickness[rows]], part)
+            frame.finish(np.arange(3 * 54, dtype=np.float32).reshape(3, 6, 9))
+    return sample.frames
+
+
+def test_pixels_carry_the_cloud_and_radiance_of_their_own_place(plan):
+    thickness = np.linspace(10, 999, 54, dtype=np.float32).reshape(6, 9)
+    (frame,) = drawn(plan, thickness)
+    np.testing.assert_array_equal(frame.thickness_m[:, 0, 0], thickness[frame.row, frame.column])
+    np.testing.assert_array_equal(frame.radiance[:, 1], 54 + 9 * frame.row + frame.column)
+    assert len({(y, x) for y, x in zip(frame.row, frame.column, strict=True)}) == 24
+    assert frame.pixels.sum() == 54
+
+
+def test_the_draw_is_the_same_each_time_and_another_with_another_seed(plan):
+    thickness = np.linspace(10, 999, 54, dtype=np.float32).reshape(6, 9)
+    (one,), (two,) = drawn(plan, thickness), drawn(plan, thickness)
+    np.testing.assert_array_equal(one.row, two.row)
+    np.testing.assert_array_equal(one.column, two.column)
+    places = set()
+    for seed in range(4):
+        scenario = plan.scenario.model_copy(update={"seed": seed})
+        (frame,) = drawn(replace(plan, scenario=scenario), thickness)
+        places.add((frame.frame, *frame.row.tolist(), *frame.column.tolist()))
+    assert len(places) == 4
+
+
+def test_pixels_in_shadow_are_left_out_and_counted(plan):
+    thickness, shaded = np.zeros((6, 9), np.float32), np.zeros((6, 9), bool)
+    shaded[1:5, 2:7] = True
+    (frame,) = drawn(plan, thickness, shaded)
+    assert not np.any(shaded[frame.row, frame.column])
+    assert frame.in_shadow[0] == 20
+    assert frame.pixels[0] == 34
+
+
+@pytest.mark.parametrize(
+    ("asked", "frames", "samples", "checked", "from_frames"),
+    [
+        (24, 8, 1, 24, 1),
+        (47, 8, 1, 47, 1),
+        (48, 8, 1, 48, 2),
+        (3000, 8, 1, 432, 8),
+        (24, 1, 1, 24, 1),
+        (24, 8, 2, 24, 1),
+        (24, 8, 4, 6, 1),
+        (24, 8, 64, 1, 1),
+    ],
+)
+def test_few_pixels_come_from_one_frame_and_many_from_several(
+    plan, asked, frames, samples, checked, from_frames
+):
+    output = plan.scenario.output.model_copy(update={"certificate": asked})
+    image = plan.scenario.image.model_copy(update={"samples_per_pixel": samples})
+    scenario = plan.scenario.model_copy(update={"output": output, "image": image})
+    few = replace(plan, scenario=scenario, frame_times_s=plan.frame_times_s[:frames])
+    found = drawn(few, np.full((6 * samples, 9 * samples), 50.0, np.float32)) if samples == 1 else None
+    if found is not None:
+        assert sum(frame.row.size for frame in found) == checked
+        assert len({frame.frame for frame in found}) == len(found) == from_frames
+    else:
+        counts = PixelSample(few)._count
+        assert sum(counts.values()) == checked
+        assert len(counts) == from_frames
