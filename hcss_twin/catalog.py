@@ -44,16 +44,11 @@ class Catalog:
         Folder of the named files; the shipped ``catalogs/`` by default.
     base : Path, optional
         Folder against which a user's relative paths are resolved (that of the scenario file).
-    keeps_results : bool
-        Whether what is computed from the files may be kept for later runs, and taken from earlier ones.
     """
 
-    def __init__(
-        self, root: Path | None = None, base: Path | None = None, *, keeps_results: bool = True
-    ) -> None:
+    def __init__(self, root: Path | None = None, base: Path | None = None) -> None:
         self.root = root or catalog_root()
         self.base = base or Path.cwd()
-        self.keeps_results = keeps_results
         self._used: dict[str, str] = {}
 
     @property
@@ -157,6 +152,10 @@ class Catalog:
         if key not in self._used:
             self._used[key] = hashlib.sha256(path.read_bytes()).hexdigest()
         return path
+
+
+class SecludedCatalog(Catalog):
+    """Catalog of a run that takes nothing from what earlier runs computed, and keeps nothing for later ones."""
 
 
 def _is_file(path: Path) -> bool:

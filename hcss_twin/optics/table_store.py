@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cache.folder import cache_root
-from hcss_twin.catalog import Catalog
+from hcss_twin.catalog import Catalog, SecludedCatalog
 from hcss_twin.errors import CatalogError
 from hcss_twin.optics import table_file
 from hcss_twin.optics.bulk_table import BulkTable
@@ -36,7 +36,7 @@ class TableStore:
     Parameters
     ----------
     catalog : Catalog
-        Holds the tables that ship, and says whether others may be kept.
+        Holds the tables that ship; with a secluded one no others are kept.
     """
 
     def __init__(self, catalog: Catalog) -> None:
@@ -72,7 +72,7 @@ class TableStore:
         return self._shipped
 
     def _cached(self, table: BulkTable) -> Path | None:
-        folder = cache_folder() if self._catalog.keeps_results else None
+        folder = None if isinstance(self._catalog, SecludedCatalog) else cache_folder()
         return None if folder is None else folder / f"{table.key}{SUFFIX}"
 
 

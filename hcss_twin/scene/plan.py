@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.catalog import Catalog, SecludedCatalog
 from hcss_twin.cube.variables import LAYER, VariableSpec, expand
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
@@ -225,7 +225,8 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True) -> Plan:
         If a selected provider is broken.
     """
     try:
-        return _make_plan(scenario, Catalog(base=scenario.base, keeps_results=keeps_results))
+        catalog = Catalog if keeps_results else SecludedCatalog
+        return _make_plan(scenario, catalog(base=scenario.base))
     except ScenarioError as error:
         raise ScenarioError(error.problems, scenario.origin) from error
 
