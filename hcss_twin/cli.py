@@ -99,7 +99,8 @@ def run(
         for item in plan.filled_in:
             click.echo(f"  filled in: {item.field} = {item.value} ({item.why})")
         for certificate in found:
-            click.echo("\n    ".join(("  certificate", *certificate.lines)))
+            # The rest of its words are in the cube.
+            click.echo("\n    ".join(("  certificate", *certificate.lines[:3])))
     for certificate in found:
         if not certificate.passed:
             click.echo(f"error: {output}: certificate {certificate.lines[0]}", err=True)

@@ -21,6 +21,14 @@ from hcss_twin.scene.verification import Change, FileChange
 
 _VERSIONS, _PROVIDERS, _FILES = "hcss_versions", "hcss_providers", "hcss_files_sha256"
 _TOLD_APART = (SCENARIO_ATTRIBUTE, _VERSIONS, _PROVIDERS, _FILES)
+_NOT_REPEATED = (
+    "hcss_certificate",
+    "hcss_accuracy_achieved",
+    "hcss_certificate_pixels",
+    "hcss_certificate_strata",
+)
+"""The certificate: what was checked then is not checked again, because all of it is."""
+
 _LONGEST = 120
 
 
@@ -156,7 +164,7 @@ class Recorded:
         ]
         engine = dict.fromkeys((*self.attributes, *now))
         for name in engine:
-            if name.startswith("hcss_") and name not in (*_TOLD_APART, FORMAT_ATTRIBUTE):
+            if name.startswith("hcss_") and name not in (*_TOLD_APART, *_NOT_REPEATED, FORMAT_ATTRIBUTE):
                 recorded, value = self.attributes.get(name), now.get(name)
                 if not np.array_equal(recorded, value):  # type: ignore[arg-type]
                     changes.append(Change(name, _short(recorded), _short(value)))
