@@ -43,8 +43,8 @@ print(scenario_text("cube.nc"))
   `cube.cloud_layer_thickness.sel(layer="cirrus")`.
 * Where radiance was computed, `hcss_certificate` says in words whether random pixels that were computed again without
   tables keep the accuracy asked for, `hcss_accuracy_requested`; it begins with PASSED, FAILED or NOTHING CHECKED.
-  `hcss_accuracy_achieved` (JSON: error by band), `hcss_certificate_pixels` and `hcss_certificate_strata` (JSON) hold its
-  numbers beside `hcss_table_error_estimated` ([certificate](certificate.md)).
+  `hcss_accuracy_achieved` (JSON: error by band), `hcss_certificate_pixels` and `hcss_certificate_strata` (JSON) hold
+  its numbers beside `hcss_table_error_estimated` ([certificate](certificate.md)).
 * NaN occurs only in the variables marked below, and negative radiance never.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.
