@@ -13,7 +13,11 @@ time = 2024-04-20T12:30:00+10:00
 clouds.type = "stratus"
 image = {rows = 16, columns = 16}
 frames.count = 1
+radiance.model = "as-printed"
+sea.model = "cox-munk"
+optics.provider = "mie"
 """
+"""With the radiance model `physical` a scene asks for many times as many paths, which the Fortran takes long for."""
 
 
 def hcss(folder, *arguments):
