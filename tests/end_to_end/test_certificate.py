@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 from click.testing import CliRunner
 
 from hcss_twin import Scenario, make_plan, open_cube, simulate
@@ -15,10 +16,7 @@ from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.scene import simulate as simulation
 from hcss_twin.scene.compile import compile_tables
 
-CHEAP = {
-    "radiance.model": "as-printed",
-    "sea.model": "cox-munk",
-    "optics.provider": "mie",
+SMALL = CHEAP | {
     "bands": ["mwir-3.7", "lwir-10.8"],
     "image.rows": 40,
     "image.columns": 50,
@@ -29,7 +27,7 @@ NAMES = {"hcss_certificate", "hcss_accuracy_achieved", "hcss_certificate_pixels"
 
 def cube(name="stratus", **changes):
     return simulate(
-        Scenario.load(name, CHEAP | {key.replace("__", "."): each for key, each in changes.items()})
+        Scenario.load(name, SMALL | {key.replace("__", "."): each for key, each in changes.items()})
     )
 
 
@@ -38,7 +36,7 @@ def found_strata(cube):
 
 
 def arguments(**changes):
-    overrides = CHEAP | {key.replace("__", "."): each for key, each in changes.items()}
+    overrides = SMALL | {key.replace("__", "."): each for key, each in changes.items()}
     return [part for key, value in overrides.items() for part in ("--set", f"{key}={json.dumps(value)}")]
 
 
@@ -76,7 +74,7 @@ def test_the_achieved_error_is_that_of_the_cube_against_the_reference():
     """All pixels are checked, so that it is the largest over the cube itself."""
     scenario = Scenario.load(
         "stratus",
-        CHEAP
+        SMALL
         | {
             "image.rows": 7,
             "image.columns": 9,
@@ -138,7 +136,7 @@ def test_the_command_prints_the_certificate_and_answers_in_json(tmp_path):
 
 def test_the_same_scenario_gives_the_same_bytes(tmp_path, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    scenario = Scenario.load("stratus", CHEAP)
+    scenario = Scenario.load("stratus", SMALL)
     files = [tmp_path / name for name in ("one.nc", "two.nc")]
     for path in files:
         simulate(scenario, path).close()
@@ -165,7 +163,7 @@ def test_skies_without_cloud_and_full_of_it_pass(coverage, expected):
 
 
 def test_a_scene_without_layers_passes():
-    scenario = json.loads(Scenario.load("stratus", CHEAP).to_json())
+    scenario = json.loads(Scenario.load("stratus", SMALL).to_json())
     scenario["clouds"] = {"layers": []}
     made = simulate(Scenario.from_dict(scenario))
     assert set(found_strata(made)) == {"clear"}

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 from click.testing import CliRunner
 
 from hcss_twin.cli import cli
@@ -11,10 +12,7 @@ from hcss_twin.scene.plan import make_plan
 from hcss_twin.scene.simulate import simulate
 from hcss_twin.scene.table_cache import table_key, tables_of
 
-CHEAP = {
-    "radiance.model": "as-printed",
-    "sea.model": "cox-munk",
-    "optics.provider": "mie",
+SMALL = CHEAP | {
     "image.rows": 16,
     "image.columns": 16,
     "frames.count": 2,
@@ -28,7 +26,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def plan(**changes):
-    overrides = CHEAP | {key.replace("__", "."): value for key, value in changes.items()}
+    overrides = SMALL | {key.replace("__", "."): value for key, value in changes.items()}
     return make_plan(Scenario.load("stratus", overrides))
 
 
@@ -53,7 +51,7 @@ def test_a_second_run_has_the_same_tables_to_the_bit_without_compiling(no_compil
 
 
 def test_cubes_from_kept_tables_have_the_same_provenance(no_compiler):
-    scenario = Scenario.load("stratus", CHEAP)
+    scenario = Scenario.load("stratus", SMALL)
     first = simulate(scenario)
     no_compiler()
     second = simulate(scenario)

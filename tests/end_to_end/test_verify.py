@@ -8,6 +8,7 @@ import sys
 import netCDF4
 import numpy as np
 import pytest
+from cheap import CHEAP
 from click.testing import CliRunner
 
 from hcss_twin.catalog import Catalog
@@ -22,16 +23,13 @@ from hcss_twin.scene.simulate import run
 from hcss_twin.scene.verification import TOLERANCE, Verdict
 from hcss_twin.scene.verify import verify_cube
 
-CHEAP = {
-    "radiance.model": "as-printed",
-    "sea.model": "cox-munk",
-    "optics.provider": "mie",
+SMALL = CHEAP | {
     "image.rows": 16,
     "image.columns": 16,
     "frames.count": 2,
     "bands": ["mwir", "lwir"],
 }
-MASKS = CHEAP | {"output.variables": ["cloud_mask", "cloud_thickness"]}
+MASKS = SMALL | {"output.variables": ["cloud_mask", "cloud_thickness"]}
 
 
 def simulated(path, overrides, base=None):
@@ -42,7 +40,7 @@ def simulated(path, overrides, base=None):
 
 @pytest.fixture(scope="module")
 def fresh(tmp_path_factory):
-    overrides = CHEAP | {
+    overrides = SMALL | {
         "frames.count": 3,
         "output.variables": ["radiance", "brightness_temperature", "truth"],
     }
@@ -99,7 +97,7 @@ def test_computed_cloud_optics_are_neither_kept_nor_taken(tmp_path, monkeypatch)
     folder = tmp_path / "cache" / "optics"
     monkeypatch.setenv("HCSS_CACHE_DIR", str(folder.parent))
     monkeypatch.setenv("HCSS_CACHE_MB", "0")
-    cube = simulated(tmp_path / "cube.nc", CHEAP | {"clouds.effective_radius": 9.0, "bands": ["mwir"]})
+    cube = simulated(tmp_path / "cube.nc", SMALL | {"clouds.effective_radius": 9.0, "bands": ["mwir"]})
     [kept] = folder.iterdir()
     with netCDF4.Dataset(kept, "a") as table:
         table["properties"][:] = table["properties"][:] + 0.1

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cheap import CHEAP
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,8 +17,7 @@ SIZES = st.lists(st.integers(0, 400), min_size=1, max_size=10)
 
 @pytest.fixture(scope="module")
 def plan():
-    cheap = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
-    return make_plan(Scenario.load("stratus", {**cheap, "image.rows": 6, "image.columns": 9}))
+    return make_plan(Scenario.load("stratus", {**CHEAP, "image.rows": 6, "image.columns": 9}))
 
 
 @pytest.fixture(scope="module")
