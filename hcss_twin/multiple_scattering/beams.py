@@ -7,11 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.multiple_scattering.chains import chains
 from hcss_twin.multiple_scattering.checks import checked_cosines, checked_layers
-from hcss_twin.multiple_scattering.doubling import solve_chains
-from hcss_twin.multiple_scattering.parallel import in_threads
 from hcss_twin.multiple_scattering.phase_function import delta_m
-from hcss_twin.multiple_scattering.scattering_kernels import directions, scattering_kernels
+from hcss_twin.multiple_scattering.scattering_kernels import directions
 from hcss_twin.multiple_scattering.streams import gauss_streams
+from hcss_twin.multiple_scattering.whole_mode import solve_mode
 
 Array = NDArray[np.float64]
 
@@ -59,22 +58,8 @@ def transmit_beams(
     scaled = delta_m(thickness, w, chi, 2 * streams)
     found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
     size = where.mu.size
-    back, through = np.empty((2, thickness.size, size, size))
-    emitted = np.empty((2, thickness.size, size))
     result = np.empty((modes - 1, *thickness.shape, streams, beams.size))
     for mode in range(1, modes):
-        same, other = scattering_kernels(where, scaled, mode)
-
-        def part(start: int, step: int, same: Array = same, other: Array = other) -> None:
-            solve_chains(
-                (same, other, scaled.co_albedo),
-                (where.mu, where.scale),
-                (found.cell, found.column, found.thickness, found.doublings, found.first),
-                (where.beams, 0),
-                (start, step),
-                (back, through, emitted),
-            )
-
-        in_threads(part, found.first.size - 1, threads)
+        _, through, _ = solve_mode(where, scaled, found, mode, threads)
         result[mode - 1] = through.reshape(*thickness.shape, size, size)[..., beams.size :, : beams.size]
     return result

@@ -9,11 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.multiple_scattering.chains import chains
 from hcss_twin.multiple_scattering.checks import checked_cosines, checked_layers
-from hcss_twin.multiple_scattering.doubling import solve_chains
-from hcss_twin.multiple_scattering.parallel import in_threads
 from hcss_twin.multiple_scattering.phase_function import delta_m
-from hcss_twin.multiple_scattering.scattering_kernels import directions, scattering_kernels
+from hcss_twin.multiple_scattering.scattering_kernels import directions
 from hcss_twin.multiple_scattering.streams import gauss_streams
+from hcss_twin.multiple_scattering.whole_mode import solve_mode
 
 Array = NDArray[np.float64]
 
@@ -90,23 +89,9 @@ def solve_layers(
     extra = checked_cosines("mu_extra", mu_extra)
     where = directions(extra, gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
-    same, other = scattering_kernels(where, scaled, 0)
     found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
+    reflection, transmission, emitted = solve_mode(where, scaled, found, 0, threads)
     size = where.mu.size
-    reflection, transmission = np.empty((thickness.size, size, size)), np.empty((thickness.size, size, size))
-    emitted = np.empty((2, thickness.size, size))
-
-    def part(start: int, step: int) -> None:
-        solve_chains(
-            (same, other, scaled.co_albedo),
-            (where.mu, where.scale),
-            (found.cell, found.column, found.thickness, found.doublings, found.first),
-            (where.beams, 1),
-            (start, step),
-            (reflection, transmission, emitted),
-        )
-
-    in_threads(part, found.first.size - 1, threads)
     shape = (*thickness.shape, size)
     direct = np.exp(-scaled.thickness[..., np.newaxis] / where.mu)
     square = (*shape, size)
