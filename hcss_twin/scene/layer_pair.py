@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ProviderError
-from hcss_twin.scene.crossed_columns import complete
+from hcss_twin.scene.low_rank import complete
 from hcss_twin.scene.thickness_axis import (
     LINEAR_SHARE,
     MOST_NODES,
