@@ -6,8 +6,9 @@ import json
 
 import click
 
-KINDS = {"tables": ".npz", "optics": ".nc"}
-"""Compiled scenes, and bulk properties of cloud particles."""
+from hcss_twin.cache.kinds import OPTICS, TABLES
+
+KINDS = dict((TABLES, OPTICS))
 
 
 @click.group(invoke_without_command=True)
@@ -37,7 +38,7 @@ def cache(context: click.Context, as_json: bool) -> None:
         return
     click.echo(f"{'no folder to keep anything in' if root is None else root}")
     for kind, files in found.items():
-        most = f" of at most {limit / 1e6:g} MB" if kind == "tables" else ""
+        most = f" of at most {limit / 1e6:g} MB" if kind == TABLES[0] else ""
         click.echo(f"  {kind:<8}{len(files):5} files {sum(each.size for each in files) / 1e6:8.1f} MB{most}")
 
 

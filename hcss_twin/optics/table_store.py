@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cache.folder import cache_root
+from hcss_twin.cache.kinds import OPTICS
 from hcss_twin.catalog import Catalog, SecludedCatalog
 from hcss_twin.errors import CatalogError
 from hcss_twin.optics import table_file
@@ -18,7 +19,7 @@ from hcss_twin.optics.bulk_table import BulkTable
 
 Array = NDArray[np.float64]
 
-FOLDER, SUFFIX = "optics", ".nc"
+FOLDER, SUFFIX = OPTICS
 
 _WORTH_A_BAR = 64
 """Wavelengths to compute from which progress is shown: less is done at once."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.cache.fingerprint import package_fingerprint
+from hcss_twin.cache.kinds import TABLES
 from hcss_twin.cache.records import read_record, write_record
 from hcss_twin.cache.store import Store
 from hcss_twin.cube.variables import TERM_PREFIX
@@ -24,8 +25,6 @@ from hcss_twin.scene.spectrum import Spectrum
 from hcss_twin.scene.tables import InstantTable, Quantities, RadianceTables, ShadowTables, WaveTables
 from hcss_twin.scene.thickness_axis import ThicknessAxis
 from hcss_twin.version import __version__
-
-KIND, SUFFIX = "tables", ".npz"
 
 _FORMAT = 1
 """Raised when what is written here changes its meaning."""
@@ -65,7 +64,7 @@ def tables_of(plan: Plan) -> RadianceTables:
 
     They are the same to the bit. What an earlier run read is recorded again and must not have changed.
     """
-    store, key = Store(KIND, SUFFIX), table_key(plan)
+    store, key = Store(*TABLES), table_key(plan)
     path = store.find(key)
     if path is not None:
         try:
