@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from hcss_twin.scene.look_up import LookUp
-from hcss_twin.scene.tables import DenseTable
+from hcss_twin.scene.tables.look_up import LookUp
+from hcss_twin.scene.tables.radiance_tables import DenseTable
 
 SIDE = 800
 NODES, UPPER_NODES = 588, 150

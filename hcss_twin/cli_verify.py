@@ -33,7 +33,7 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
     1e-6; 1: different, or it cannot be recomputed, with the place and what may be why.
     """
     from hcss_twin.reporting.verification_text import verification_text
-    from hcss_twin.scene.verify import verify_cube
+    from hcss_twin.scene.verification.verify import verify_cube
 
     if sys.stderr.isatty():
         click.echo("computing the radiance anew ...", err=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hcss_twin.providers import CloudLayer
-from hcss_twin.scene.particles import told
+from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.plan import Plan
 
 

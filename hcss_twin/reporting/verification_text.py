@@ -5,7 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from hcss_twin.scene.verification import TOLERANCE, Change, Place, VariableCheck, Verdict, Verification
+from hcss_twin.scene.verification.verification import (
+    TOLERANCE,
+    Change,
+    Place,
+    VariableCheck,
+    Verdict,
+    Verification,
+)
 
 _RULES = {
     "value": "relative to the value",

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import Problem, ScenarioError
-from hcss_twin.scene.columns import BandColumns
-from hcss_twin.scene.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.shadow_table import compile_shadows
-from hcss_twin.scene.spectrum import choose_spectrum
-from hcss_twin.scene.tables import RadianceTables
-from hcss_twin.scene.thickness_axis import ThicknessAxis, place_axis
-from hcss_twin.scene.wave_table import compile_waves
+from hcss_twin.scene.slant.shadow_table import compile_shadows
+from hcss_twin.scene.tables.columns import BandColumns
+from hcss_twin.scene.tables.layer_pair import LayerPair, place_pair
+from hcss_twin.scene.tables.radiance_tables import RadianceTables
+from hcss_twin.scene.tables.spectrum import choose_spectrum
+from hcss_twin.scene.tables.thickness_axis import ThicknessAxis, place_axis
+from hcss_twin.scene.waves.wave_table import compile_waves
 
 Array = NDArray[np.float64]
 

@@ -19,15 +19,15 @@ from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, Radian
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.assembly import Assembly, assemble
-from hcss_twin.scene.particles import told
+from hcss_twin.scene.building.assembly import Assembly, assemble
+from hcss_twin.scene.building.particles import told
+from hcss_twin.scene.building.surroundings import FilledIn
+from hcss_twin.scene.ledger.skipped import Skipped, skipped_parts
 from hcss_twin.scene.probes import probe_last_frame, probe_lowest_sun, probe_particles
-from hcss_twin.scene.sea_sun import require_sea_sun_terms
-from hcss_twin.scene.skipped import Skipped, skipped_parts
-from hcss_twin.scene.slant import SlantPaths, slant_paths
+from hcss_twin.scene.slant.sea_sun import require_sea_sun_terms
+from hcss_twin.scene.slant.slant_paths import SlantPaths, slant_paths
 from hcss_twin.scene.sun_track import SunTrack
-from hcss_twin.scene.surroundings import FilledIn
-from hcss_twin.scene.wave_choice import DRAWN_NOTE, DrawnWaves, choose_waves
+from hcss_twin.scene.waves.wave_choice import DRAWN_NOTE, DrawnWaves, choose_waves
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import Problem, ProviderError, ScenarioError
-from hcss_twin.scene.assembly import Assembly
+from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.sun_track import SunTrack
 
 Array = NDArray[np.float64]

@@ -6,9 +6,9 @@ import json
 import platform
 from importlib import metadata
 
-from hcss_twin.scene.particles import told
+from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.tables import RadianceTables
+from hcss_twin.scene.tables.radiance_tables import RadianceTables
 
 LIBRARIES = ("numpy", "numba", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
 

@@ -16,13 +16,13 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.errors import CertificateWarning
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.certificate import Certificate, certify
-from hcss_twin.scene.certificate_pixels import PixelSample
+from hcss_twin.scene.certificate.certificate import Certificate, certify
+from hcss_twin.scene.certificate.certificate_pixels import PixelSample
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.provenance import provenance
 from hcss_twin.scene.stream import stream
-from hcss_twin.scene.table_cache import tables_of
-from hcss_twin.scene.tables import RadianceTables
+from hcss_twin.scene.tables.kept_tables import tables_of
+from hcss_twin.scene.tables.radiance_tables import RadianceTables
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.scene.brightness import BrightnessTemperature
-from hcss_twin.scene.certificate_pixels import FrameSample, PixelSample
+from hcss_twin.scene.certificate.certificate_pixels import FrameSample, PixelSample
 from hcss_twin.scene.footprint import points_of, windows
-from hcss_twin.scene.look_up import LookUp
 from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.shadows import Shadows
-from hcss_twin.scene.tables import TOTAL, RadianceTables, TableReader
+from hcss_twin.scene.slant.shadows import Shadows
+from hcss_twin.scene.tables.look_up import LookUp
+from hcss_twin.scene.tables.radiance_tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.scene.truth import Truth
-from hcss_twin.scene.waves import WaveStage
+from hcss_twin.scene.waves.waves import WaveStage
 
 Frame = dict[str, NDArray[Any]]
 Thickness = NDArray[np.float32]

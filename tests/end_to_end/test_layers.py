@@ -9,7 +9,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.reporting.plan_text import plan_text
-from hcss_twin.scene.cloud_assembly import layer_seed
+from hcss_twin.scene.building.cloud_assembly import layer_seed
 from hcss_twin.scene.compile import SPECTRAL_SHARE, TABLE_SHARE, compile_tables
 from hcss_twin.scene.stream import stream
 

@@ -7,10 +7,10 @@ from click.testing import CliRunner
 
 from hcss_twin.cli import cli
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene import table_cache
 from hcss_twin.scene.plan import make_plan
 from hcss_twin.scene.simulate import simulate
-from hcss_twin.scene.table_cache import table_key, tables_of
+from hcss_twin.scene.tables import kept_tables
+from hcss_twin.scene.tables.kept_tables import table_key, tables_of
 
 SMALL = CHEAP | {
     "image.rows": 16,
@@ -35,7 +35,7 @@ def no_compiler(monkeypatch):
     def refuse(plan):
         raise AssertionError("compiled again")
 
-    return lambda: monkeypatch.setattr(table_cache, "compile_tables", refuse)
+    return lambda: monkeypatch.setattr(kept_tables, "compile_tables", refuse)
 
 
 def test_a_second_run_has_the_same_tables_to_the_bit_without_compiling(no_compiler):

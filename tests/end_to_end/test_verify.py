@@ -20,8 +20,8 @@ from hcss_twin.errors import CubeError
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.plan import make_plan
 from hcss_twin.scene.simulate import run
-from hcss_twin.scene.verification import TOLERANCE, Verdict
-from hcss_twin.scene.verify import verify_cube
+from hcss_twin.scene.verification.verification import TOLERANCE, Verdict
+from hcss_twin.scene.verification.verify import verify_cube
 
 SMALL = CHEAP | {
     "image.rows": 16,
@@ -82,7 +82,7 @@ def test_a_fresh_cube_is_identical_and_nothing_is_written_or_taken_from_earlier_
 ):
     cache = tmp_path / "cache"
     monkeypatch.setenv("HCSS_CACHE_DIR", str(cache))
-    monkeypatch.setattr("hcss_twin.scene.table_cache.tables_of", None)
+    monkeypatch.setattr("hcss_twin.scene.tables.kept_tables.tables_of", None)
     monkeypatch.setattr("hcss_twin.scene.simulate.tables_of", None)
     before = cube.read_bytes()
     done = command(cube)
@@ -183,7 +183,7 @@ def test_a_subset_of_frames_is_identical_to_those_of_the_whole(fresh):
 
 
 def test_a_cube_of_masks_alone_compiles_nothing(masks, monkeypatch):
-    monkeypatch.setattr("hcss_twin.scene.verify.compile_tables", None)
+    monkeypatch.setattr("hcss_twin.scene.verification.verify.compile_tables", None)
     assert verify_cube(masks).verdict is Verdict.IDENTICAL
 
 

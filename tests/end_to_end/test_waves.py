@@ -7,7 +7,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.scene.compile import SPECTRAL_SHARE, TABLE_SHARE, compile_tables
 from hcss_twin.scene.stream import stream
-from hcss_twin.scene.wave_table import SIGMAS, _change
+from hcss_twin.scene.waves.wave_table import SIGMAS, _change
 
 BASE = {
     "time": "2024-04-20T12:30:00+10:00",

@@ -13,11 +13,11 @@ from hcss_twin.cube.variables import expand
 from hcss_twin.providers import Declares, Sun, View
 from hcss_twin.scene import stream as stream_module
 from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.displaced_clouds import DisplacedClouds
 from hcss_twin.scene.footprint import windows
-from hcss_twin.scene.slant import SlantPaths
+from hcss_twin.scene.slant.displaced_clouds import DisplacedClouds
+from hcss_twin.scene.slant.slant_paths import SlantPaths
+from hcss_twin.scene.slant.sun_paths import sun_paths
 from hcss_twin.scene.stream import stream
-from hcss_twin.scene.sun_paths import sun_paths
 from hcss_twin.testing.plain import PlainOptics
 
 SIZE, PIXEL_M = 60, 50.0

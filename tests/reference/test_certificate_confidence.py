@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import binom
 
-from hcss_twin.scene.confidence import share_drawn_alike, share_of_all
+from hcss_twin.scene.certificate.confidence import share_drawn_alike, share_of_all
 
 
 @pytest.mark.parametrize("count", [1, 24, 300, 3000])

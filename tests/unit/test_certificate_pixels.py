@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.scene.certificate_pixels import PixelSample, allot
-from hcss_twin.scene.strata import strata, stratum_names
+from hcss_twin.scene.certificate.certificate_pixels import PixelSample, allot
+from hcss_twin.scene.certificate.strata import strata, stratum_names
 
 SIZES = st.lists(st.integers(0, 400), min_size=1, max_size=10)
 

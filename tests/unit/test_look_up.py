@@ -6,8 +6,8 @@ import pytest
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import Grid
 from hcss_twin.scene.footprint import pixel_sums, points_of, windows
-from hcss_twin.scene.look_up import LookUp
-from hcss_twin.scene.tables import DenseTable
+from hcss_twin.scene.tables.look_up import LookUp
+from hcss_twin.scene.tables.radiance_tables import DenseTable
 
 CHANNELS = 5
 

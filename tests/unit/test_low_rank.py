@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hcss_twin.scene.low_rank import complete
+from hcss_twin.scene.tables.low_rank import complete
 
 LOW, HIGH = np.geomspace(10.0, 2000.0, 41), np.geomspace(50.0, 1500.0, 33)
 

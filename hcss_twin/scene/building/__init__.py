@@ -1,0 +1,1 @@
+"""Providers of a scene, built from what the scenario names."""

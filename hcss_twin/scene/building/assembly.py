@@ -1,0 +1,267 @@
+"""Build the providers a scenario names and hand them to the radiance model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.physics.profile import Profile
+from hcss_twin.providers import (
+    AtmosphereInputs,
+    CloudGenerator,
+    CloudLayer,
+    Declares,
+    Grid,
+    Motion,
+    Optics,
+    OpticsInputs,
+    RadianceInputs,
+    RadianceModel,
+    SeaInputs,
+    SeaModel,
+    TransmittanceProvider,
+    View,
+)
+from hcss_twin.radiance.solar_spectrum import SolarSpectrum
+from hcss_twin.radiance.spectral_band import SpectralBand
+from hcss_twin.radiance.spectral_grid import SpectralGrid, dense_grid
+from hcss_twin.registry.discovery import Entry
+from hcss_twin.registry.kinds import Kind
+from hcss_twin.registry.registry import Registry
+from hcss_twin.scenario.bands import spectral_band
+from hcss_twin.scenario.models import selected
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.building.builder import Builder
+from hcss_twin.scene.building.cloud_assembly import assemble_clouds
+from hcss_twin.scene.building.surroundings import FilledIn, Surroundings, surroundings
+from hcss_twin.scene.slant.slant_paths import SlantPaths
+
+Array = NDArray[np.float64]
+
+PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
+"""A sea that is made only to be checked, because the scene is refused anyway."""
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """The providers of one scene, built and guarded, and the states they share.
+
+    ``particle_fields`` are the scenario's fields from which the particles of each layer come.
+    ``model_over`` makes the radiance model of the same scene over another sea.
+    """
+
+    entries: Mapping[str, Entry]
+    bands: tuple[SpectralBand, ...]
+    spectral_grid: SpectralGrid
+    profile: Profile
+    grid: Grid
+    motion: Motion
+    layers: tuple[CloudLayer, ...]
+    generators: tuple[CloudGenerator, ...]
+    particle_fields: tuple[str, ...]
+    transmittance: TransmittanceProvider
+    sea: SeaModel
+    optics: Optics
+    model: RadianceModel
+    model_over: Callable[[SeaModel], RadianceModel]
+    solar_irradiance: SolarSpectrum
+    sea_temperature_K: float
+    filled_in: tuple[FilledIn, ...]
+    slant: SlantPaths
+
+    @property
+    def view(self) -> View:
+        """Viewing direction."""
+        return self.slant.view
+
+    @property
+    def declarations(self) -> tuple[Declares, ...]:
+        """What each provider declares."""
+        clouds = (*(generator.declares for generator in self.generators), self.optics.declares)
+        return (
+            *(clouds if self.generators else ()),
+            self.transmittance.declares,
+            self.sea.declares,
+            self.model.declares,
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What users should know about profile and providers, in order, each once.
+
+        A provider's notes on particles of a phase are told where a layer has them.
+        """
+        phases = dict.fromkeys(layer.microphysics.phase for layer in self.layers)
+        notes: list[str] = [*self.profile.notes]
+        for declares in self.declarations:
+            notes += declares.notes
+            for phase in phases:
+                notes += declares.notes_by_phase.get(phase, ())
+        return tuple(dict.fromkeys((*notes, *(self.slant.notes if self.layers else ()))))
+
+    @property
+    def cloudy_layers(self) -> tuple[bool, ...]:
+        """Of each layer whether any pixel can have its cloud; an image's own coverage may ignore a 0."""
+        return tuple(
+            layer.coverage > 0.0 or getattr(generator, "image_coverage", None) is not None
+            for layer, generator in zip(self.layers, self.generators, strict=True)
+        )
+
+    @property
+    def has_cloud(self) -> bool:
+        """Whether any pixel can be cloudy."""
+        return any(self.cloudy_layers)
+
+    @property
+    def extreme_thicknesses_m(self) -> Array:
+        """Columns (N, L) with the thinnest and the thickest cloud, or none, of each layer; not all without."""
+        choices = [
+            (0.0, layer.thickness_min_m, layer.thickness_max_m) if cloudy else (0.0,)
+            for layer, cloudy in zip(self.layers, self.cloudy_layers, strict=True)
+        ]
+        columns = [each for each in product(*choices) if any(each)]
+        return np.array(columns, dtype=np.float64).reshape(len(columns), len(self.layers))
+
+
+def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembly:
+    """Build every provider of a scenario, clouds as far as its slant paths lead.
+
+    Raises
+    ------
+    ScenarioError
+        With every value that does not fit the data or provider it selects.
+    """
+    builder = Builder(Registry.discover())
+    around: Surroundings | None = None
+    transmittance: TransmittanceProvider | None = None
+    bands: list[SpectralBand] = []
+    for index, band in enumerate(scenario.bands):
+        with builder.blaming(f"bands[{index}]"):
+            bands.append(spectral_band(band, catalog))
+    atmosphere = scenario.atmosphere
+    with builder.blaming("atmosphere.provider", atmosphere.parameters):
+        name = selected(atmosphere, "provider")
+        around = surroundings(scenario, catalog, builder.bound_profile(name, atmosphere.parameters, catalog))
+        inputs = AtmosphereInputs(around.profile, catalog)
+        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
+        _require_bands_inside(bands, transmittance.declares, "atmosphere")
+        _require_view_inside(scenario, transmittance.declares)
+    # Where the surroundings have problems the sea is made all the same, to find its own.
+    temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
+    sea: SeaModel | None = None
+    with builder.blaming("sea.model", scenario.sea.parameters):
+        wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
+        sea_inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
+        sea = builder.build(Kind.SEA, selected(scenario.sea, "model"), sea_inputs, scenario.sea.parameters)
+        _require_bands_inside(bands, sea.declares, "sea")
+    optics: Optics | None = None
+    with builder.blaming("optics.provider", scenario.optics.parameters):
+        name = selected(scenario.optics, "provider")
+        optics = builder.build(Kind.OPTICS, name, OpticsInputs(catalog), scenario.optics.parameters)
+        if scenario.clouds.layers:
+            _require_bands_inside(bands, optics.declares, "optics")
+    grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
+    motion = _motion(scenario)
+    clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
+    layers = tuple(layer for layer, _, _ in clouds)
+    builder.raise_problems()
+    assert around is not None
+    assert transmittance is not None
+    assert sea is not None
+    assert optics is not None
+    solar_irradiance = SolarSpectrum(catalog)
+    radiance_inputs = RadianceInputs(
+        profile=around.profile,
+        transmittance=transmittance,
+        sea=sea,
+        optics=optics,
+        layers=layers,
+        sea_temperature_K=temperature,
+        view=slant.view,
+        solar_irradiance=solar_irradiance,
+        wind_from_deg=scenario.sea.wind_from,
+    )
+    model: RadianceModel | None = None
+
+    def model_over(other: SeaModel) -> RadianceModel:
+        changed = replace(radiance_inputs, sea=other)
+        made: RadianceModel = builder.build(
+            Kind.RADIANCE, selected(scenario.radiance, "model"), changed, scenario.radiance.parameters
+        )
+        return made
+
+    with builder.blaming("radiance.model", scenario.radiance.parameters):
+        model = model_over(sea)
+    builder.raise_problems()
+    assert model is not None
+    return Assembly(
+        entries=builder.entries,
+        bands=tuple(bands),
+        spectral_grid=dense_grid(bands, transmittance.declares.native_grid_cm1),
+        profile=around.profile,
+        grid=grid,
+        motion=motion,
+        layers=layers,
+        generators=tuple(generator for _, generator, _ in clouds),
+        particle_fields=tuple(field for _, _, field in clouds),
+        transmittance=transmittance,
+        sea=sea,
+        optics=optics,
+        model=model,
+        model_over=model_over,
+        solar_irradiance=solar_irradiance,
+        sea_temperature_K=temperature,
+        filled_in=around.filled_in,
+        slant=slant,
+    )
+
+
+def _motion(scenario: Scenario) -> Motion:
+    motion = scenario.motion
+    # Wind is named after where it comes from; x points east and y north.
+    bearing = math.radians(motion.wind_from + 180.0)
+    velocity = (motion.wind_speed * math.sin(bearing), motion.wind_speed * math.cos(bearing))
+    evolution = math.inf if motion.evolution_time == "frozen" else float(motion.evolution_time)
+    return Motion(motion.platform_speed, velocity, evolution, scenario.frames.interval)
+
+
+def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: str) -> None:
+    valid = declares.valid.get("wavenumber_cm1")
+    if valid is None:
+        return
+    shortest, longest = 1e4 / valid[1], 1e4 / valid[0]
+    # Wavelength limits that come from round wavenumbers do not survive the conversion to the last bit.
+    slack = 1e-9
+    problems = [
+        Problem(
+            f"bands[{index}]",
+            f"'{band.name}', {band.lower_um:g} to {band.upper_um:g} um, is outside what the {owner} provider "
+            f"covers; allowed: {shortest:.5g} to {longest:.5g} um",
+        )
+        for index, band in enumerate(bands)
+        if band.lower_um < shortest * (1 - slack) or band.upper_um > longest * (1 + slack)
+    ]
+    if problems:
+        raise ScenarioError(problems)
+
+
+def _require_view_inside(scenario: Scenario, declares: Declares) -> None:
+    valid = declares.valid.get("view_zenith")
+    if valid is not None and not valid[0] <= scenario.view.zenith <= valid[1]:
+        low, high = valid
+        raise ScenarioError(
+            [
+                Problem(
+                    "view.zenith",
+                    f"{scenario.view.zenith:g} deg; the atmosphere provider allows {low:g} to {high:g}; "
+                    f"closest valid choice is {min(max(scenario.view.zenith, low), high):g}",
+                )
+            ]
+        )

@@ -1,0 +1,1 @@
+"""The certificate: pixels computed again on the reference path."""

@@ -1,0 +1,1 @@
+"""What a scene does without, and a bound on what that costs."""

@@ -1,0 +1,1 @@
+"""Slant paths: parallax of clouds and their shadows on the sea."""

@@ -1,0 +1,189 @@
+"""At which wavenumbers the columns of a scene are computed: chosen on some of its columns, tried on others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.providers import Sun
+from hcss_twin.radiance.spectral_nodes import SpectralNodes, all_nodes, choose_nodes
+from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.tables.thickness_axis import breakpoints
+
+Array = NDArray[np.float64]
+
+FIRST_COLUMNS = 5
+"""Thicknesses of each layer, by factors, on which wavenumbers are chosen beside one between any two levels."""
+
+TRIED_COLUMNS = 8
+"""Other thicknesses of each layer, and of both, on which each choice is tried."""
+
+CHOICE_SHARE, TRIAL_SHARE = 0.2, 0.4
+"""Shares of the tolerance that columns known to the choice, and those it is tried on, may use."""
+
+CLEAR_SKIES = 5
+"""Heights of the sun over clear skies on which wavenumbers are chosen."""
+
+SUN_DEG_PER_TOLERANCE = 1e4
+"""The sun's spectrum below the air changes by some 2e-5 of the radiance per half a degree, if nothing is fitted."""
+
+MOST_TRIALS = 6
+"""Choices before all wavenumbers are taken."""
+
+_PLASTIC = 1.32471795724474602596
+"""Real root of x^3 = x + 1."""
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """The wavenumbers behind each column of the radiance tables.
+
+    Attributes
+    ----------
+    nodes : SpectralNodes
+    dense : int
+        Wavenumbers of the grid they were chosen from.
+    estimated_error : float
+        Of the total of any band, relative: the tolerance, of which columns that the choice did not know used less
+        than ``TRIAL_SHARE``; 0 where nothing was left out.
+    """
+
+    nodes: SpectralNodes
+    dense: int
+    estimated_error: float
+
+
+def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
+    """Choose weighted wavenumbers for all columns of a scene.
+
+    Columns under the highest, middle and lowest sun, clear and with clouds from the thinnest to the thickest, are
+    computed at every wavenumber of the dense grid. The choice is tried on clouds of other thickness and clear skies
+    under other suns; those that it fails are added to what it is made from, and it is tried again on yet others.
+
+    Parameters
+    ----------
+    tolerance : float
+        Relative to the total of each band.
+    """
+    grid = plan.spectral_grid
+    suns = _suns(plan, 3 if _sun_moves(plan, tolerance) else 1)
+    known = np.concatenate(
+        [
+            *(_cloudy_spectra(plan, _first_columns(plan), sun) for sun in suns),
+            *(_clear_spectra(plan, sun) for sun in _suns(plan, CLEAR_SKIES)),
+        ]
+    )
+    trials = _trials(plan)
+    for trial in range(MOST_TRIALS):
+        nodes = choose_nodes(grid, known, CHOICE_SHARE * tolerance)
+        if nodes.wavenumber_cm1.size == grid.wavenumber_cm1.size:
+            break
+        thickness = next(trials)
+        tried = np.concatenate(
+            [
+                *(_cloudy_spectra(plan, thickness, sun) for sun in suns),
+                *(_clear_spectra(plan, sun) for sun in _suns(plan, CLEAR_SKIES + 1 + trial)),
+            ]
+        )
+        kept = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
+        total = np.sum(tried, axis=1)
+        exact = total @ grid.weights_cm1.T
+        error = float(np.max(np.abs(total[:, kept] @ nodes.weights_cm1.T / exact - 1.0), initial=0.0))
+        if error <= TRIAL_SHARE * tolerance:
+            return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
+        known = np.concatenate((known, tried))
+    return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
+
+
+def _sun_moves(plan: Plan, tolerance: float) -> bool:
+    """Whether its spectrum below the air changes by more than the tolerance makes up for."""
+    up = plan.sun_zenith_deg[plan.sun_zenith_deg < 90.0]
+    return bool(up.size) and bool(np.ptp(up) > SUN_DEG_PER_TOLERANCE * tolerance)
+
+
+def _suns(plan: Plan, count: int) -> list[Sun | None]:
+    """Return the sun at ``count`` of its heights, the highest first, and none where frames have none."""
+    up = np.flatnonzero(plan.sun_zenith_deg < 90.0)
+    by_height = up[np.argsort(plan.sun_zenith_deg[up], kind="stable")]
+    places = np.linspace(0, max(up.size - 1, 0), min(count, up.size)).round().astype(int)
+    suns = [plan.sun_at(float(plan.frame_times_s[frame])) for frame in by_height[np.unique(places)]]
+    return suns if up.size == plan.sun_zenith_deg.size else [*suns, None]
+
+
+def _clear_spectra(plan: Plan, sun: Sun | None) -> Array:
+    """Terms of the clear column, (1, K, V)."""
+    found = plan.model.clear(plan.spectral_grid.wavenumber_cm1, sun)
+    return np.stack([np.asarray(found[name]) for name in plan.model.terms])[None]
+
+
+def _cloudy_spectra(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
+    """Terms of cloudy columns (N, L), (N, K, V)."""
+    wavenumber, terms = plan.spectral_grid.wavenumber_cm1, plan.model.terms
+    if not thickness_m.size:
+        return np.empty((0, len(terms), wavenumber.size))
+    found = plan.model.cloudy(wavenumber, thickness_m, sun)
+    return np.stack([np.asarray(found[name]) for name in terms], axis=1)
+
+
+def _first_columns(plan: Plan) -> Array:
+    """Thicknesses (N, L): each layer alone from its thinnest to its thickest, and some of both."""
+    share = np.linspace(0.0, 1.0, FIRST_COLUMNS)
+    rows = []
+    for layer in _cloudy(plan):
+        low, high = _range(plan, layer)
+        ends = np.array(breakpoints(plan.layers[layer], plan.profile.altitude_m))
+        between = 0.5 * (ends[:-1] + ends[1:])
+        rows.append(_alone(plan, layer, np.concatenate((low * (high / low) ** share, between))))
+    if len(rows) > 1:
+        rows.append(_both(plan, np.array([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0], [0.3, 0.7]])))
+    return _stack(plan, rows)
+
+
+def _trials(plan: Plan) -> Iterator[Array]:
+    """Yield thicknesses (N, L) that were not there before, without end."""
+    start = 1
+    while True:
+        number = np.arange(start, start + TRIED_COLUMNS)
+        # Kronecker sequence of the plastic number's powers: even, and never the same twice.
+        square = np.mod(0.5 + number[:, None] * _PLASTIC ** -np.array([1.0, 2.0]), 1.0)
+        rows = [_alone(plan, layer, _within(plan, layer, square[:, 0])) for layer in _cloudy(plan)]
+        if len(rows) > 1:
+            rows.append(_both(plan, square))
+        yield _stack(plan, rows)
+        start += TRIED_COLUMNS
+
+
+def _cloudy(plan: Plan) -> list[int]:
+    return [layer for layer, cloudy in enumerate(plan.cloudy_layers) if cloudy]
+
+
+def _range(plan: Plan, layer: int) -> tuple[float, float]:
+    return plan.layers[layer].thickness_min_m, plan.layers[layer].thickness_max_m
+
+
+def _alone(plan: Plan, layer: int, thickness_m: Array) -> Array:
+    rows = np.zeros((thickness_m.size, len(plan.layers)))
+    rows[:, layer] = thickness_m
+    return rows
+
+
+def _both(plan: Plan, share: Array) -> Array:
+    """Columns (N, L) of two layers from shares (N, 2) of their ranges."""
+    return np.stack([_within(plan, layer, share[:, layer]) for layer in range(len(plan.layers))], axis=1)
+
+
+def _within(plan: Plan, layer: int, share: Array) -> Array:
+    """Thicknesses between the layer's limits: clouds turn opaque by factors, and their tops rise by metres."""
+    low, high = _range(plan, layer)
+    by_factors = low * (high / low) ** share
+    by_metres = low + (high - low) * share
+    odd = np.arange(share.size) % 2 == 1
+    result: Array = np.clip(np.where(odd, by_metres, by_factors), low, high)
+    return result
+
+
+def _stack(plan: Plan, rows: list[Array]) -> Array:
+    return np.concatenate(rows) if rows else np.empty((0, len(plan.layers)))

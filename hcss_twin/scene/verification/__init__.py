@@ -1,0 +1,1 @@
+"""A cube recomputed from its own provenance and compared."""

@@ -1,0 +1,117 @@
+"""Recompute a cube from its own provenance and compare it, frame by frame."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.errors import CubeError, HcssError, ScenarioError
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.simulate import cube_header
+from hcss_twin.scene.stream import stream
+from hcss_twin.scene.verification.cube_layout import CubeLayout
+from hcss_twin.scene.verification.recorded import Recorded
+from hcss_twin.scene.verification.verification import Verification
+
+Progress = Callable[[Iterable[Any], int], Iterable[Any]]
+
+
+def verify_cube(
+    path: str | os.PathLike[str],
+    base: Path | None = None,
+    frames: int | None = None,
+    progress: Progress | None = None,
+) -> Verification:
+    """Make the scene of a cube anew, from its scenario alone, and compare what comes out.
+
+    Nothing that earlier runs kept is used, neither tables nor cloud optics, and nothing is written. Frames are
+    made and read one by one.
+
+    Parameters
+    ----------
+    path : path
+        A finished cube.
+    base : Path, optional
+        Where relative paths of its scenario lead. By default where they led when it was made, if its files are
+        still there, otherwise the working folder.
+    frames : int, optional
+        How many frames to check, spread from the first to the last; by default all.
+    progress : callable, optional
+        Wraps the iterable of frames, given their number.
+
+    Returns
+    -------
+    Verification
+        Also where the cube cannot be recomputed, with the reasons.
+
+    Raises
+    ------
+    CubeError
+        If the file is no finished cube, carries no provenance, or cannot be read.
+    """
+    with open_cube(path) as dataset:
+        recorded = Recorded.of(dict(dataset.attrs), os.fspath(path))
+        layout = CubeLayout(path, dataset)
+    if base is None:
+        known = recorded.bases()
+        base = known[0] if len(known) == 1 else Path.cwd()
+    found = Verification(
+        cube=os.fspath(path), base=str(base), frames=layout.frames, versions=recorded.version_changes()
+    )
+    plan: Plan | None = None
+    try:
+        plan = make_plan(
+            Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path)), keeps_results=False
+        )
+        found = _compared(found, plan, recorded, layout, frames, progress)
+    except CubeError:
+        raise
+    except ScenarioError as error:
+        found = replace(found, problems=tuple(map(str, error.problems)))
+    except HcssError as error:
+        found = replace(found, problems=(str(error),))
+    # Files are read when they are needed: of a plan that failed, those it read need not be all.
+    complete = plan is not None and not found.problems
+    return replace(
+        found,
+        files=recorded.file_changes(plan.catalog.used if plan is not None and complete else None),
+        providers=recorded.provider_changes(None if plan is None else plan.assembly.entries),
+    )
+
+
+def _compared(
+    found: Verification,
+    plan: Plan,
+    recorded: Recorded,
+    layout: CubeLayout,
+    wanted: int | None,
+    progress: Progress | None,
+) -> Verification:
+    tables = compile_tables(plan) if plan.needs_radiance else None
+    header = cube_header(plan, tables)
+    with layout.matched(header) as matched:
+        pairs = matched.frames
+        if wanted is not None and pairs:
+            pairs = [
+                pairs[each] for each in np.unique(np.linspace(0, len(pairs) - 1, wanted).round().astype(int))
+            ]
+        made: Iterable[Any] = stream(plan, tables, frames=[ours for _, ours in pairs])
+        if progress is not None:
+            made = progress(made, len(pairs))
+        for (theirs, _), arrays in zip(pairs, made, strict=True):
+            matched.compare_frame(theirs, arrays)
+        return replace(
+            found,
+            frames_checked=len(pairs),
+            layout=matched.changes,
+            attributes=recorded.attribute_changes(header.attributes),
+            variables=matched.results(),
+        )

@@ -1,0 +1,1 @@
+"""Waves that pixels resolve."""
