@@ -57,9 +57,8 @@ def transmit_beams(
     where = directions(beams, gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
     found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
-    size = where.mu.size
-    result = np.empty((modes - 1, *thickness.shape, streams, beams.size))
+    result = np.empty((modes - 1, thickness.size, streams, beams.size))
     for mode in range(1, modes):
-        _, through, _ = solve_mode(where, scaled, found, mode, threads)
-        result[mode - 1] = through.reshape(*thickness.shape, size, size)[..., beams.size :, : beams.size]
-    return result
+        solved = solve_mode(where, scaled, found, mode, threads, toward=streams, sources=beams.size)
+        result[mode - 1, found.cell] = solved.transmission
+    return result.reshape(modes - 1, *thickness.shape, streams, beams.size)

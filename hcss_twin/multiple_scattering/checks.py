@@ -69,6 +69,24 @@ def checked_sun(mu_view: ArrayLike, mu_sun: float, relative_azimuth: ArrayLike) 
     return mu, float(sun[0]), azimuth
 
 
+def check_modes(modes: int, streams: int, mode_tolerance: float) -> None:
+    """Refuse azimuth modes and tolerances of a Fourier series that have no meaning.
+
+    Raises
+    ------
+    ValueError
+        If there are not 1 to twice the streams modes, or the tolerance is not from 0, below 1.
+    """
+    if not 1 <= modes <= 2 * streams:
+        raise ValueError(
+            f"modes {modes}: allowed 1 to {2 * streams}, twice the streams; "
+            f"closest is {min(max(modes, 1), 2 * streams)}"
+        )
+    if not 0.0 <= mode_tolerance < 1.0:
+        closest = "" if not np.isfinite(mode_tolerance) or mode_tolerance > 0.0 else "; closest is 0"
+        raise ValueError(f"mode_tolerance {mode_tolerance:g}: allowed from 0, below 1{closest}")
+
+
 def require(name: str, values: Array, good: NDArray[np.bool_], allowed: str, *closest: float) -> None:
     """Raise unless all is good.
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hcss_twin.multiple_scattering.chains import chains
+from hcss_twin.multiple_scattering.chains import Chains, chains
 from hcss_twin.multiple_scattering.checks import checked_cosines, checked_layers
-from hcss_twin.multiple_scattering.phase_function import delta_m
-from hcss_twin.multiple_scattering.scattering_kernels import directions
+from hcss_twin.multiple_scattering.phase_function import ScaledScattering, delta_m
+from hcss_twin.multiple_scattering.scattering_kernels import Directions, directions
 from hcss_twin.multiple_scattering.streams import gauss_streams
-from hcss_twin.multiple_scattering.whole_mode import solve_mode
+from hcss_twin.multiple_scattering.whole_mode import SolvedMode, solve_mode
 
 Array = NDArray[np.float64]
 
@@ -90,17 +90,45 @@ def solve_layers(
     where = directions(extra, gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
     found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
-    reflection, transmission, emitted = solve_mode(where, scaled, found, 0, threads)
-    size = where.mu.size
-    shape = (*thickness.shape, size)
-    direct = np.exp(-scaled.thickness[..., np.newaxis] / where.mu)
-    square = (*shape, size)
+    return mean_over_azimuth(where, scaled, found, solve_mode(where, scaled, found, 0, threads))
+
+
+def mean_over_azimuth(
+    where: Directions, scaled: ScaledScattering, found: Chains, solved: SolvedMode
+) -> LayerOperators:
+    """Return mode 0 of all layers (T, V), which ``found`` has in another order, as operators."""
+    shape, size = scaled.thickness.shape, where.mu.size
+
+    def placed(values: Array, *each: int) -> Array:
+        result = np.empty_like(values)
+        result[found.cell] = values
+        return result.reshape(*shape, *each)
+
     return LayerOperators(
         where.mu,
         where.weight,
-        reflection.reshape(square),
-        transmission.reshape(square),
-        direct,
-        emitted[0].reshape(shape),
-        emitted[1].reshape(shape),
+        placed(solved.reflection, size, size),
+        placed(solved.transmission, size, size),
+        np.exp(-scaled.thickness[..., np.newaxis] / where.mu),
+        placed(solved.emissivity, size),
+        placed(solved.far_share, size),
+    )
+
+
+def joined(some: LayerOperators, others: LayerOperators, place: NDArray[np.bool_]) -> LayerOperators:
+    """Return layers at all wavenumbers: ``some`` where ``place`` (V,) is true, ``others`` elsewhere."""
+
+    def both(first: Array, second: Array) -> Array:
+        result = np.empty((first.shape[0], place.size, *first.shape[2:]))
+        result[:, place], result[:, ~place] = first, second
+        return result
+
+    return LayerOperators(
+        some.mu,
+        some.weight,
+        both(some.reflection, others.reflection),
+        both(some.transmission, others.transmission),
+        both(some.direct, others.direct),
+        both(some.emissivity, others.emissivity),
+        both(some.far_share, others.far_share),
     )

@@ -6,14 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.multiple_scattering.chains import Chains, chains
-from hcss_twin.multiple_scattering.checks import checked_layers, checked_sun
-from hcss_twin.multiple_scattering.doubling import solve_chains
+from hcss_twin.multiple_scattering.checks import check_modes, checked_layers, checked_sun
 from hcss_twin.multiple_scattering.forward_peak import once_back, once_through
-from hcss_twin.multiple_scattering.parallel import in_threads
 from hcss_twin.multiple_scattering.phase_function import ScaledScattering, delta_m
-from hcss_twin.multiple_scattering.scattering_kernels import Directions, directions, scattering_kernels
+from hcss_twin.multiple_scattering.scattering_kernels import Directions, directions
 from hcss_twin.multiple_scattering.single_scattering import path_back, path_through
 from hcss_twin.multiple_scattering.streams import gauss_streams
+from hcss_twin.multiple_scattering.whole_mode import solve_mode
 
 Array = NDArray[np.float64]
 
@@ -72,14 +71,7 @@ def solve_sun(
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     mu, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)
     quadrature = gauss_streams(streams)
-    if not 1 <= modes <= 2 * streams:
-        raise ValueError(
-            f"modes {modes}: allowed 1 to {2 * streams}, twice the streams; "
-            f"closest is {min(max(modes, 1), 2 * streams)}"
-        )
-    if not 0.0 <= mode_tolerance < 1.0:
-        closest = "" if not np.isfinite(mode_tolerance) or mode_tolerance > 0.0 else "; closest is 0"
-        raise ValueError(f"mode_tolerance {mode_tolerance:g}: allowed from 0, below 1{closest}")
+    check_modes(modes, streams, mode_tolerance)
     scaled = delta_m(thickness, w, chi, 2 * streams)
     distinct, of_view = np.unique(mu, return_inverse=True)
     flat = (thickness.size, mu.size)
@@ -122,34 +114,11 @@ def _more_than_once(
     back, through : ndarray (n, views)
         Kernels from the sun without what they hold of light scattered once.
     """
-    few = ScaledScattering(
-        scaled.thickness[:, found.wavenumber],
-        scaled.albedo[found.wavenumber],
-        scaled.co_albedo[found.wavenumber],
-        scaled.moments[:, found.wavenumber],
-        scaled.peak[found.wavenumber],
-    )
-    same, other = scattering_kernels(where, few, mode)
     views = where.mu.size - where.columns
-    back, through = np.empty((found.cell.size, views, 1)), np.empty((found.cell.size, views, 1))
-    # Of no use here: what the layers emit.
-    emitted = np.empty((2, found.cell.size, views))
-    place = np.arange(found.cell.size)
-
-    def part(start: int, step: int) -> None:
-        solve_chains(
-            (same, other, few.co_albedo),
-            (where.mu, where.scale),
-            (place, found.column, found.thickness, found.doublings, found.first),
-            (where.beams, int(mode == 0)),
-            (start, step),
-            (back, through, emitted),
-        )
-
-    in_threads(part, found.first.size - 1, threads)
+    solved = solve_mode(where, scaled, found, mode, threads, toward=views, sources=1)
     tau, sun, view = found.thickness[:, np.newaxis], where.mu[0], where.mu[where.columns :]
     once = np.s_[found.column, where.columns :, 0]
     return (
-        back[:, :, 0] - other[once] * path_back(tau, view, sun),
-        through[:, :, 0] - same[once] * path_through(tau, view, sun),
+        solved.reflection[:, :, 0] - solved.other[once] * path_back(tau, view, sun),
+        solved.transmission[:, :, 0] - solved.same[once] * path_through(tau, view, sun),
     )

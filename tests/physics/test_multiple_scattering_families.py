@@ -111,7 +111,7 @@ def test_a_series_that_is_zero_ends_at_once(monkeypatch) -> None:
         solved.append(mode)
         return scattering_kernels(where, scattering, mode)
 
-    monkeypatch.setattr("hcss_twin.multiple_scattering.sun.scattering_kernels", counted)
+    monkeypatch.setattr("hcss_twin.multiple_scattering.whole_mode.scattering_kernels", counted)
     # Toward the zenith nothing depends on azimuth.
     solve_sun([[3.0]], [0.9], [[1.0], [0.8]], [1.0], 0.5, [1.0], 8, 16)
     assert solved == [0, 1, 2]

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.multiple_scattering.beams import transmit_beams
-from hcss_twin.multiple_scattering.layer import LayerOperators, solve_layers
+from hcss_twin.multiple_scattering.layer import LayerOperators, joined, solve_layers
 from hcss_twin.multiple_scattering.sun import solve_sun
+from hcss_twin.multiple_scattering.sunlit_layers import solve_sunlit_layers
 from hcss_twin.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 from hcss_twin.providers import CloudLayer, Optics
 from hcss_twin.radiance.parameters import PhysicalParameters
@@ -149,8 +150,8 @@ class SlabMaker:
         where = self._directions
         scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
         depth = thickness_m[:, None] * scattering.extinction_m1
-        solved = self._layers(depth, scattering.albedo, scattering.moments)
-        back, through, beam = self._sunlight(solved, depth, scattering.albedo, scattering.moments)
+        solved, brdf, btdf, turned = self._solved(depth, scattering.albedo, scattering.moments)
+        back, through, beam = self._sunlight(solved, brdf, btdf)
         extras = solved.mu.size - where.count
         kept = [VIEW, *range(extras, solved.mu.size)]
         factor = 2.0 * np.pi * where.streams.mu * where.streams.weight
@@ -163,8 +164,52 @@ class SlabMaker:
             np.ascontiguousarray(np.moveaxis(each[:, :, kept], 1, -1))
             for each in (solved.emissivity, solved.far_share, solved.direct)
         )
-        turned = self._turned(depth, scattering.albedo, scattering.moments)
         return emissivity, far, direct, reflection, transmission, back, through, beam, turned
+
+    def _solved(
+        self, depth: Array, albedo: Array, moments: Array
+    ) -> tuple[LayerOperators, Array, Array, Array]:
+        """Diffuse light; brdf and btdf (T, V) toward the view; and modes (T, M, 2, N, V).
+
+        The latter are what view and sun become along the streams. Sunlight is 0 without a sun, and its modes where
+        it is faint.
+        """
+        where, parameters, closed = self._directions, self._parameters, self._closed_form
+        brdf, btdf = np.zeros((2, *depth.shape))
+        turned = np.zeros((depth.shape[0], self._modes - 1, 2, where.count, albedo.size))
+        if where.sun is None:
+            return self._layers(depth, albedo, moments), brdf, btdf, turned
+        # Where the sun gives little the closed form, good to some 15 %, does.
+        bright = (self._sun_share > _FAINT_SUN) & (not closed)
+        faint = ~bright
+        view, sun, azimuth = where.mu[VIEW], where.mu_sun, where.relative_azimuth
+        if np.any(faint):
+            own = depth[:, faint], albedo[faint], moments[:, faint]
+            found = solve_sun_two_stream(
+                *own, np.array([view]), sun, np.array([azimuth]), streams=where.count
+            )
+            brdf[:, faint], btdf[:, faint] = (each[..., 0] for each in found)
+        if not np.any(bright):
+            return self._layers(depth, albedo, moments), brdf, btdf, turned
+        own = depth[:, bright], albedo[bright], moments[:, bright]
+        if parameters.sun_streams == where.count:
+            lit = solve_sunlit_layers(
+                *own, view, sun, azimuth, where.count, parameters.azimuth_modes, self._modes
+            )
+            brdf[:, bright], btdf[:, bright] = lit.brdf, lit.btdf
+            beams, solved = lit.beams, lit.layers
+            if np.any(faint):
+                solved = joined(
+                    solved, self._layers(depth[:, faint], albedo[faint], moments[:, faint]), bright
+                )
+        else:
+            solved = self._layers(depth, albedo, moments)
+            streams, modes = parameters.sun_streams, parameters.azimuth_modes
+            both = solve_sun(*own, np.array([view]), sun, np.array([azimuth]), streams=streams, modes=modes)
+            brdf[:, bright], btdf[:, bright] = (each[..., 0] for each in both)
+            beams = transmit_beams(*own, np.array([view, sun]), where.count, self._modes)
+        turned[..., bright] = beams.transpose(1, 0, 4, 3, 2)
+        return solved, brdf, btdf, turned
 
     def _layers(self, depth: Array, albedo: Array, moments: Array) -> LayerOperators:
         where = self._directions
@@ -172,57 +217,15 @@ class SlabMaker:
         solve = solve_layers_two_stream if self._closed_form else solve_layers
         return solve(depth, albedo, moments, np.array(extras), where.count)
 
-    def _sunlight(
-        self, solved: LayerOperators, depth: Array, albedo: Array, moments: Array
-    ) -> tuple[Array, Array, Array]:
+    def _sunlight(self, solved: LayerOperators, brdf: Array, btdf: Array) -> tuple[Array, Array, Array]:
         """Kernels (T, D, V) for reflected and transmitted sunlight, and its direct part (T, V)."""
-        where = self._directions
-        count, size = depth.shape
-        if where.sun is None:
-            nothing = np.zeros((count, 1 + where.count, size))
+        count, size = brdf.shape
+        if self._directions.sun is None:
+            nothing = np.zeros((count, 1 + self._directions.count, size))
             return nothing, nothing, np.zeros((count, size))
-        brdf, btdf = self._toward_view(depth, albedo, moments)
         sun, streams = 1, range(2, solved.mu.size)
-        back = np.concatenate((brdf, solved.reflection[:, :, streams, sun]), axis=-1)
-        through = np.concatenate((btdf, solved.transmission[:, :, streams, sun]), axis=-1)
+        back, through = (
+            np.concatenate((toward_view[..., None], kernels[:, :, streams, sun]), axis=-1)
+            for toward_view, kernels in ((brdf, solved.reflection), (btdf, solved.transmission))
+        )
         return np.moveaxis(back, 1, -1), np.moveaxis(through, 1, -1), solved.direct[:, :, sun]
-
-    def _turned(self, depth: Array, albedo: Array, moments: Array) -> Array:
-        """Modes (T, M, 2, N, V) of what view and sun become along the streams, where sunlight matters."""
-        where, count = self._directions, self._modes - 1
-        bright = (self._sun_share > _FAINT_SUN) & (not self._closed_form) & (where.sun is not None)
-        result = np.zeros((depth.shape[0], count, 2, where.count, albedo.size))
-        if np.any(bright):
-            found = transmit_beams(
-                depth[:, bright],
-                albedo[bright],
-                moments[:, bright],
-                np.array([where.mu[VIEW], where.mu_sun]),
-                where.count,
-                self._modes,
-            )
-            result[..., bright] = found.transpose(1, 0, 4, 3, 2)
-        return result
-
-    def _toward_view(self, depth: Array, albedo: Array, moments: Array) -> tuple[Array, Array]:
-        """Bidirectional reflectance and transmittance toward the view, (T, V, 1)."""
-        where = self._directions
-        angles = (np.array([where.mu[VIEW]]), where.mu_sun, np.array([where.relative_azimuth]))
-        # Where the sun gives little the closed form, good to some 15 %, does.
-        bright = (self._sun_share > _FAINT_SUN) & (not self._closed_form)
-        brdf, btdf = np.empty((2, *depth.shape, 1))
-        if np.any(bright):
-            brdf[:, bright], btdf[:, bright] = solve_sun(
-                depth[:, bright],
-                albedo[bright],
-                moments[:, bright],
-                *angles,
-                streams=self._parameters.sun_streams,
-                modes=self._parameters.azimuth_modes,
-            )
-        faint = ~bright
-        if np.any(faint):
-            brdf[:, faint], btdf[:, faint] = solve_sun_two_stream(
-                depth[:, faint], albedo[faint], moments[:, faint], *angles, streams=where.count
-            )
-        return brdf, btdf

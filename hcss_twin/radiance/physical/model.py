@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -38,7 +38,7 @@ class _Shared:
     sea: SeaSurface
     received: Array
     maker: SlabMaker
-    modes: SeaModes | None
+    modes: Callable[[], SeaModes | None]
 
 
 class Physical:
@@ -123,10 +123,14 @@ class Physical:
             irradiance = inputs.solar_irradiance(wavenumber)
             received = directions.mu_sun * irradiance / directions.sun.distance_au**2
         share = received / (np.pi * air.black_body(inputs.sea_temperature_K))
-        modes: SeaModes | None = None
-        if directions.sun is not None and inputs.layers and not self.closed_form:
-            most = turned_modes(self._parameters)
-            modes = sea_modes(inputs.sea, wavenumber, directions, most) if most > 1 else None
+        most = turned_modes(self._parameters)
+
+        @cache
+        def modes() -> SeaModes | None:
+            if directions.sun is None or self.closed_form or most < 2:
+                return None
+            return sea_modes(inputs.sea, wavenumber, directions, most)
+
         return _Shared(
             air,
             directions,
@@ -167,8 +171,8 @@ class Physical:
     def _terms(self, shared: _Shared, column: Column) -> dict[str, Array]:
         found = Tracer(column, self._parameters.closure_order).radiance()
         found[AIR_SUN] += self._scattered_in_air(column)
-        modes = shared.modes
-        if modes is not None and len(column.slabs) == 1:
+        modes = shared.modes() if len(column.slabs) == 1 else None
+        if modes is not None:
             by_cloud, by_sea = turned_glint(column, modes)
             # Fewer modes than the light has could make a dark part darker than nothing.
             found[CLOUD_SUN] = np.maximum(found[CLOUD_SUN] + by_cloud, 0.0)

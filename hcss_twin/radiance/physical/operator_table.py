@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-PER_OCTAVE = 6
-"""Nodes in each doubling of thickness."""
+PER_OCTAVE = 3
+"""Nodes in each doubling of thickness, each of which costs a chain of doublings of its own."""
 
-_WINDOW = 6
+_WINDOW = 10
+"""Nodes of the polynomial: with 3 in each doubling it errs by 1e-6 of full reflection, as 6 with a window of 6 do."""
 
 
 def thickness_grid(least_m: float, most_m: float) -> Array:
-    """Return thicknesses most 2^(n / 6), ascending, that reach beyond both ends by half a window.
+    """Return thicknesses most 2^(n / 3), ascending, that reach beyond both ends by half a window.
 
     Parameters
     ----------
@@ -62,7 +63,7 @@ class OperatorTable:
 
 
 def _lagrange(position: float) -> Array:
-    """Weights of the nodes 0, 1, ... 5 at a position; they sum to one."""
+    """Weights of the nodes 0, 1, ... 9 at a position; they sum to one."""
     weights = np.ones(_WINDOW)
     for i in range(_WINDOW):
         for j in range(_WINDOW):
