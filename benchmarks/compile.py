@@ -69,7 +69,7 @@ def row(name: str, model: str, accuracy: float, all_times: bool) -> str:
     if name != "baseline":
         overrides["radiance.model"] = model
     plan = make_plan(Scenario.load(name, overrides))
-    tolerance = accuracy * compiling.SPECTRAL_SHARE
+    tolerance = plan.budget.wavenumbers
     plan.model.clear(plan.spectral_grid.wavenumber_cm1, None)  # what is read and compiled once
     start = time.perf_counter()
     spectrum = choose_spectrum(plan, tolerance)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hcss_twin.providers import CloudLayer
+from hcss_twin.scene.budget import SHARES
 from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.plan import Plan
 
@@ -36,6 +37,7 @@ def _lines(plan: Plan) -> Iterator[str]:
         yield f"  {kind:<11} {entry.name} [{entry.origin}]"
     if plan.needs_radiance:
         known = plan.spectral_grid.wavenumber_cm1.size
+        yield f"  accuracy    {plan.accuracy}; of it {_shares(plan)}"
         yield f"  spectrum    a few weighted wavenumbers of {known}, chosen by the run"
     yield f"  variables   {', '.join(spec.name for spec in plan.variables)}"
     yield f"  cube        {_size(plan.uncompressed_bytes)} before compression"
@@ -54,6 +56,25 @@ def _particles(layer: CloudLayer) -> str:
         f"{about['effective_variance']:.3g}, {about['water_content_g_m3']:.3g} g m-3; extinction "
         f"{about['large_particle_extinction_m1']:.3g} m-1 of large particles"
     )
+
+
+def _shares(plan: Plan) -> str:
+    """What each approximation that the scene makes may have of the accuracy."""
+    several = sum(plan.cloudy_layers) > 1
+    made = {
+        "thickness": any(plan.cloudy_layers),
+        "two_layers": several,
+        "waves": plan.waves is not None,
+        "shadows": plan.scenario.slant.shadows,
+        "time": plan.sun_matters and plan.frame_times_s.size > 1,
+        "other_instants": plan.sun_matters and plan.frame_times_s.size > 1 and any(plan.cloudy_layers),
+    }
+    shares = (
+        f"{100 * share:g} % {name.replace('_', ' ')}"
+        for name, share in SHARES.items()
+        if made.get(name, True)
+    )
+    return ", ".join(shares)
 
 
 def _bound(bound: float | None) -> str:

@@ -17,6 +17,7 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.atmosphere.profile_file import STANDARD
 from hcss_twin.errors import closest
 from hcss_twin.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.scenario.accuracy import Accuracy
 from hcss_twin.scenario.band_entries import Bands
 from hcss_twin.scenario.band_entries import ResponseBand as ResponseBand
 from hcss_twin.scenario.instant import Instant
@@ -367,11 +368,10 @@ class ScenarioModel(Section):
 
     title: str = Field("", max_length=200, description="Title of the cube.")
     seed: Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
-    accuracy: Number = Field(
+    accuracy: Accuracy = Field(
         1e-3,
-        ge=1e-6,
-        le=0.1,
-        description="Error allowed to the engine's tables, relative to the total radiance of the band.",
+        description="Error allowed to the engine: a share of the total radiance of the band (1e-6 to 0.1), or text "
+        'with kelvin of the brightness temperature (`"0.1 K"`; 0.001 to 10 K).',
     )
     time: Instant = Field(
         description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00."

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.scene.budget import Budget
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.slant.shadow_table import compile_shadows
 from hcss_twin.scene.tables.columns import BandColumns
@@ -17,15 +18,6 @@ from hcss_twin.scene.waves.wave_table import compile_waves
 
 Array = NDArray[np.float64]
 
-TABLE_SHARE = 0.1
-"""Share of the scenario's accuracy that interpolation between table nodes may use."""
-
-SUN_SHARE = 0.1
-"""Share of the tables' tolerance for interpolating how columns change under another sun."""
-
-SPECTRAL_SHARE = 0.1
-"""Share that may be lost by leaving out wavenumbers."""
-
 LARGEST_TABLE_BYTES = 128_000_000
 """Of the table of two layers at one instant; three of them are held where the sun moves."""
 
@@ -36,9 +28,8 @@ LONGEST_TIME_STEP_S = 3600.0
 def compile_tables(plan: Plan) -> RadianceTables:
     """Compute band radiance against thickness, and against time where the sun moves enough to matter.
 
-    Nodes are added until interpolation, measured between the nodes, errs by less than
-    ``accuracy`` x ``TABLE_SHARE``, relative to the total radiance of the band. There is a table for each layer
-    alone, and where two can have cloud one of both.
+    Nodes are added until interpolation, measured between the nodes, keeps the plan's budget, relative to the total
+    radiance of the band. There is a table for each layer alone, and where two can have cloud one of both.
 
     Raises
     ------
@@ -47,19 +38,19 @@ def compile_tables(plan: Plan) -> RadianceTables:
     ScenarioError
         If the table of two layers would be too large for the accuracy asked for.
     """
-    spectrum = choose_spectrum(plan, plan.scenario.accuracy * SPECTRAL_SHARE)
+    allowed = plan.budget
+    spectrum = choose_spectrum(plan, allowed.wavenumbers)
     columns = BandColumns(plan, spectrum.nodes)
-    tolerance = plan.scenario.accuracy * TABLE_SHARE
-    times, time_error = _time_nodes(columns, plan, 0.4 * tolerance)
+    times, time_error = _time_nodes(columns, plan, allowed.time)
     placing = times[len(times) // 2]
     sun = plan.sun_at(placing)
     axes: tuple[ThicknessAxis | None, ...] = tuple(
-        place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, 0.5 * tolerance)
+        place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, allowed.thickness)
         if plan.cloudy_layers[index]
         else None
         for index, layer in enumerate(plan.layers)
     )
-    error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
+    alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
     pair: LayerPair | None = None
     match axes:
         case (ThicknessAxis() as low, ThicknessAxis() as high):
@@ -67,11 +58,11 @@ def compile_tables(plan: Plan) -> RadianceTables:
                 lambda thickness: columns.cloudy(thickness, sun),
                 low,
                 high,
-                0.5 * tolerance,
+                allowed.two_layers,
             )
             _require_room(plan, pair, len(columns.quantities.names))
-            axes, error = (pair.low, pair.high), max(error, pair.estimated_error)
-    drift = SUN_SHARE * tolerance if len(times) > 1 else 0.0
+            axes = (pair.low, pair.high)
+    drift = allowed.other_instants if len(times) > 1 else 0.0
     first = columns.exact(axes, pair, sun, None, drift)
     suns = tuple(plan.sun_at(time) for time in times)
     tables = tuple(
@@ -84,8 +75,17 @@ def compile_tables(plan: Plan) -> RadianceTables:
     )
     waves = None
     if plan.waves is not None:
-        waves = compile_waves(plan, plan.waves, columns.quantities, suns, 0.5 * tolerance)
-        error = max(error, waves.estimated_error)
+        waves = compile_waves(plan, plan.waves, columns.quantities, suns, allowed.waves)
+    shadows = compile_shadows(plan, columns.quantities, times, columns.clear)
+    found = Budget(
+        wavenumbers=spectrum.estimated_error,
+        thickness=alone_error,
+        two_layers=0.0 if pair is None else pair.estimated_error,
+        waves=0.0 if waves is None else waves.estimated_error,
+        shadows=0.0 if shadows is None else allowed.shadows,
+        time=time_error,
+        other_instants=drift,
+    )
     return RadianceTables(
         columns.quantities,
         times,
@@ -93,8 +93,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
         pair,
         tables,
         spectrum,
-        spectrum.estimated_error + time_error + error + drift,
-        compile_shadows(plan, columns.quantities, times, columns.clear),
+        found,
+        shadows,
         waves,
     )
 
@@ -106,11 +106,11 @@ def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
     if size <= LARGEST_TABLE_BYTES:
         return
     # The number of nodes goes with accuracy^-1/2 along each axis, roughly.
-    possible = 1.2 * plan.scenario.accuracy * size / LARGEST_TABLE_BYTES
+    possible = 1.2 * plan.accuracy.relative * size / LARGEST_TABLE_BYTES
     digit = 10.0 ** np.floor(np.log10(possible))
     closest = np.ceil(possible / digit) * digit
     message = (
-        f"{plan.scenario.accuracy:g} needs a table of {size / 1e6:.0f} MB for two cloud layers, {len(plan.bands)} "
+        f"{plan.accuracy.relative:g} needs a table of {size / 1e6:.0f} MB for two cloud layers, {len(plan.bands)} "
         f"bands and {quantities - 1} terms; allowed: up to {LARGEST_TABLE_BYTES / 1e6:.0f} MB; closest valid choice "
         f"is about {closest:.0e}"
     )

@@ -19,6 +19,8 @@ from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, Radian
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.accuracy import RequestedAccuracy, requested_accuracy
+from hcss_twin.scene.budget import Budget, share_out
 from hcss_twin.scene.building.assembly import Assembly, assemble
 from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.building.surroundings import FilledIn
@@ -50,6 +52,8 @@ class Plan:
         At each frame.
     variables : tuple of VariableSpec
         What the cube will hold.
+    accuracy : RequestedAccuracy
+        As a share of the radiance of every band.
     waves : DrawnWaves or None
         None where the sea is averaged over its waves.
     """
@@ -65,6 +69,12 @@ class Plan:
     skipped: tuple[Skipped, ...]
     filled_in: tuple[FilledIn, ...]
     waves: DrawnWaves | None
+    accuracy: RequestedAccuracy
+
+    @property
+    def budget(self) -> Budget:
+        """What each of the engine's approximations may err by."""
+        return share_out(self.accuracy.relative)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -199,6 +209,7 @@ class Plan:
                 "azimuth_deg": [float(self.sun_azimuth_deg[0]), float(self.sun_azimuth_deg[-1])],
             },
             "wavenumbers": int(self.spectral_grid.wavenumber_cm1.size),
+            "accuracy": {**vars(self.accuracy), "budget": self.budget.as_dict()},
             "variables": [spec.name for spec in self.variables],
             "uncompressed_bytes": self.uncompressed_bytes,
             "filled_in": [vars(item) for item in self.filled_in],
@@ -245,7 +256,9 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         probe_particles(assembly)
         probe_lowest_sun(assembly, track, times, zenith)
     probe_last_frame(assembly, float(times[-1]))
-    waves, no_waves = choose_waves(scenario, assembly, _suns(track, times) if radiance else [])
+    suns = _suns(track, times) if radiance else []
+    accuracy = requested_accuracy(scenario, assembly, suns)
+    waves, no_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
     variables = _variables(scenario, assembly, waves is not None)
     skipped = skipped_parts(assembly, variables, track, times, zenith)
     return Plan(
@@ -260,6 +273,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         skipped=tuple(skipped if no_waves is None else (*skipped, no_waves)),
         filled_in=assembly.filled_in,
         waves=waves,
+        accuracy=accuracy,
     )
 
 

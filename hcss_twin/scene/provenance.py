@@ -36,13 +36,16 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "hcss_skipped": json.dumps([vars(item) for item in plan.skipped]),
         "hcss_particles": json.dumps([told(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.notes),
-        "hcss_accuracy_requested": scenario.accuracy,
+        "hcss_accuracy_requested": plan.accuracy.relative,
     }
+    if plan.accuracy.kelvin is not None:
+        attributes["hcss_accuracy_requested_kelvin"] = plan.accuracy.kelvin
     wave_height = getattr(plan.assembly.sea, "significant_wave_height_m", None)
     if wave_height is not None:
         attributes["hcss_significant_wave_height_m"] = float(wave_height)
     if tables is not None:
         attributes["hcss_table_error_estimated"] = tables.estimated_error
+        attributes["hcss_table_errors"] = json.dumps(tables.errors.as_dict())
         attributes["hcss_wavenumbers_used"] = int(tables.spectrum.nodes.wavenumber_cm1.size)
         attributes["hcss_wavenumbers_known"] = tables.spectrum.dense
     return attributes

@@ -50,7 +50,7 @@ def tampered(monkeypatch):
         changed = []
         for table in tables.tables:
             alone = table.alone[0].copy()
-            alone[thick, :, 1] *= 1.0 + 3.0 * plan.scenario.accuracy
+            alone[thick, :, 1] *= 1.0 + 3.0 * plan.accuracy.relative
             changed.append(replace(table, alone=(alone,)))
         return replace(tables, tables=tuple(changed))
 

@@ -10,7 +10,7 @@ from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.reporting.plan_text import plan_text
 from hcss_twin.scene.building.cloud_assembly import layer_seed
-from hcss_twin.scene.compile import SPECTRAL_SHARE, TABLE_SHARE, compile_tables
+from hcss_twin.scene.compile import compile_tables
 from hcss_twin.scene.stream import stream
 
 BASE = {
@@ -118,7 +118,6 @@ def test_tables_of_two_layers_of_the_default_models_agree_with_the_reference_pat
 
 def assert_tables_agree_with_the_reference_path(changes):
     plan = make_plan(scenario(CUMULUS, CIRRUS, **changes))
-    accuracy = plan.scenario.accuracy
     tables = compile_tables(plan)
     random = np.random.default_rng(0)
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
@@ -135,7 +134,7 @@ def assert_tables_agree_with_the_reference_path(changes):
             plan.model, plan.spectral_grid, thickness[chosen], sun if sun.is_up else None
         )
         found = frame["radiance"].reshape(BANDS, -1)[:, chosen].T
-        np.testing.assert_allclose(found, exact, rtol=(TABLE_SHARE + SPECTRAL_SHARE) * accuracy + 3e-7)
+        np.testing.assert_allclose(found, exact, rtol=plan.budget.total + 3e-7)
         np.testing.assert_allclose(found, exact, rtol=tables.estimated_error + 3e-7)
 
 

@@ -10,7 +10,7 @@ from hcss_twin import Scenario, make_plan, open_cube, simulate
 from hcss_twin.radiance.as_printed import AsPrinted
 from hcss_twin.radiance.physical.terms import TERMS
 from hcss_twin.radiance.reference import reference_radiance
-from hcss_twin.scene.compile import SPECTRAL_SHARE, TABLE_SHARE, compile_tables
+from hcss_twin.scene.compile import compile_tables
 from hcss_twin.scene.stream import stream
 
 THREE_LINES = """
@@ -134,7 +134,7 @@ def assert_tables_agree_with_the_reference_path(name, accuracy, models):
         )
         found = frame["radiance"].reshape(3, -1)[:, chosen].T
         # float32 rounding of the result and of the thickness adds a little.
-        np.testing.assert_allclose(found, exact, rtol=(TABLE_SHARE + SPECTRAL_SHARE) * accuracy + 3e-7)
+        np.testing.assert_allclose(found, exact, rtol=plan.budget.total + 3e-7)
         np.testing.assert_allclose(found, exact, rtol=1.25 * tables.estimated_error + 3e-7)
 
 

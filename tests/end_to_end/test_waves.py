@@ -5,7 +5,7 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.scene.compile import SPECTRAL_SHARE, TABLE_SHARE, compile_tables
+from hcss_twin.scene.compile import compile_tables
 from hcss_twin.scene.stream import stream
 from hcss_twin.scene.waves.wave_table import SIGMAS, _change
 
@@ -73,7 +73,7 @@ def test_each_pixel_is_the_radiance_of_its_tilted_sea_but_for_the_level(planned,
     np.testing.assert_allclose(ratios.mean(axis=0), level, rtol=1e-3)
     np.testing.assert_allclose(level, 1.0, atol=0.06)
     assert tables.waves.estimated_error < 3e-4
-    assert tables.estimated_error < (TABLE_SHARE + SPECTRAL_SHARE) * BASE["accuracy"]
+    assert tables.estimated_error < plan.budget.total
 
 
 def test_a_sun_on_the_other_side_is_followed(planned):

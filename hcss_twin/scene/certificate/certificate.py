@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.radiance.reference import reference_radiance
+from hcss_twin.scene.accuracy import RequestedAccuracy
+from hcss_twin.scene.brightness import BrightnessTemperature
 from hcss_twin.scene.certificate.certificate_pixels import SampledPixels
 from hcss_twin.scene.certificate.confidence import CONFIDENCE, share_drawn_alike, share_of_all
 from hcss_twin.scene.certificate.strata import stratum_names
@@ -62,8 +64,10 @@ class Certificate:
 
     Attributes
     ----------
-    requested, estimated : float
-        The scenario's accuracy; what the tables said while they were placed.
+    requested : RequestedAccuracy
+        In kelvin, if that was asked for, which then decides.
+    estimated : float
+        What the tables said while they were placed.
     bands : tuple of str (B,)
     strata : tuple of StratumCheck
         Those of which the checked frames have pixels.
@@ -71,14 +75,17 @@ class Certificate:
         Checked frames.
     open_share : float
         Greatest share of the checked frames' pixels that can exceed, at 95 % confidence, if no checked one does.
+    achieved_K : dict
+        Largest error of the brightness temperature of each band; empty unless kelvin were asked for.
     """
 
-    requested: float
+    requested: RequestedAccuracy
     estimated: float
     bands: tuple[str, ...]
     strata: tuple[StratumCheck, ...]
     frames: tuple[int, ...]
     open_share: float
+    achieved_K: dict[str, float]
 
     @property
     def checked(self) -> int:
@@ -110,8 +117,9 @@ class Certificate:
         )
         return (
             self._verdict,
-            f"relative error of the band radiance: requested {self.requested:g}, estimated {self.estimated:.2g}, "
-            f"achieved {achieved or 'unknown'}",
+            *self._in_kelvin,
+            f"relative error of the band radiance: requested {self.requested.relative:.3g}, "
+            f"estimated {self.estimated:.2g}, achieved {achieved or 'unknown'}",
             f"checked pixels of frame{'s' if len(self.frames) > 1 else ''} {', '.join(map(str, self.frames))}: "
             f"{told or 'none'}",
             *self._left_out,
@@ -124,7 +132,9 @@ class Certificate:
         """Plain values for ``hcss run --json``."""
         return {
             "passed": self.passed,
-            "requested": self.requested,
+            "requested": self.requested.relative,
+            "requested_K": self.requested.kelvin,
+            "achieved_K": self.achieved_K,
             "estimated": self.estimated,
             "achieved": self.achieved,
             "pixels": self.checked,
@@ -142,6 +152,7 @@ class Certificate:
         return {
             "hcss_certificate": plain["text"],
             "hcss_accuracy_achieved": json.dumps(plain["achieved"]),
+            **({"hcss_accuracy_achieved_kelvin": json.dumps(self.achieved_K)} if self.achieved_K else {}),
             "hcss_certificate_pixels": self.checked,
             "hcss_certificate_strata": json.dumps(plain["strata"]),
         }
@@ -161,6 +172,16 @@ class Certificate:
         return (
             f"FAILED: {self.exceeding} of {self.checked} random pixels computed again without tables err by more than "
             f"the accuracy asked for: {worst}"
+        )
+
+    @property
+    def _in_kelvin(self) -> tuple[str, ...]:
+        if self.requested.kelvin is None:
+            return ()
+        achieved = ", ".join(f"{band} {error:.{_DIGITS}g} K" for band, error in self.achieved_K.items())
+        return (
+            f"error of the brightness temperature: requested {self.requested.kelvin:g} K, achieved "
+            f"{achieved or 'unknown'}",
         )
 
     @property
@@ -198,9 +219,22 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
         If a provider breaks its contract.
     """
     names, bands = stratum_names(len(plan.layers)), len(plan.bands)
-    checks = [_errors(plan, pixels) for pixels in frames]
-    error = np.concatenate([np.empty((0, bands)), *(error for error, _ in checks)])
-    exceeding = np.concatenate([np.empty(0, np.bool_), *(exceeding for _, exceeding in checks)])
+    nothing = np.empty((0, bands))
+    written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
+    exact = np.concatenate([nothing, *(_exact(plan, pixels) for pixels in frames)])
+    away = np.abs(written - exact)
+    error = np.divide(away, np.abs(exact), out=np.where(away > 0, np.inf, 0.0), where=exact != 0)
+    achieved_K: dict[str, float] = {}
+    if plan.accuracy.kelvin is None:
+        # The cube is in single precision: one step of its numbers is no error of the engine.
+        rounding = np.spacing(np.abs(exact).astype(np.float32)).astype(np.float64)
+        exceeding = np.any(away > plan.accuracy.relative * np.abs(exact) + rounding, axis=1)
+    else:
+        away_K, rounding_K = _in_kelvin(plan, written, exact)
+        exceeding = np.any(away_K > plan.accuracy.kelvin + rounding_K, axis=1)
+        if away_K.size:
+            worst_K = np.max(away_K, axis=0)
+            achieved_K = {band.name: _rounded(each) for band, each in zip(plan.bands, worst_K, strict=True)}
     stratum = np.concatenate([np.empty(0, np.int64), *(pixels.stratum for pixels in frames)])
     size = np.array([pixels.pixels for pixels in frames]).reshape(len(frames), len(names))
     checked = np.array([np.bincount(pixels.stratum, minlength=len(names)) for pixels in frames])
@@ -218,17 +252,18 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
                 StratumCheck(name, pixels_of, int(np.sum(own)), int(np.sum(exceeding[own])), worst, left_out)
             )
     return Certificate(
-        requested=plan.scenario.accuracy,
+        requested=plan.accuracy,
         estimated=tables.estimated_error,
         bands=tuple(band.name for band in plan.bands),
         strata=tuple(found),
         frames=tuple(pixels.frame for pixels in frames),
         open_share=share_of_all(size.ravel(), checked.reshape(size.shape).ravel()),
+        achieved_K=achieved_K,
     )
 
 
-def _errors(plan: Plan, pixels: SampledPixels) -> tuple[Array, NDArray[np.bool_]]:
-    """Relative errors (M, B), and which pixels err by more than is allowed in some band, (M,)."""
+def _exact(plan: Plan, pixels: SampledPixels) -> Array:
+    """Band radiances (M, B) on the reference path."""
     count, layers, points = pixels.thickness_m.shape
     thickness = np.moveaxis(pixels.thickness_m, 1, 2).reshape(count * points, layers).astype(np.float64)
     for own, layer in zip(thickness.T, plan.layers, strict=True):
@@ -237,13 +272,22 @@ def _errors(plan: Plan, pixels: SampledPixels) -> tuple[Array, NDArray[np.bool_]
     columns, places = np.unique(thickness, axis=0, return_inverse=True)
     sun = plan.sun_at(pixels.time_s)
     known = reference_radiance(plan.model, plan.spectral_grid, columns, sun, COLUMNS_AT_ONCE)
-    exact = np.mean(known[places.ravel()].reshape(count, points, len(plan.bands)), axis=1)
-    away = np.abs(pixels.radiance.astype(np.float64) - exact)
-    # The cube is in single precision: one step of its numbers is no error of the engine.
-    rounding = np.spacing(np.abs(exact).astype(np.float32)).astype(np.float64)
-    exceeding = np.any(away > plan.scenario.accuracy * np.abs(exact) + rounding, axis=1)
-    error = np.divide(away, np.abs(exact), out=np.where(away > 0, np.inf, 0.0), where=exact != 0)
-    return error, exceeding
+    exact: Array = np.mean(known[places.ravel()].reshape(count, points, len(plan.bands)), axis=1)
+    return exact
+
+
+def _in_kelvin(plan: Plan, written: Array, exact: Array) -> tuple[Array, Array]:
+    """Errors of the brightness temperature and one step of single precision of the radiance, both (M, B) in K."""
+    temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
+
+    def kelvin(radiance: Array) -> Array:
+        return np.asarray(temperature(radiance.T[:, :, None].astype(np.float32)), np.float64)[:, :, 0].T
+
+    if not exact.size:
+        return exact, exact
+    true = kelvin(exact)
+    step = kelvin(exact + 2.0 * np.spacing(np.abs(exact).astype(np.float32))) - true
+    return np.abs(kelvin(written) - true), np.abs(step)
 
 
 def _rounded(value: float) -> float:

@@ -22,9 +22,6 @@ from hcss_twin.scene.tables.radiance_tables import TOTAL, Quantities, ShadowTabl
 
 Array = NDArray[np.float64]
 
-ERROR_SHARE = 0.05
-"""Share of the scenario's accuracy that interpolation of the transmission may use."""
-
 FIRST_INTERVALS = 16
 
 
@@ -71,7 +68,7 @@ def compile_shadows(
             ]
         )
 
-    return ShadowTables(tuple(time_s), longest, loss, _tabulated(depth, ERROR_SHARE * plan.scenario.accuracy))
+    return ShadowTables(tuple(time_s), longest, loss, _tabulated(depth, plan.budget.shadows))
 
 
 def _loss(terms: Array, quantities: Quantities, names: Sequence[str]) -> Array:

@@ -18,6 +18,7 @@ from hcss_twin.cache.store import Store
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.radiance.spectral_nodes import SpectralNodes
 from hcss_twin.registry.kinds import Kind
+from hcss_twin.scene.budget import Budget
 from hcss_twin.scene.compile import compile_tables
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables.layer_pair import LayerPair
@@ -32,7 +33,7 @@ from hcss_twin.scene.tables.spectrum import Spectrum
 from hcss_twin.scene.tables.thickness_axis import ThicknessAxis
 from hcss_twin.version import __version__
 
-_FORMAT = 1
+_FORMAT = 2
 """Raised when what is written here changes its meaning."""
 
 _INDEPENDENT = ("title", "seed", "image", "clouds", "output")
@@ -53,6 +54,7 @@ _CLASSES: Mapping[str, type] = {
     for each in (
         KeptTables,
         RadianceTables,
+        Budget,
         Quantities,
         ThicknessAxis,
         LayerPair,
@@ -98,6 +100,7 @@ def table_key(plan: Plan) -> str:
         "version": __version__,
         "numpy": np.__version__,
         "scenario": {name: value for name, value in scenario.items() if name not in _INDEPENDENT},
+        "accuracy": plan.accuracy.relative,
         "files": dict(plan.catalog.used),
         "terms": [spec.name for spec in plan.variables if spec.name.startswith(TERM_PREFIX)],
         "layers": [

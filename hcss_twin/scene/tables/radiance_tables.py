@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.scene.budget import Budget
 from hcss_twin.scene.tables.layer_pair import LayerPair
 from hcss_twin.scene.tables.spectrum import Spectrum
 from hcss_twin.scene.tables.thickness_axis import ThicknessAxis
@@ -170,9 +171,8 @@ class RadianceTables:
         Tables at the nodes.
     spectrum : Spectrum
         Wavenumbers behind each column.
-    estimated_error : float
-        Relative error of the total: the largest found between the nodes while they were placed, and that of the
-        spectrum.
+    errors : Budget
+        Relative errors of the total: what each approximation found while its nodes were placed.
     shadows : ShadowTables or None
         None where no cloud casts shadows.
     waves : WaveTables or None
@@ -185,9 +185,14 @@ class RadianceTables:
     pair: LayerPair | None
     tables: tuple[InstantTable, ...]
     spectrum: Spectrum
-    estimated_error: float
+    errors: Budget
     shadows: ShadowTables | None = None
     waves: WaveTables | None = None
+
+    @property
+    def estimated_error(self) -> float:
+        """Relative error of the total that all of them can add up to."""
+        return self.errors.total
 
 
 class TableReader:

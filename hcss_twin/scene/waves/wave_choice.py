@@ -42,7 +42,7 @@ class DrawnWaves:
 
 
 def choose_waves(
-    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None]
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
 ) -> tuple[DrawnWaves | None, Skipped | None]:
     """Return the waves to draw, or what is to be said about leaving them out.
 
@@ -50,6 +50,8 @@ def choose_waves(
     ----------
     suns : sequence of Sun or None
         Positions for which the bound is made; none where no radiance is needed.
+    accuracy : float
+        Share of the radiance below which waves do not matter.
 
     Raises
     ------
@@ -80,7 +82,7 @@ def choose_waves(
     if max(rms) == 0.0:
         return None, Skipped(WAVES, "no wind raises waves", 0.0)
     if mode != "resolved":
-        left_out = _left_out(scenario, able, assembly, suns)
+        left_out = _left_out(scenario, able, assembly, suns, accuracy)
         if left_out is not None:
             return None, left_out
     with blamed_on("sea.waves", scenario.sea.parameters):
@@ -91,7 +93,7 @@ def choose_waves(
 
 
 def _left_out(
-    scenario: Scenario, able: bool, assembly: Assembly, suns: Sequence[Sun | None]
+    scenario: Scenario, able: bool, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
 ) -> Skipped | None:
     """Say why waves are left out, with the bound; None if they are to be drawn."""
     sea, bound = assembly.sea, None
@@ -104,7 +106,7 @@ def _left_out(
         return Skipped(WAVES, 'sea.waves = "averaged": every clear pixel is the mean sea', bound)
     if not able:
         return Skipped(WAVES, "the sea model has no waves as shapes, or shadows need the mean sea", bound)
-    if bound is not None and bound <= scenario.accuracy:
+    if bound is not None and bound <= accuracy:
         return Skipped(WAVES, "they would change less than the accuracy asked for", bound)
     return None
 

@@ -1,0 +1,66 @@
+"""How wrong a band radiance may be: a share of it, or kelvin of its brightness temperature."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from hcss_twin.scenario.wording import shown
+
+LEAST, MOST = 1e-6, 0.1
+LEAST_K, MOST_K = 1e-3, 10.0
+
+_ALLOWED = f"allowed: a number from {LEAST:g} to {MOST:g}, or text with one of the units %, K, mK"
+_TEXT = re.compile(r"\s*(\+?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*")
+_FACTORS = {"": 1.0, "%": 0.01, "K": 1.0, "mK": 1e-3}
+
+
+def kelvin_of(accuracy: float | str) -> float | None:
+    """Kelvin that a validated accuracy stands for; None for a share of the radiance."""
+    return float(accuracy.removesuffix(" K")) if isinstance(accuracy, str) else None
+
+
+def _parse(value: Any) -> float | str:
+    unit, number = "", value
+    if isinstance(value, str):
+        match = _TEXT.fullmatch(value)
+        if match is None:
+            raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ALLOWED}")
+        number, unit = float(match.group(1)), match.group(2)
+        if unit not in _FACTORS:
+            closest = "K" if any(map(str.isalpha, unit)) else "%"
+            raise PydanticCustomError(
+                "not_an_accuracy",
+                f"{shown(value)}: {shown(unit)} is not a unit of accuracy; {_ALLOWED}; closest is '{closest}'",
+            )
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ALLOWED}")
+    plain = float(number) * _FACTORS[unit]
+    kelvin = unit.endswith("K")
+    least, most = (LEAST_K, MOST_K) if kelvin else (LEAST, MOST)
+    if not least <= plain <= most:
+        nearest = most if plain > most else least
+        raise PydanticCustomError(
+            "accuracy_range",
+            f"{shown(value)}; allowed: {least:g} to {most:g}{' K' if kelvin else ''}; closest valid choice is "
+            + (f"'{nearest:g} K'" if kelvin else f"{nearest:g}"),
+        )
+    return f"{plain:g} K" if kelvin else plain
+
+
+Accuracy = Annotated[
+    float | str,
+    BeforeValidator(_parse),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "minimum": LEAST, "maximum": MOST},
+                {"type": "string", "pattern": r"^\s*[+0-9.eE-]+\s*(%|K|mK)?\s*$"},
+            ]
+        }
+    ),
+]
+"""A share of the radiance, or text with a unit: ``"0.1 %"`` becomes 0.001, ``"50 mK"`` becomes ``"0.05 K"``."""

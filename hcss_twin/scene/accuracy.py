@@ -1,0 +1,115 @@
+"""What accuracy a scene is asked for, as a share of its band radiances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.physics.planck import brightness_temperature, planck
+from hcss_twin.providers import Sun
+from hcss_twin.radiance.spectral_grid import SpectralGrid
+from hcss_twin.scenario.accuracy import LEAST, MOST, kelvin_of
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.brightness import HOTTEST_K
+from hcss_twin.scene.building.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+WAVENUMBERS = 24
+"""Of each band, at which the hottest pixel is looked for."""
+
+MARGIN_K = 5.0
+"""By which a pixel may be hotter than what was found."""
+
+
+@dataclass(frozen=True)
+class RequestedAccuracy:
+    """The error that a pixel may have.
+
+    Attributes
+    ----------
+    relative : float
+        Of the total radiance of every band: what the tables keep.
+    kelvin : float or None
+        Of the brightness temperature, if that was asked for.
+    """
+
+    relative: float
+    kelvin: float | None = None
+
+    def __str__(self) -> str:
+        if self.kelvin is None:
+            return f"{self.relative:g} of the band radiance"
+        return f"{self.kelvin:g} K of the brightness temperature, {self.relative:.2g} of the band radiance or more"
+
+
+def requested_accuracy(
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None]
+) -> RequestedAccuracy:
+    """Turn a scenario's accuracy into a share of the radiance that keeps it in every band.
+
+    A kelvin is the smaller a share the hotter a pixel looks: the hottest decides, which is looked for among clear
+    columns and those with the thinnest and thickest clouds.
+
+    Parameters
+    ----------
+    suns : sequence of Sun or None
+        Of some frames; empty where no radiance is wanted.
+
+    Raises
+    ------
+    ScenarioError
+        If a band has no brightness temperature, or one in which the kelvin asked for are beyond what can be kept.
+    """
+    kelvin = kelvin_of(scenario.accuracy)
+    if kelvin is None:
+        return RequestedAccuracy(float(scenario.accuracy))
+    if not suns:
+        return RequestedAccuracy(MOST, kelvin)
+    grid = assembly.spectral_grid
+    shares = []
+    names = [band.name for band in assembly.bands]
+    for band, name in enumerate(names):
+        hottest = _hottest_K(assembly, band, suns) + MARGIN_K
+        if hottest > HOTTEST_K:
+            message = (
+                f"{scenario.accuracy!r}: pixels of band '{name}' look hotter than {HOTTEST_K:g} K, as reflected "
+                "sunlight does at short wavelengths; allowed: a share of the radiance"
+            )
+            raise ScenarioError([Problem("accuracy", message)])
+        shares.append(kelvin * _slope(grid, band, hottest))
+    relative = min(shares)
+    if relative < LEAST:
+        message = (
+            f"{scenario.accuracy!r} is {relative:.1e} of the radiance of pixels in band "
+            f"'{names[int(np.argmin(shares))]}'; allowed: {LEAST:g} or more; closest valid choice is "
+            f"'{1.01 * kelvin * LEAST / relative:.2g} K'"
+        )
+        raise ScenarioError([Problem("accuracy", message)])
+    return RequestedAccuracy(min(relative, MOST), kelvin)
+
+
+def _hottest_K(assembly: Assembly, band: int, suns: Sequence[Sun | None]) -> float:
+    own = assembly.spectral_grid.nodes[band]
+    picked = own[np.unique(np.linspace(0, own.size - 1, WAVENUMBERS).round().astype(np.intp))]
+    wavenumber = assembly.spectral_grid.wavenumber_cm1[picked]
+    found = []
+    for sun in dict.fromkeys(suns):
+        clear = assembly.model.clear(wavenumber, sun)
+        found.append(np.sum([clear[name] for name in assembly.model.terms], axis=0)[None])
+        if assembly.has_cloud:
+            cloudy = assembly.model.cloudy(wavenumber, assembly.extreme_thicknesses_m, sun)
+            found.append(np.sum([cloudy[name] for name in assembly.model.terms], axis=0))
+    brightest = np.max(np.concatenate(found), axis=0)
+    return float(np.max(brightness_temperature(wavenumber, brightest)))
+
+
+def _slope(grid: SpectralGrid, band: int, temperature_K: float) -> float:
+    """Share by which the radiance of a black body grows per kelvin."""
+    around = temperature_K + np.array([-0.5, 0.5])
+    low, high = planck(grid.wavenumber_cm1[None], around[:, None]) @ grid.weights_cm1[band]
+    return float(np.log(high / low))

@@ -1,0 +1,94 @@
+"""An accuracy in kelvin is kept in brightness temperature, in every band."""
+
+import json
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, ScenarioError, make_plan, simulate
+from hcss_twin.scene.brightness import BrightnessTemperature
+from hcss_twin.scene.budget import SHARES, share_out
+
+SMALL = {
+    **CHEAP,
+    "image.rows": 32,
+    "image.columns": 32,
+    "frames.count": 2,
+    "bands": ["mwir", "lwir"],
+    "output.variables": ["radiance", "brightness_temperature"],
+}
+
+
+@pytest.mark.parametrize("kelvin", [1.0, 0.01])
+def test_cube_and_certificate_keep_the_kelvin_asked_for(kelvin):
+    made = simulate(
+        Scenario.load("stratus", {**SMALL, "accuracy": f"{kelvin:g} K", "output.certificate": 48})
+    )
+    assert made.attrs["hcss_accuracy_requested_kelvin"] == kelvin
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+    achieved = json.loads(made.attrs["hcss_accuracy_achieved_kelvin"])
+    assert set(achieved) == {"mwir", "lwir"}
+    assert 0.0 < max(achieved.values()) < kelvin
+
+
+def test_a_kelvin_is_the_share_by_which_the_hottest_black_body_of_the_scene_grows():
+    plan = make_plan(Scenario.load("stratus", {**SMALL, "accuracy": "0.1 K"}))
+    made = simulate(Scenario.load("stratus", SMALL))
+    temperature = BrightnessTemperature(plan.spectral_grid, ["mwir", "lwir"])
+    radiance = made.radiance.isel(time=0).to_numpy()
+    off = temperature(radiance * np.float32(1.0 + plan.accuracy.relative)) - temperature(radiance)
+    # Nowhere more than asked for, and not much less where it decides.
+    assert 0.08 < off.max() <= 0.101
+
+
+def test_a_stricter_kelvin_asks_for_a_smaller_share():
+    shares = [
+        make_plan(Scenario.load("stratus", {**SMALL, "accuracy": text})).accuracy.relative
+        for text in ("1 K", "0.1 K", "10 mK")
+    ]
+    np.testing.assert_allclose(np.array(shares[:2]) / shares[1:], 10.0)
+
+
+def test_kelvin_that_cannot_be_kept_are_refused_with_some_that_can(monkeypatch):
+    monkeypatch.setattr("hcss_twin.scene.accuracy.LEAST", 1e-4)
+    with pytest.raises(ScenarioError, match=r"accuracy: '0.001 K' is .* closest valid choice is '0.\d+ K'"):
+        make_plan(Scenario.load("stratus", {**SMALL, "accuracy": "1 mK"}))
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ("0.05 mK", r"accuracy: '0.05 mK'; allowed: 0.001 to 10 K; closest valid choice is '0.001 K'"),
+        (0.5, r"accuracy: 0.5; allowed: 1e-06 to 0.1; closest valid choice is 0.1"),
+        ("1 degC", r"'degC' is not a unit of accuracy; allowed: .*; closest is 'K'"),
+        ("fine", r"accuracy: 'fine' is not an accuracy; allowed: a number from 1e-06 to 0.1"),
+        (True, r"accuracy: true is not an accuracy"),
+        ([1e-3], r"is not an accuracy"),
+    ],
+)
+def test_what_is_no_accuracy_is_refused_with_what_is(given, told):
+    with pytest.raises(ScenarioError, match=told):
+        Scenario.load("stratus", {"accuracy": given})
+
+
+@pytest.mark.parametrize(("given", "same"), [("0.1 %", 1e-3), ("1e-3", 1e-3), ("50 mK", "0.05 K")])
+def test_text_with_a_unit_is_what_it_stands_for(given, same):
+    assert Scenario.load("stratus", {"accuracy": given}).accuracy == same
+
+
+def test_shares_leave_room_for_what_is_not_measured():
+    budget = share_out(1e-3)
+    assert budget.as_dict() == {name: pytest.approx(1e-3 * share) for name, share in SHARES.items()}
+    assert budget.total < 0.6e-3
+
+
+def test_plan_and_cube_tell_what_each_approximation_may_err_by_and_what_it_found():
+    scenario = Scenario.load("stratus", {**SMALL, "accuracy": 1e-3})
+    allowed = make_plan(scenario).as_dict()["accuracy"]
+    found = json.loads(simulate(scenario).attrs["hcss_table_errors"])
+    assert allowed["relative"] == 1e-3
+    assert set(found) == set(allowed["budget"])
+    assert 0.0 < found["thickness"] <= allowed["budget"]["thickness"]
+    assert 0.0 < found["wavenumbers"] <= allowed["budget"]["wavenumbers"]
+    assert found["two_layers"] == found["waves"] == found["shadows"] == 0.0
