@@ -41,22 +41,40 @@ def reference_radiance(
     ndarray (N, B)
         W m-2 sr-1.
     """
-    thickness = np.asarray(thickness_m, dtype=np.float64)
-    columns = thickness[:, None] if thickness.ndim == 1 else thickness
-    result = np.empty((columns.shape[0], len(grid.nodes)))
-    cloudy = np.flatnonzero(np.any(columns > 0, axis=1))
-    clear = np.setdiff1d(np.arange(columns.shape[0]), cloudy)
-    if clear.size:
-        result[clear] = _bands(grid, model.clear(grid.wavenumber_cm1, sun))
-    for start in range(0, cloudy.size, together):
-        pixels = cloudy[start : start + together]
-        result[pixels] = _bands(grid, model.cloudy(grid.wavenumber_cm1, columns[pixels], sun))
+    result: Array = np.sum(reference_terms(model, grid, thickness_m, sun, together), axis=1)
     return result
 
 
-def _bands(grid: SpectralGrid, terms: Mapping[str, Array]) -> Array:
-    """Integrate the sum of terms (..., V) over the bands, (..., B)."""
-    spectra: Array = np.sum([np.asarray(term) for term in terms.values()], axis=0)
+def reference_terms(
+    model: RadianceModel,
+    grid: SpectralGrid,
+    thickness_m: Sequence[float] | Array,
+    sun: Sun | None,
+    together: int = 1,
+) -> Array:
+    """Terms (N, K, B) of the band radiance of single pixels, in the order of ``model.terms``.
+
+    Parameters
+    ----------
+    model, grid, thickness_m, sun, together
+        As for :func:`reference_radiance`.
+    """
+    thickness = np.asarray(thickness_m, dtype=np.float64)
+    columns = thickness[:, None] if thickness.ndim == 1 else thickness
+    result = np.empty((columns.shape[0], len(model.terms), len(grid.nodes)))
+    cloudy = np.flatnonzero(np.any(columns > 0, axis=1))
+    clear = np.setdiff1d(np.arange(columns.shape[0]), cloudy)
+    if clear.size:
+        result[clear] = _bands(model, grid, model.clear(grid.wavenumber_cm1, sun))
+    for start in range(0, cloudy.size, together):
+        pixels = cloudy[start : start + together]
+        result[pixels] = _bands(model, grid, model.cloudy(grid.wavenumber_cm1, columns[pixels], sun))
+    return result
+
+
+def _bands(model: RadianceModel, grid: SpectralGrid, terms: Mapping[str, Array]) -> Array:
+    """Integrate terms (..., V) over the bands, (..., K, B)."""
+    spectra = np.stack([np.asarray(terms[name]) for name in model.terms], axis=-2)
     return np.stack(
         [
             trapezoid(spectra[..., nodes] * response, grid.wavenumber_cm1[nodes])

@@ -16,8 +16,9 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.errors import CertificateWarning
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.certificate.certificate import Certificate, certify
+from hcss_twin.scene.certificate.certificate import Certificate
 from hcss_twin.scene.certificate.certificate_pixels import PixelSample
+from hcss_twin.scene.certificate.certify import certify
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.provenance import provenance
 from hcss_twin.scene.stream import stream

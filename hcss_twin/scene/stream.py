@@ -93,7 +93,7 @@ class _FrameMaker:
             values = radiance[index * bands : (index + 1) * bands]
             made[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
         if sample is not None:
-            sample.finish(made[TOTAL])
+            sample.finish(radiance.reshape(len(self._quantities), bands, *radiance.shape[1:]))
         if self._temperature is not None:
             made["brightness_temperature"] = self._temperature(made[TOTAL])
         return {name: values for name, values in made.items() if name in self._names}

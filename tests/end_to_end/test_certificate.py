@@ -267,3 +267,31 @@ def test_attributes_that_a_cube_has_are_not_given_again(tmp_path):
             writer.set_attributes({"other": True})
     with open_cube(tmp_path / "cube.nc") as made:
         assert made.attrs["late"] == "said"
+
+
+def test_terms_that_are_in_the_cube_are_checked_too():
+    made = cube(output__variables=["radiance", "terms"])
+    terms = json.loads(made.attrs["hcss_certificate_terms"])
+    assert set(terms) == {
+        name.removeprefix("radiance_") for name in made.data_vars if name.startswith("radiance_")
+    }
+    assert 0.0 < max(terms.values()) < 1e-3
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+
+
+def test_a_wrong_term_is_found_though_the_total_is_right(monkeypatch):
+    """What one term has too much another has too little."""
+
+    def wrong(plan):
+        tables = compile_tables(plan)
+        table = tables.tables[0]
+        clear = table.clear.copy()
+        clear[3] += 3.0 * plan.accuracy.relative * clear[0]
+        clear[5] -= 3.0 * plan.accuracy.relative * clear[0]
+        return replace(tables, tables=(replace(table, clear=clear), *tables.tables[1:]))
+
+    monkeypatch.setattr(simulation, "tables_of", wrong)
+    with pytest.warns(CertificateWarning, match="clear"):
+        made = cube(output__variables=["radiance", "terms"], frames__count=1)
+    assert max(json.loads(made.attrs["hcss_certificate_terms"]).values()) == pytest.approx(3e-3, rel=0.05)
+    assert max(json.loads(made.attrs["hcss_accuracy_achieved"]).values()) < 1e-3

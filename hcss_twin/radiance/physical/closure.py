@@ -69,15 +69,31 @@ def close(column: Column) -> Closure:
         _looking_down(column, frozen, gap, streams, matrix, source)
         _looking_up(column, frozen, gap, streams, matrix, source)
     flat = 2 * gaps * count
-    system = np.eye(flat)[None] - np.moveaxis(matrix.reshape(flat, flat, size), -1, 0)
-    right = np.moveaxis(source.reshape(flat, len(TERMS), size), -1, 0)
-    solved = np.linalg.solve(system, right)
+    kernel = np.ascontiguousarray(np.moveaxis(matrix.reshape(flat, flat, size), -1, 0))
+    right = np.ascontiguousarray(np.moveaxis(source.reshape(flat, len(TERMS), size), -1, 0))
+    solved = _solve(kernel, right, 2 * count)
     found = np.moveaxis(solved.reshape(size, gaps, 2, count, len(TERMS)), (0, 4), (4, 2))
     down = tuple(found[gap, 0] for gap in range(gaps))
     up = tuple(found[gap, 1] for gap in range(gaps))
     below = tuple(_behind(leg, down[i + 1]) for i, leg in enumerate(frozen.inside_down))
     above = tuple(_behind(leg, up[i]) for i, leg in enumerate(frozen.inside_up))
     return Closure(down, up, below, above)
+
+
+def _solve(kernel: Array, source: Array, above: int) -> Array:
+    """Solve u = P u + S, (V, F, F) and (V, F, N), of which the first ``above`` are the uppermost gap.
+
+    Looking up from there nothing but space is seen, and nobody looks down into it: it needs no inversion.
+    """
+    result = np.empty_like(source)
+    half, inner = above // 2, kernel[:, above:, above:]
+    sky = np.s_[:, half:above]
+    result[sky] = source[sky]
+    if inner.shape[1]:
+        right = source[:, above:] + kernel[:, above:, half:above] @ result[sky]
+        result[:, above:] = np.linalg.solve(np.eye(inner.shape[1])[None] - inner, right)
+    result[:, :half] = source[:, :half] + kernel[:, :half, half:] @ result[:, half:]
+    return result
 
 
 def _behind(leg: LegView, beyond: Array) -> Array:

@@ -1,35 +1,20 @@
-"""The certificate of a cube: random pixels of it computed again on the reference path.
-
-What is certified is the engine's error against the selected providers evaluated exactly: the providers are asked at
-every wavenumber of the dense grid for the very column of each pixel, without tables, interpolation or chosen
-wavenumbers. What a provider says about its own error is not part of it.
-"""
+"""The certificate of a cube: what was asked for, estimated and found, in numbers and in words."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.scene.accuracy import RequestedAccuracy
-from hcss_twin.scene.brightness import BrightnessTemperature
-from hcss_twin.scene.certificate.certificate_pixels import SampledPixels
-from hcss_twin.scene.certificate.confidence import CONFIDENCE, share_drawn_alike, share_of_all
-from hcss_twin.scene.certificate.strata import stratum_names
-from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.tables.radiance_tables import RadianceTables
+from hcss_twin.scene.certificate.confidence import CONFIDENCE, share_drawn_alike
 
 Array = NDArray[np.float64]
 
-COLUMNS_AT_ONCE = 32
-"""Columns for which the model is asked together; its memory grows with them."""
-
-_DIGITS = 3
+DIGITS = 3
 """Of errors told: sums of the reference may differ in their last bits between machines."""
 
 
@@ -75,6 +60,8 @@ class Certificate:
         Checked frames.
     open_share : float
         Greatest share of the checked frames' pixels that can exceed, at 95 % confidence, if no checked one does.
+    terms : dict of str to float
+        Largest error of each term that was looked up, in any band, relative to the total of the band.
     achieved_K : dict
         Largest error of the brightness temperature of each band; empty unless kelvin were asked for.
     """
@@ -85,6 +72,7 @@ class Certificate:
     strata: tuple[StratumCheck, ...]
     frames: tuple[int, ...]
     open_share: float
+    terms: dict[str, float]
     achieved_K: dict[str, float]
 
     @property
@@ -111,7 +99,7 @@ class Certificate:
     @property
     def lines(self) -> tuple[str, ...]:
         """The certificate in words, the verdict first."""
-        achieved = ", ".join(f"{band} {error:.{_DIGITS}g}" for band, error in self.achieved.items())
+        achieved = ", ".join(f"{band} {error:.{DIGITS}g}" for band, error in self.achieved.items())
         told = ", ".join(
             f"{each.name} {each.checked} of {each.pixels}" for each in self.strata if each.pixels
         )
@@ -120,6 +108,7 @@ class Certificate:
             *self._in_kelvin,
             f"relative error of the band radiance: requested {self.requested.relative:.3g}, "
             f"estimated {self.estimated:.2g}, achieved {achieved or 'unknown'}",
+            *self._of_terms,
             f"checked pixels of frame{'s' if len(self.frames) > 1 else ''} {', '.join(map(str, self.frames))}: "
             f"{told or 'none'}",
             *self._left_out,
@@ -135,6 +124,7 @@ class Certificate:
             "requested": self.requested.relative,
             "requested_K": self.requested.kelvin,
             "achieved_K": self.achieved_K,
+            "terms": self.terms,
             "estimated": self.estimated,
             "achieved": self.achieved,
             "pixels": self.checked,
@@ -153,6 +143,7 @@ class Certificate:
             "hcss_certificate": plain["text"],
             "hcss_accuracy_achieved": json.dumps(plain["achieved"]),
             **({"hcss_accuracy_achieved_kelvin": json.dumps(self.achieved_K)} if self.achieved_K else {}),
+            **({"hcss_certificate_terms": json.dumps(self.terms)} if self.terms else {}),
             "hcss_certificate_pixels": self.checked,
             "hcss_certificate_strata": json.dumps(plain["strata"]),
         }
@@ -164,7 +155,7 @@ class Certificate:
         if self.passed:
             return f"PASSED: {self.checked} random pixels computed again without tables keep the accuracy asked for"
         worst = ", ".join(
-            f"{each.name} ({each.exceeding} of {each.checked}, error up to {max(each.error):.{_DIGITS}g} in "
+            f"{each.name} ({each.exceeding} of {each.checked}, error up to {max(each.error):.{DIGITS}g} in "
             f"{self.bands[int(np.argmax(each.error))]})"
             for each in self.strata
             if each.exceeding
@@ -178,11 +169,16 @@ class Certificate:
     def _in_kelvin(self) -> tuple[str, ...]:
         if self.requested.kelvin is None:
             return ()
-        achieved = ", ".join(f"{band} {error:.{_DIGITS}g} K" for band, error in self.achieved_K.items())
+        achieved = ", ".join(f"{band} {error:.{DIGITS}g} K" for band, error in self.achieved_K.items())
         return (
             f"error of the brightness temperature: requested {self.requested.kelvin:g} K, achieved "
             f"{achieved or 'unknown'}",
         )
+
+    @property
+    def _of_terms(self) -> tuple[str, ...]:
+        told = ", ".join(f"{name} {error:.{DIGITS}g}" for name, error in self.terms.items())
+        return (f"error of terms, relative to the total: {told}",) if told else ()
 
     @property
     def _left_out(self) -> tuple[str, ...]:
@@ -203,95 +199,6 @@ class Certificate:
             f"at {100 * CONFIDENCE:g} % confidence less than {alike} of pixels drawn alike, some of each kind, exceed "
             f"it (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of which these were drawn",
         )
-
-
-def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:
-    """Compute drawn pixels again on the reference path and compare.
-
-    Parameters
-    ----------
-    frames : sequence of SampledPixels
-        Of the run of this plan.
-
-    Raises
-    ------
-    ProviderError
-        If a provider breaks its contract.
-    """
-    names, bands = stratum_names(len(plan.layers)), len(plan.bands)
-    nothing = np.empty((0, bands))
-    written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
-    exact = np.concatenate([nothing, *(_exact(plan, pixels) for pixels in frames)])
-    away = np.abs(written - exact)
-    error = np.divide(away, np.abs(exact), out=np.where(away > 0, np.inf, 0.0), where=exact != 0)
-    achieved_K: dict[str, float] = {}
-    if plan.accuracy.kelvin is None:
-        # The cube is in single precision: one step of its numbers is no error of the engine.
-        rounding = np.spacing(np.abs(exact).astype(np.float32)).astype(np.float64)
-        exceeding = np.any(away > plan.accuracy.relative * np.abs(exact) + rounding, axis=1)
-    else:
-        away_K, rounding_K = _in_kelvin(plan, written, exact)
-        exceeding = np.any(away_K > plan.accuracy.kelvin + rounding_K, axis=1)
-        if away_K.size:
-            worst_K = np.max(away_K, axis=0)
-            achieved_K = {band.name: _rounded(each) for band, each in zip(plan.bands, worst_K, strict=True)}
-    stratum = np.concatenate([np.empty(0, np.int64), *(pixels.stratum for pixels in frames)])
-    size = np.array([pixels.pixels for pixels in frames]).reshape(len(frames), len(names))
-    checked = np.array([np.bincount(pixels.stratum, minlength=len(names)) for pixels in frames])
-    found = []
-    for number, name in enumerate(names):
-        own = stratum == number
-        left_out = {
-            "in the shadow of clouds": sum(int(pixels.in_shadow[number]) for pixels in frames),
-            "with drawn waves": sum(int(pixels.with_waves[number]) for pixels in frames),
-        }
-        pixels_of = int(np.sum(size[:, number]))
-        if pixels_of or any(left_out.values()):
-            worst = tuple(_rounded(each) for each in np.max(error[own], axis=0)) if np.any(own) else ()
-            found.append(
-                StratumCheck(name, pixels_of, int(np.sum(own)), int(np.sum(exceeding[own])), worst, left_out)
-            )
-    return Certificate(
-        requested=plan.accuracy,
-        estimated=tables.estimated_error,
-        bands=tuple(band.name for band in plan.bands),
-        strata=tuple(found),
-        frames=tuple(pixels.frame for pixels in frames),
-        open_share=share_of_all(size.ravel(), checked.reshape(size.shape).ravel()),
-        achieved_K=achieved_K,
-    )
-
-
-def _exact(plan: Plan, pixels: SampledPixels) -> Array:
-    """Band radiances (M, B) on the reference path."""
-    count, layers, points = pixels.thickness_m.shape
-    thickness = np.moveaxis(pixels.thickness_m, 1, 2).reshape(count * points, layers).astype(np.float64)
-    for own, layer in zip(thickness.T, plan.layers, strict=True):
-        # What single precision puts beyond the limits is taken for them, as in the look-up.
-        np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
-    columns, places = np.unique(thickness, axis=0, return_inverse=True)
-    sun = plan.sun_at(pixels.time_s)
-    known = reference_radiance(plan.model, plan.spectral_grid, columns, sun, COLUMNS_AT_ONCE)
-    exact: Array = np.mean(known[places.ravel()].reshape(count, points, len(plan.bands)), axis=1)
-    return exact
-
-
-def _in_kelvin(plan: Plan, written: Array, exact: Array) -> tuple[Array, Array]:
-    """Errors of the brightness temperature and one step of single precision of the radiance, both (M, B) in K."""
-    temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
-
-    def kelvin(radiance: Array) -> Array:
-        return np.asarray(temperature(radiance.T[:, :, None].astype(np.float32)), np.float64)[:, :, 0].T
-
-    if not exact.size:
-        return exact, exact
-    true = kelvin(exact)
-    step = kelvin(exact + 2.0 * np.spacing(np.abs(exact).astype(np.float32))) - true
-    return np.abs(kelvin(written) - true), np.abs(step)
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{_DIGITS}g}")
 
 
 def _percent(share: float) -> str:

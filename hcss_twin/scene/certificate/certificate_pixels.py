@@ -39,8 +39,8 @@ class SampledPixels:
     row, column : ndarray (M,)
     thickness_m : ndarray of float32 (M, L, P)
         Of each layer at the points of the pixel.
-    radiance : ndarray of float32 (M, B)
-        Total, as the cube has it.
+    radiance : ndarray of float32 (M, Q, B)
+        The total and the terms that are looked up, as the cube has them.
     pixels : ndarray (S,)
         Pixels of each stratum in the frame that could have been drawn.
     in_shadow, with_waves : ndarray (S,)
@@ -140,7 +140,7 @@ class FrameSample:
             self._keep(number, keys, rows, columns, window, thickness_m)
 
     def finish(self, radiance: NDArray[np.float32]) -> None:
-        """Keep what was drawn, with the radiance (B, y, x) of the frame."""
+        """Keep what was drawn, with the radiance (Q, B, y, x) of the frame."""
         taken = allot(self._count, self._pixels)
         chosen = np.concatenate(
             [np.flatnonzero(self._place[:, 0] == number)[:count] for number, count in enumerate(taken)]
@@ -154,7 +154,7 @@ class FrameSample:
                 row=row,
                 column=column,
                 thickness_m=self._points[chosen],
-                radiance=np.ascontiguousarray(radiance[:, row, column].T),
+                radiance=np.ascontiguousarray(np.moveaxis(radiance[:, :, row, column], -1, 0)),
                 pixels=self._pixels,
                 in_shadow=self._in_shadow,
                 with_waves=self._with_waves,

@@ -24,6 +24,8 @@ _TOLD_APART = (SCENARIO_ATTRIBUTE, _VERSIONS, _PROVIDERS, _FILES)
 _NOT_REPEATED = (
     "hcss_certificate",
     "hcss_accuracy_achieved",
+    "hcss_accuracy_achieved_kelvin",
+    "hcss_certificate_terms",
     "hcss_certificate_pixels",
     "hcss_certificate_strata",
 )
