@@ -23,9 +23,8 @@ _DARK = 1e-30
 _COARSE_MASS, _COARSE_STEP_M = 0.05, 8e3
 """Layers of scattered light hold this share of the air's mass at least, or are this thick."""
 
-
-_KEPT_LEGS = 256
-"""Legs whose absorbers are kept: columns share those below and above the layers."""
+_KEPT_LEGS, _KEPT_SOURCES = 2048, 256
+"""Legs whose absorbers, and whose emission, are kept: columns share those below and above, suns share all."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ class Air:
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
         self._pieces = lru_cache(maxsize=_KEPT_LEGS)(self._make_pieces)
-        self._sources = lru_cache(maxsize=_KEPT_LEGS)(self._make_sources)
+        self._sources = lru_cache(maxsize=_KEPT_SOURCES)(self._make_sources)
 
     def black_body(self, temperature_K: float) -> Array:
         """Return the Planck radiance (V,)."""

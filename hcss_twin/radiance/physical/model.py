@@ -74,6 +74,7 @@ class Physical:
         if inputs.transmittance.declares.legs == "to_space":
             self._gas = PowerLawGas(inputs.transmittance, inputs.profile)
         self._scene = lru_cache(maxsize=4)(self._make_scene)
+        self._air = lru_cache(maxsize=2)(self._make_air)
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
             notes=_notes(parameters, inputs, self.closed_form),
@@ -117,7 +118,7 @@ class Physical:
         wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
         inputs = self._inputs
         directions = make_directions(inputs.view, sun, inputs.wind_from_deg, self._parameters.streams)
-        air = Air(self._gas, inputs.profile, wavenumber)
+        air = self._air(wavenumbers)
         received = np.zeros_like(wavenumber)
         if directions.sun is not None:
             irradiance = inputs.solar_irradiance(wavenumber)
@@ -139,6 +140,9 @@ class Physical:
             SlabMaker(inputs.optics, self._parameters, wavenumber, directions, share, self.closed_form),
             modes,
         )
+
+    def _make_air(self, wavenumbers: bytes) -> Air:
+        return Air(self._gas, self._inputs.profile, np.frombuffer(wavenumbers, dtype=np.float64))
 
     def _slabs(self, maker: SlabMaker, layer: CloudLayer, thickness_m: Array) -> dict[float, CloudSlab]:
         """Solved layers by thickness."""
