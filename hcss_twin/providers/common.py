@@ -43,6 +43,9 @@ class Declares:
         latter the radiance model fits a law that serves other paths.
     notes_by_phase : mapping of str to tuple of str
         The same of an optics provider, told only where a layer has particles of that phase ("water", "ice").
+    own_errors : tuple of str
+        How far the provider itself may be off, with against what that was found: quoted beside the engine's error in
+        the certificate of a cube, never added to it.
     """
 
     depends_on: frozenset[str] = frozenset()
@@ -54,3 +57,4 @@ class Declares:
     notes: tuple[str, ...] = ()
     legs: Literal["any", "to_space"] = "any"
     notes_by_phase: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    own_errors: tuple[str, ...] = ()

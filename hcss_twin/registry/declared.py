@@ -45,8 +45,10 @@ def check_declares(declares: Declares) -> None:
     if not (math.isfinite(declares.resolution_cm1) and declares.resolution_cm1 >= 0.0):
         raise ValueError(f"declares.resolution_cm1 is {declares.resolution_cm1!r}; allowed: 0 or more")
     # A lone string is a sequence of letters, each of which would become a note.
-    if not isinstance(declares.notes, tuple) or not all(isinstance(each, str) for each in declares.notes):
-        raise ValueError(f"declares.notes is {declares.notes!r}; expected a tuple of strings")
+    for name in ("notes", "own_errors"):
+        told = getattr(declares, name)
+        if not isinstance(told, tuple) or not all(isinstance(each, str) for each in told):
+            raise ValueError(f"declares.{name} is {told!r}; expected a tuple of strings")
     for phase, notes in declares.notes_by_phase.items():
         if not isinstance(notes, tuple) or not all(isinstance(each, str) for each in notes):
             raise ValueError(f"declares.notes_by_phase['{phase}'] is {notes!r}; expected a tuple of strings")

@@ -16,7 +16,7 @@ from hcss_twin.sea.node_basis import Basis, basis_values, checked_nodes
 from hcss_twin.sea.parameters import RoughSeaParameters
 from hcss_twin.sea.reflection import INCIDENCE_COUNT, FirstHit, Reflection, reflected
 from hcss_twin.sea.resolved_waves import ResolvedWaves
-from hcss_twin.sea.rough_sea_notes import notes
+from hcss_twin.sea.rough_sea_notes import OWN_ERRORS, notes
 from hcss_twin.sea.sea_water import load_sea_water
 from hcss_twin.sea.shadowing import both_seen, smith_lambda
 from hcss_twin.sea.slope_statistics import slope_statistics
@@ -84,6 +84,7 @@ class RoughSea:
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth"}),
             valid={"wavenumber_cm1": self._water.valid_cm1},
             notes=notes(inputs, parameters, self._foam),
+            own_errors=OWN_ERRORS if parameters.shadowing != "none" and parameters.re_reflection else (),
         )
 
     @property

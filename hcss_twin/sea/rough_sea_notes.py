@@ -8,6 +8,12 @@ from hcss_twin.sea.sea_water import COLD_K, WARM_K
 from hcss_twin.sea.slopes import MEASURED_WIND_M_S
 from hcss_twin.sea.wave_spectrum import WaveSpectrum
 
+OWN_ERRORS = (
+    "sea: emissivity within 0.0004 to 75 deg and 0.004 to 85 deg of rays followed over random surfaces (10.8 um, "
+    "winds to 30 m/s)",
+)
+"""With shadowing and second reflection (docs/sea.md)."""
+
 
 def notes(inputs: SeaInputs, parameters: RoughSeaParameters, foam: float) -> tuple[str, ...]:
     """Return where laws are extrapolated, and which choices cost what; ``foam`` is its coverage."""

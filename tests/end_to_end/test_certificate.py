@@ -14,6 +14,7 @@ from hcss_twin.cli import cli
 from hcss_twin.errors import CertificateWarning, CubeError, ScenarioError
 from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.scene import simulate as simulation
+from hcss_twin.scene.certificate.certify import certify
 from hcss_twin.scene.compile import compile_tables
 
 SMALL = CHEAP | {
@@ -295,3 +296,27 @@ def test_a_wrong_term_is_found_though_the_total_is_right(monkeypatch):
         made = cube(output__variables=["radiance", "terms"], frames__count=1)
     assert max(json.loads(made.attrs["hcss_certificate_terms"]).values()) == pytest.approx(3e-3, rel=0.05)
     assert max(json.loads(made.attrs["hcss_accuracy_achieved"]).values()) < 1e-3
+
+
+def test_what_providers_say_of_their_own_errors_is_quoted_and_not_added():
+    plan = make_plan(
+        Scenario.load("stratus", {"image.rows": 16, "image.columns": 16, "bands": ["lwir-10.8"]})
+    )
+    own = plan.assembly.own_errors
+    assert [each.split(":")[0] for each in own] == ["band model", "sea", *["physical radiance"] * 2]
+    told = certify(plan, tables := compile_tables(plan), [])
+    assert told.own_errors == own
+    assert told.estimated == tables.estimated_error
+    assert all(any(each in line for line in told.lines) for each in own)
+
+
+def test_a_provider_says_nothing_of_settings_whose_error_nobody_measured():
+    few = Scenario.load(
+        "stratus",
+        {
+            "radiance.parameters.streams": 4,
+            "radiance.parameters.sun_streams": 4,
+            "radiance.parameters.azimuth_modes": 4,
+        },
+    )
+    assert not any("physical" in each for each in make_plan(few).assembly.own_errors)

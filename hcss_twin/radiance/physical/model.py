@@ -25,6 +25,9 @@ from hcss_twin.radiance.physical.turned_glint import SeaModes, sea_modes, turned
 
 Array = NDArray[np.float64]
 
+MEASURED_STREAMS, MEASURED_MODES = 8, 16
+"""For which, and for more, the model says what its own error is."""
+
 _LARGEST_SUN_DEG = 88.0
 """Zenith angle from which sunlight scattered in the air is left out: paths to the sun graze the Earth."""
 
@@ -78,6 +81,7 @@ class Physical:
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
             notes=_notes(parameters, inputs, self.closed_form),
+            own_errors=_own_errors(parameters, self.closed_form),
         )
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
@@ -207,6 +211,24 @@ class Physical:
                 slab = column.slabs[index]
                 through = through * slab.direct[VIEW] * slab.sun_direct
         return result * column.received / where.mu_sun
+
+
+def _own_errors(parameters: PhysicalParameters, closed_form: bool) -> tuple[str, ...]:
+    """Of the numbers of streams whose errors were measured (docs/multiple-scattering.md, docs/physical.md)."""
+    if closed_form:
+        return ("physical radiance: clouds in closed form, some 15 % off in reflected sunlight",)
+    found = []
+    if parameters.streams >= MEASURED_STREAMS:
+        found.append(
+            "physical radiance: emission of clouds within 0.001 in emissivity to 75 deg, of 64 streams in discrete "
+            "ordinates"
+        )
+    if parameters.sun_streams >= MEASURED_STREAMS and parameters.azimuth_modes >= MEASURED_MODES:
+        found.append(
+            "physical radiance: sunlight reflected by clouds within 2 % of its maximum in 95 % of random layers to 75 "
+            "deg, of 64 streams in discrete ordinates"
+        )
+    return tuple(found)
 
 
 def _notes(parameters: PhysicalParameters, inputs: RadianceInputs, closed_form: bool) -> tuple[str, ...]:

@@ -107,6 +107,11 @@ class Assembly:
         return tuple(dict.fromkeys((*notes, *(self.slant.notes if self.layers else ()))))
 
     @property
+    def own_errors(self) -> tuple[str, ...]:
+        """What providers say about their own errors, each once."""
+        return tuple(dict.fromkeys(error for each in self.declarations for error in each.own_errors))
+
+    @property
     def cloudy_layers(self) -> tuple[bool, ...]:
         """Of each layer whether any pixel can have its cloud; an image's own coverage may ignore a 0."""
         return tuple(

@@ -64,6 +64,8 @@ class Certificate:
         Largest error of each term that was looked up, in any band, relative to the total of the band.
     achieved_K : dict
         Largest error of the brightness temperature of each band; empty unless kelvin were asked for.
+    own_errors : tuple of str
+        What providers say about their own errors, which are not among these.
     """
 
     requested: RequestedAccuracy
@@ -74,6 +76,7 @@ class Certificate:
     open_share: float
     terms: dict[str, float]
     achieved_K: dict[str, float]
+    own_errors: tuple[str, ...]
 
     @property
     def checked(self) -> int:
@@ -113,8 +116,9 @@ class Certificate:
             f"{told or 'none'}",
             *self._left_out,
             *self._confidence,
-            "this is the engine's error against the selected providers evaluated exactly; what these say about their "
-            "own error is apart from it",
+            "this is the engine's error against the selected providers evaluated exactly; what these are off "
+            "themselves is apart from it",
+            *(f"said of itself by {each}" for each in self.own_errors),
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -125,6 +129,7 @@ class Certificate:
             "requested_K": self.requested.kelvin,
             "achieved_K": self.achieved_K,
             "terms": self.terms,
+            "own_errors": list(self.own_errors),
             "estimated": self.estimated,
             "achieved": self.achieved,
             "pixels": self.checked,

@@ -92,6 +92,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
         open_share=share_of_all(size.ravel(), checked.reshape(size.shape).ravel()),
         terms=terms if error.size else {},
         achieved_K=achieved_K,
+        own_errors=plan.assembly.own_errors,
     )
 
 
