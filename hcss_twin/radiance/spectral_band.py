@@ -39,6 +39,11 @@ class SpectralBand:
         return float(self.wavelength_um[-1])
 
     @property
+    def width_cm1(self) -> float:
+        """Distance of its limits in wavenumber."""
+        return 1e4 / self.lower_um - 1e4 / self.upper_um
+
+    @property
     def central_um(self) -> float:
         """Centroid of the response over wavelength."""
         step = np.diff(self.wavelength_um)

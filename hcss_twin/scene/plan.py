@@ -79,7 +79,14 @@ class Plan:
     @property
     def notes(self) -> tuple[str, ...]:
         """What users should know."""
-        return (*self.assembly.notes, *(() if self.waves is None else (DRAWN_NOTE,)))
+        resolution = self.assembly.transmittance.declares.resolution_cm1
+        narrow = (
+            f"band '{band.name}' is {band.width_cm1:.3g} cm-1 wide, but the atmosphere "
+            f"'{self.scenario.atmosphere.provider}' knows means over {resolution:g} cm-1: lines within it are not resolved, whatever the accuracy"
+            for band in self.bands
+            if band.width_cm1 < resolution
+        )
+        return (*narrow, *self.assembly.notes, *(() if self.waves is None else (DRAWN_NOTE,)))
 
     @property
     def bands(self) -> tuple[SpectralBand, ...]:

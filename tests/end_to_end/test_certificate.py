@@ -320,3 +320,9 @@ def test_a_provider_says_nothing_of_settings_whose_error_nobody_measured():
         },
     )
     assert not any("physical" in each for each in make_plan(few).assembly.own_errors)
+
+
+def test_a_band_that_nothing_lights_is_told():
+    dark = cube(bands=["lwir-10.8", [0.72, 0.75]], time="2024-04-20T23:30:00+10:00")
+    assert "band '0.72-0.75um' is darker than" in dark.attrs["hcss_certificate"]
+    assert "band 'lwir-10.8' is darker" not in dark.attrs["hcss_certificate"]

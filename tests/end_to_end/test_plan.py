@@ -111,3 +111,10 @@ def test_what_was_filled_in_is_told():
     }
     assert any("no cloud" in item.why for item in plan.skipped)
     assert plan.as_dict()["uncompressed_bytes"] == 2 * 8 * 8 * (3 * 4 + 1)
+
+
+def test_a_band_narrower_than_the_atmosphere_resolves_is_told():
+    plan = make_plan(Scenario.load("stratus", {**TINY, "bands": ["lwir-10.8", [10.8, 10.81]]}))
+    told = [note for note in plan.notes if "not resolved" in note]
+    assert len(told) == 1
+    assert "'10.8-10.81um' is 0.857 cm-1 wide" in told[0]

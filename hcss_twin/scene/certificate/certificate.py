@@ -14,6 +14,9 @@ from hcss_twin.scene.certificate.confidence import CONFIDENCE, share_drawn_alike
 
 Array = NDArray[np.float64]
 
+DARK_W_M2_SR = 1e-9
+"""Band radiance that no detector sees; thousandths of it mean nothing."""
+
 DIGITS = 3
 """Of errors told: sums of the reference may differ in their last bits between machines."""
 
@@ -66,6 +69,8 @@ class Certificate:
         Largest error of the brightness temperature of each band; empty unless kelvin were asked for.
     own_errors : tuple of str
         What providers say about their own errors, which are not among these.
+    dark : tuple of str
+        Bands in which all checked pixels are darker than ``DARK_W_M2_SR``.
     """
 
     requested: RequestedAccuracy
@@ -77,6 +82,7 @@ class Certificate:
     terms: dict[str, float]
     achieved_K: dict[str, float]
     own_errors: tuple[str, ...]
+    dark: tuple[str, ...]
 
     @property
     def checked(self) -> int:
@@ -114,6 +120,11 @@ class Certificate:
             *self._of_terms,
             f"checked pixels of frame{'s' if len(self.frames) > 1 else ''} {', '.join(map(str, self.frames))}: "
             f"{told or 'none'}",
+            *(
+                f"band '{band}' is darker than {DARK_W_M2_SR:g} W m-2 sr-1 in all checked pixels: no detector sees "
+                "that, and its relative error means little"
+                for band in self.dark
+            ),
             *self._left_out,
             *self._confidence,
             "this is the engine's error against the selected providers evaluated exactly; what these are off "
@@ -130,6 +141,7 @@ class Certificate:
             "achieved_K": self.achieved_K,
             "terms": self.terms,
             "own_errors": list(self.own_errors),
+            "dark": list(self.dark),
             "estimated": self.estimated,
             "achieved": self.achieved,
             "pixels": self.checked,

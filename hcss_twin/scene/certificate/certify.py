@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.radiance.reference import reference_terms
 from hcss_twin.scene.brightness import BrightnessTemperature
-from hcss_twin.scene.certificate.certificate import DIGITS, Certificate, StratumCheck
+from hcss_twin.scene.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck
 from hcss_twin.scene.certificate.certificate_pixels import SampledPixels
 from hcss_twin.scene.certificate.confidence import share_of_all
 from hcss_twin.scene.certificate.strata import stratum_names
@@ -93,6 +93,11 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
         terms=terms if error.size else {},
         achieved_K=achieved_K,
         own_errors=plan.assembly.own_errors,
+        dark=tuple(
+            band.name
+            for band, brightest in zip(plan.bands, np.max(total[:, 0], axis=0, initial=0.0), strict=True)
+            if error.size and brightest < DARK_W_M2_SR
+        ),
     )
 
 
