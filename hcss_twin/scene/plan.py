@@ -80,9 +80,10 @@ class Plan:
     def notes(self) -> tuple[str, ...]:
         """What users should know."""
         resolution = self.assembly.transmittance.declares.resolution_cm1
+        atmosphere = self.scenario.atmosphere.provider
         narrow = (
-            f"band '{band.name}' is {band.width_cm1:.3g} cm-1 wide, but the atmosphere "
-            f"'{self.scenario.atmosphere.provider}' knows means over {resolution:g} cm-1: lines within it are not resolved, whatever the accuracy"
+            f"band '{band.name}' is {band.width_cm1:.3g} cm-1 wide, but the atmosphere '{atmosphere}' knows means over "
+            f"{resolution:g} cm-1: lines within it are not resolved, whatever the accuracy"
             for band in self.bands
             if band.width_cm1 < resolution
         )
