@@ -40,7 +40,6 @@ class _Shared:
     directions: Directions
     sea: SeaSurface
     received: Array
-    maker: SlabMaker
     modes: Callable[[], SeaModes | None]
 
 
@@ -77,6 +76,8 @@ class Physical:
         if inputs.transmittance.declares.legs == "to_space":
             self._gas = PowerLawGas(inputs.transmittance, inputs.profile)
         self._scene = lru_cache(maxsize=4)(self._make_scene)
+        # Solved clouds cost most; clear skies under other suns must not push them out.
+        self._maker = lru_cache(maxsize=8)(self._make_maker)
         self._air = lru_cache(maxsize=2)(self._make_air)
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
@@ -105,7 +106,8 @@ class Physical:
                 "thickness_m: allowed 0 or more, and a layer > 0; a column without cloud is clear()"
             )
         shared = self._shared(wavenumber_cm1, sun)
-        slabs = [self._slabs(shared.maker, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
+        maker = self._maker(wavenumber_cm1.tobytes(), sun if sun is not None and sun.is_up else None)
+        slabs = [self._slabs(maker, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
         results = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in self.terms}
         for row, thickness in enumerate(thickness_m):
             present = [slabs[i][float(h)] for i, h in enumerate(thickness) if h > 0.0]
@@ -127,7 +129,6 @@ class Physical:
         if directions.sun is not None:
             irradiance = inputs.solar_irradiance(wavenumber)
             received = directions.mu_sun * irradiance / directions.sun.distance_au**2
-        share = received / (np.pi * air.black_body(inputs.sea_temperature_K))
         most = turned_modes(self._parameters)
 
         @cache
@@ -141,8 +142,18 @@ class Physical:
             directions,
             make_sea_surface(inputs.sea, wavenumber, directions),
             received,
-            SlabMaker(inputs.optics, self._parameters, wavenumber, directions, share, self.closed_form),
             modes,
+        )
+
+    def _make_maker(self, wavenumbers: bytes, sun: Sun | None) -> SlabMaker:
+        shared, inputs = self._scene(wavenumbers, sun), self._inputs
+        return SlabMaker(
+            inputs.optics,
+            self._parameters,
+            np.frombuffer(wavenumbers, dtype=np.float64),
+            shared.directions,
+            shared.received / (np.pi * shared.air.black_body(inputs.sea_temperature_K)),
+            self.closed_form,
         )
 
     def _make_air(self, wavenumbers: bytes) -> Air:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.scene.certificate.checked_frames import checked_frames
 from hcss_twin.scene.certificate.strata import strata, stratum_names
 from hcss_twin.scene.footprint import pixel_sums, points_of
 from hcss_twin.scene.plan import Plan
@@ -78,7 +79,7 @@ class PixelSample:
         self.frames: list[SampledPixels] = []
         asked = plan.scenario.output.certificate
         count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
-        self._count = _per_frame(plan.scenario.seed, count, plan.frame_times_s.size)
+        self._count = _per_frame(count, plan.frame_times_s.size)
 
     def of_frame(self, index: int) -> FrameSample | None:
         """Return what draws from a frame; None if nothing is drawn from it."""
@@ -213,16 +214,13 @@ def allot(count: int, pixels: Counts) -> Counts:
     return taken
 
 
-def _per_frame(seed: int, count: int, frames: int) -> dict[int, int]:
-    """Return the pixels to draw from each frame that is drawn: one at random of each of equal parts of the sequence."""
+def _per_frame(count: int, frames: int) -> dict[int, int]:
+    """Return the pixels to draw from each frame that is drawn."""
     if count == 0:
         return {}
     parts = min(max(1, count // PIXELS_PER_FRAME), frames)
-    ends = np.arange(parts + 1) * frames // parts
-    chosen = _random(seed, 0).integers(ends[:-1], ends[1:])
-    return {
-        int(frame): count // parts + (place < count % parts) for place, frame in enumerate(chosen.tolist())
-    }
+    chosen = checked_frames(parts, frames)
+    return {frame: count // parts + (place < count % parts) for place, frame in enumerate(chosen)}
 
 
 def _random(seed: int, number: int) -> np.random.Generator:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.providers import Sun
 from hcss_twin.radiance.spectral_nodes import SpectralNodes, all_nodes, choose_nodes
+from hcss_twin.scene.certificate.checked_frames import checked_frames
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables.thickness_axis import breakpoints
 
@@ -59,9 +60,10 @@ class Spectrum:
 def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
     """Choose weighted wavenumbers for all columns of a scene.
 
-    Columns under the highest, middle and lowest sun, clear and with clouds from the thinnest to the thickest, are
-    computed at every wavenumber of the dense grid. The choice is tried on clouds of other thickness and clear skies
-    under other suns; those that it fails are added to what it is made from, and it is tried again on yet others.
+    Columns under the highest, middle and lowest sun, or that of a frame which the certificate checks if it hardly
+    moves, clear and with clouds from the thinnest to the thickest, are computed at every wavenumber of the dense grid.
+    The choice is tried on clouds of other thickness and clear skies under other suns; those that it fails are added to
+    what it is made from, and it is tried again on yet others.
 
     Parameters
     ----------
@@ -69,7 +71,7 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
         Relative to the total of each band.
     """
     grid = plan.spectral_grid
-    suns = _suns(plan, 3 if _sun_moves(plan, tolerance) else 1)
+    suns = _suns(plan, 3) if _sun_moves(plan, tolerance) else _suns_that_hardly_move(plan)
     known = np.concatenate(
         [
             *(_cloudy_spectra(plan, _first_columns(plan), sun) for sun in suns),
@@ -111,6 +113,13 @@ def _suns(plan: Plan, count: int) -> list[Sun | None]:
     places = np.linspace(0, max(up.size - 1, 0), min(count, up.size)).round().astype(int)
     suns = [plan.sun_at(float(plan.frame_times_s[frame])) for frame in by_height[np.unique(places)]]
     return suns if up.size == plan.sun_zenith_deg.size else [*suns, None]
+
+
+def _suns_that_hardly_move(plan: Plan) -> list[Sun | None]:
+    """Return that of a frame which the certificate checks, and none beside it where other frames have none."""
+    checked = plan.sun_at(float(plan.frame_times_s[checked_frames(1, plan.frame_times_s.size)[0]]))
+    others = _suns(plan, 1)
+    return others if checked is None else [checked, *(sun for sun in others if sun is None)]
 
 
 def _clear_spectra(plan: Plan, sun: Sun | None) -> Array:
