@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.scene.certificate.certificate_pixels import PixelSample, allot
+from hcss_twin.scene.certificate.checked_frames import checked_frames
 from hcss_twin.scene.certificate.strata import strata, stratum_names
 
 SIZES = st.lists(st.integers(0, 400), min_size=1, max_size=10)
@@ -92,7 +93,7 @@ def drawn(plan, thickness, shaded=None):
             for rows in (slice(0, 4), slice(4, 6)):
                 part = None if shaded is None else shaded[rows]
                 frame.look((rows, slice(0, 9)), [thickness[rows]], part)
-            frame.finish(np.arange(3 * 54, dtype=np.float32).reshape(3, 6, 9))
+            frame.finish(np.arange(3 * 54, dtype=np.float32).reshape(1, 3, 6, 9))
     return sample.frames
 
 
@@ -100,7 +101,7 @@ def test_pixels_carry_the_cloud_and_radiance_of_their_own_place(plan):
     thickness = np.linspace(10, 999, 54, dtype=np.float32).reshape(6, 9)
     (frame,) = drawn(plan, thickness)
     np.testing.assert_array_equal(frame.thickness_m[:, 0, 0], thickness[frame.row, frame.column])
-    np.testing.assert_array_equal(frame.radiance[:, 1], 54 + 9 * frame.row + frame.column)
+    np.testing.assert_array_equal(frame.radiance[:, 0, 1], 54 + 9 * frame.row + frame.column)
     assert len({(y, x) for y, x in zip(frame.row, frame.column, strict=True)}) == 24
     assert frame.pixels.sum() == 54
 
@@ -155,3 +156,12 @@ def test_few_pixels_come_from_one_frame_and_many_from_several(
         counts = PixelSample(few)._count
         assert sum(counts.values()) == checked
         assert len(counts) == from_frames
+
+
+def test_checked_frames_are_one_of_each_part_and_the_same_for_all_scenes():
+    for parts, frames in ((1, 1), (1, 8), (5, 8), (8, 8), (12, 500)):
+        chosen = checked_frames(parts, frames)
+        assert chosen == checked_frames(parts, frames)
+        assert [frame * parts // frames for frame in chosen] == sorted({*range(parts)}) or parts * 2 > frames
+        assert len(set(chosen)) == parts
+        assert 0 <= min(chosen) <= max(chosen) < frames
