@@ -17,6 +17,7 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.cube.bit_rounding import INFO, largest_error
 from hcss_twin.cube.coordinates import (
     BOUND,
     COORDINATES,
@@ -34,6 +35,7 @@ from hcss_twin.cube.metadata import global_attributes
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.cube.write_out import WriteOut, flush_handle
 from hcss_twin.errors import CubeError
+from hcss_twin.version import __version__
 
 _LARGEST_CHUNK_BYTES = 2**26
 _METADATA_BYTES = 2**17
@@ -245,6 +247,9 @@ class CubeWriter:
         for spec in COORDINATES:
             if spec.name in values:
                 self._define_coordinate(spec, values[spec.name])
+        if any(spec.significant_bits is not None for spec in header.variables):
+            info = dataset.createVariable(INFO, "S1", fill_value=False)
+            info.setncatts({"algorithm": "bitround", "implementation": f"hcss_twin version {__version__}"})
         for spec in header.variables:
             self._define_data(spec)
 
@@ -304,6 +309,10 @@ def _attributes(spec: VariableSpec) -> dict[str, Any]:
     if spec.units is not None:
         found["units"] = spec.units
     content = "coordinate" if spec.kind == "coordinate" else "modelResult"
+    if spec.significant_bits is not None:
+        found["quantization"] = INFO
+        found["quantization_nsb"] = np.int32(spec.significant_bits)
+        found["quantization_maximum_relative_error"] = np.float32(largest_error(spec.significant_bits))
     return {**found, "coverage_content_type": content, **spec.attributes}
 
 
