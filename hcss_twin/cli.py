@@ -81,12 +81,14 @@ def run(
     output = output or Path(f"{Path(scenario).stem}.nc")
     if output.exists() and not force:
         raise click.ClickException(f"{output} exists; give another name with -o, or --force")
+    from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.simulate import run as run_plan
 
-    plan = make_plan(loaded)
     found: list[Any] = []
-    run_plan(plan, output, partial(progress, context.ensure_object(Stop)), found.append)
+    with told_of_compilation(partial(click.echo, err=True)):
+        plan = make_plan(loaded)
+        run_plan(plan, output, partial(progress, context.ensure_object(Stop)), found.append)
     if as_json:
         told = {
             "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None
@@ -112,10 +114,12 @@ def run(
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Say what SCENARIO needs, and what it does not, without computing it."""
+    from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.reporting.plan_text import plan_text
     from hcss_twin.scene.plan import make_plan
 
-    made = make_plan(_load(scenario, assignments))
+    with told_of_compilation(partial(click.echo, err=True)):
+        made = make_plan(_load(scenario, assignments))
     click.echo(json.dumps(made.as_dict()) if as_json else plan_text(made))
 
 
@@ -124,11 +128,13 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Check SCENARIO; every problem is named at once."""
+    from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.scene.plan import make_plan
 
     try:
         loaded = _load(scenario, assignments)
-        make_plan(loaded)
+        with told_of_compilation(partial(click.echo, err=True)):
+            make_plan(loaded)
     except ScenarioError as error:
         if not as_json:
             raise
@@ -258,6 +264,15 @@ def main() -> None:
         sys.exit(EXIT_BAD_SCENARIO)
     except HcssError as error:
         click.echo(f"error: {error}", err=True)
+        sys.exit(EXIT_FAILED)
+    except RuntimeError as error:
+        if "no locator available" not in str(error):  # numba's words
+            raise
+        click.echo(
+            "error: compiled kernels can be kept neither beside the package nor in the user's cache folder; set the "
+            "environment variable NUMBA_CACHE_DIR to a folder that can be written",
+            err=True,
+        )
         sys.exit(EXIT_FAILED)
 
 

@@ -32,12 +32,14 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
     Nothing kept from earlier runs is used, and nothing is written. Exit code 0: identical to the bit, or equal within
     1e-6; 1: different, or it cannot be recomputed, with the place and what may be why.
     """
+    from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.reporting.verification_text import verification_text
     from hcss_twin.scene.verification.verify import verify_cube
 
     if sys.stderr.isatty():
         click.echo("computing the radiance anew ...", err=True)
-    found = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)))
+    with told_of_compilation(partial(click.echo, err=True)):
+        found = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)))
     click.echo(json.dumps(found.as_dict()) if as_json else verification_text(found))
     if not found.passed:
         sys.exit(EXIT_DIFFERENT)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
+from hcss_twin.cube.bit_rounding import INFO
 from hcss_twin.cube.coordinates import COORDINATES
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.variables import LAYER
@@ -43,7 +44,8 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
             f"cannot read {os.fspath(path)}: {told}; "
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
         )
-    dataset = dataset.set_coords([spec.name for spec in COORDINATES if spec.name in dataset])
+    described = [*(spec.name for spec in COORDINATES), INFO]
+    dataset = dataset.set_coords([name for name in described if name in dataset])
     names = {dim: f"{dim}_name" for dim in ("band", LAYER) if f"{dim}_name" in dataset}
     return dataset.assign_coords(
         {dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()}

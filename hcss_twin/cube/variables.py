@@ -58,6 +58,8 @@ class VariableSpec:
         Inclusive limits of the values; None: no limit.
     may_be_missing : bool
         Whether NaN is a value, meaning that the quantity does not exist in the pixel.
+    significant_bits : int or None
+        Explicit bits of the mantissa to which values are rounded; None: all.
     """
 
     name: str
@@ -72,6 +74,7 @@ class VariableSpec:
     lowest: float | None = None
     highest: float | None = None
     may_be_missing: bool = False
+    significant_bits: int | None = None
 
 
 VARIABLES: tuple[VariableSpec, ...] = (

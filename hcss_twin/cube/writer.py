@@ -9,6 +9,7 @@ import secrets
 import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from threading import RLock
 from types import TracebackType
 from typing import Any, Self
 
@@ -16,6 +17,7 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.cube.bit_rounding import INFO, largest_error
 from hcss_twin.cube.coordinates import (
     BOUND,
     COORDINATES,
@@ -31,7 +33,9 @@ from hcss_twin.cube.frames import check_frame, frame_shape
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader, check_attributes
 from hcss_twin.cube.metadata import global_attributes
 from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.cube.write_out import WriteOut, flush_handle
 from hcss_twin.errors import CubeError
+from hcss_twin.version import __version__
 
 _LARGEST_CHUNK_BYTES = 2**26
 _METADATA_BYTES = 2**17
@@ -43,7 +47,8 @@ class CubeWriter:
     The file grows under a hidden name ending in ``.partial`` in the same folder. Leaving the block
     with all frames written makes it durable and renames it to ``path``, replacing an older file in
     one step; leaving it through any exception removes it. Memory does not depend on the number of
-    frames. Not for use from several threads at once.
+    frames. Calls from several threads take turns; other netCDF calls at the same time are not allowed,
+    because the library is not thread safe.
 
     Parameters
     ----------
@@ -72,6 +77,8 @@ class CubeWriter:
         self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
         self._dataset: Any = None
         self._written: set[int] = set()
+        self._write_out = WriteOut(self._partial)
+        self._turn = RLock()
 
     def __enter__(self) -> Self:
         self._claim()
@@ -100,17 +107,21 @@ class CubeWriter:
         CubeError
             If arrays do not match the header, a value is not allowed, or the disk refuses.
         """
-        if self._dataset is None:
-            raise CubeError(f"{self.path}: not open for writing; frames are written inside a 'with' block")
-        if not 0 <= index < self.header.frames:
-            raise CubeError(f"frame {index}: 0 to {self.header.frames - 1} is allowed")
-        if index in self._written:
-            raise CubeError(f"frame {index}: already written")
-        check_frame(self.header, index, arrays)
-        with self._explained():
-            for name, array in arrays.items():
-                self._dataset.variables[name][index] = array
-        self._written.add(index)
+        with self._turn:
+            if self._dataset is None:
+                raise CubeError(
+                    f"{self.path}: not open for writing; frames are written inside a 'with' block"
+                )
+            if not 0 <= index < self.header.frames:
+                raise CubeError(f"frame {index}: 0 to {self.header.frames - 1} is allowed")
+            if index in self._written:
+                raise CubeError(f"frame {index}: already written")
+            check_frame(self.header, index, arrays)
+            with self._explained():
+                for name, array in arrays.items():
+                    self._dataset.variables[name][index] = array
+                    self._write_out.wrote(array.nbytes)
+            self._written.add(index)
 
     def set_attributes(self, attributes: Mapping[str, Attribute]) -> None:
         """Add global attributes that are known only once frames are written.
@@ -138,12 +149,13 @@ class CubeWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        try:
-            if kind is None:
-                self._finish()
-        finally:
-            # after _finish the partial name is gone and this does nothing
-            self._discard()
+        with self._turn:
+            try:
+                if kind is None:
+                    self._finish()
+            finally:
+                # after _finish the partial name is gone and this does nothing
+                self._discard()
 
     def _claim(self) -> None:
         """Create the partial file, which says more about what is wrong with a path than netCDF does."""
@@ -174,12 +186,19 @@ class CubeWriter:
         with self._explained():
             self._dataset.setncattr(FORMAT_ATTRIBUTE, np.int32(FORMAT_VERSION))
             self._dataset.close()
-            _flush(self._partial)
+            self._write_out.finish()
             os.replace(self._partial, self.path)
-            _flush(self.path.parent)
+            _flush_folder(self.path.parent)
 
     def _discard(self) -> None:
         dataset, self._dataset = self._dataset, None
+        try:
+            self._write_out.stop()
+        finally:
+            self._remove(dataset)
+
+    def _remove(self, dataset: Any) -> None:
+        """Close the file and remove it, if it has its partial name."""
         if dataset is not None and dataset.isopen():
             with contextlib.suppress(RuntimeError, OSError):
                 dataset.close()
@@ -228,6 +247,9 @@ class CubeWriter:
         for spec in COORDINATES:
             if spec.name in values:
                 self._define_coordinate(spec, values[spec.name])
+        if any(spec.significant_bits is not None for spec in header.variables):
+            info = dataset.createVariable(INFO, "S1", fill_value=False)
+            info.setncatts({"algorithm": "bitround", "implementation": f"hcss_twin version {__version__}"})
         for spec in header.variables:
             self._define_data(spec)
 
@@ -287,21 +309,15 @@ def _attributes(spec: VariableSpec) -> dict[str, Any]:
     if spec.units is not None:
         found["units"] = spec.units
     content = "coordinate" if spec.kind == "coordinate" else "modelResult"
+    if spec.significant_bits is not None:
+        found["quantization"] = INFO
+        found["quantization_nsb"] = np.int32(spec.significant_bits)
+        found["quantization_maximum_relative_error"] = np.float32(largest_error(spec.significant_bits))
     return {**found, "coverage_content_type": content, **spec.attributes}
 
 
-def _flush(path: Path) -> None:
-    """Ask the system to put a file, or a folder's entries, on the disk."""
-    if path.is_dir():
-        # some systems cannot open folders; the rename is then as durable as they make it
-        with contextlib.suppress(OSError):
-            _flush_handle(os.open(path, os.O_RDONLY))
-        return
-    _flush_handle(os.open(path, os.O_RDWR))
-
-
-def _flush_handle(handle: int) -> None:
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+def _flush_folder(path: Path) -> None:
+    """Ask the system to put a folder's entries on the disk."""
+    # some systems cannot open folders; the rename is then as durable as they make it
+    with contextlib.suppress(OSError):
+        flush_handle(os.open(path, os.O_RDONLY))

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 
@@ -70,6 +69,9 @@ def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> Spectr
 
 def _factors(summands: Array, tolerance: float) -> Array:
     """Factors (V,), most of them 0, of summands (S, K, V) that leave their sums unchanged within the tolerance."""
+    # imported here: runs that find their tables should not wait for it
+    from scipy.optimize import nnls
+
     total = np.sum(summands, axis=(1, 2))
     lit = total > 0.0
     rows = (summands[lit] / total[lit, None, None]).reshape(-1, summands.shape[2])

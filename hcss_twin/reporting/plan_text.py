@@ -8,6 +8,7 @@ from hcss_twin.providers import CloudLayer
 from hcss_twin.scene.budget import SHARES
 from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.quantization import quantization_lines
 
 
 def plan_text(plan: Plan) -> str:
@@ -41,6 +42,8 @@ def _lines(plan: Plan) -> Iterator[str]:
         yield f"  spectrum    a few weighted wavenumbers of {known}, chosen by the run"
     yield f"  variables   {', '.join(spec.name for spec in plan.variables)}"
     yield f"  cube        {_size(plan.uncompressed_bytes)} before compression"
+    for line in quantization_lines(plan.variables, plan.scenario.output.compression > 0):
+        yield f"  rounding    {line}"
     for item in plan.filled_in:
         yield f"  filled in   {item.field} = {item.value} ({item.why})"
     for note in plan.notes:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.catalog import Catalog, SecludedCatalog
+from hcss_twin.cube.bit_rounding import largest_error
 from hcss_twin.cube.variables import LAYER, VariableSpec, expand
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
@@ -26,6 +27,7 @@ from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.building.surroundings import FilledIn
 from hcss_twin.scene.ledger.skipped import Skipped, skipped_parts
 from hcss_twin.scene.probes import probe_last_frame, probe_lowest_sun, probe_particles
+from hcss_twin.scene.quantization import quantized
 from hcss_twin.scene.slant.sea_sun import require_sea_sun_terms
 from hcss_twin.scene.slant.slant_paths import SlantPaths, slant_paths
 from hcss_twin.scene.sun_track import SunTrack
@@ -220,6 +222,14 @@ class Plan:
             "accuracy": {**vars(self.accuracy), "budget": self.budget.as_dict()},
             "variables": [spec.name for spec in self.variables],
             "uncompressed_bytes": self.uncompressed_bytes,
+            "quantization": {
+                spec.name: {
+                    "bits": spec.significant_bits,
+                    "relative_error": largest_error(spec.significant_bits),
+                }
+                for spec in self.variables
+                if spec.significant_bits is not None
+            },
             "filled_in": [vars(item) for item in self.filled_in],
             "notes": list(self.notes),
             "skipped": [vars(item) for item in self.skipped],
@@ -267,7 +277,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     suns = _suns(track, times) if radiance else []
     accuracy = requested_accuracy(scenario, assembly, suns)
     waves, no_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
-    variables = _variables(scenario, assembly, waves is not None)
+    variables = quantized(_variables(scenario, assembly, waves is not None), scenario, accuracy)
     skipped = skipped_parts(assembly, variables, track, times, zenith)
     return Plan(
         scenario=scenario,

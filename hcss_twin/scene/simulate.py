@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 import tempfile
 import warnings
 import weakref
 from collections.abc import Callable, Iterable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from hcss_twin.compilation_notice import told_of_compilation
+from hcss_twin.cube.background_writer import BackgroundWriter
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
@@ -19,6 +23,7 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.certificate.certificate import Certificate
 from hcss_twin.scene.certificate.certificate_pixels import PixelSample
 from hcss_twin.scene.certificate.certify import certify
+from hcss_twin.scene.overlap import overlaps
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.provenance import provenance
 from hcss_twin.scene.stream import stream
@@ -74,8 +79,9 @@ def run(
     with CubeWriter(
         output, cube_header(plan, tables), compression=plan.scenario.output.compression or None
     ) as writer:
-        for index, frame in enumerate(frames):
-            writer.write_frame(index, frame)
+        with BackgroundWriter(writer) if overlaps(plan) else nullcontext(writer) as sink:
+            for index, frame in enumerate(frames):
+                sink.write_frame(index, frame)
         if tables is not None and sample is not None:
             certificate = certify(plan, tables, sample.frames)
             writer.set_attributes(certificate.attributes())
@@ -100,6 +106,8 @@ def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset
         Where to keep the cube. Without it the cube lives in memory, or, beyond 512 MiB, in a temporary
         file that goes with the dataset.
 
+    The first call on a machine compiles kernels, and says so through ``logging``.
+
     Returns
     -------
     xarray.Dataset
@@ -110,9 +118,15 @@ def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset
     ScenarioError, ProviderError, CubeError
         As :func:`make_plan` and :func:`run`.
     """
-    plan = make_plan(scenario)
-    if output is not None:
-        return open_cube(run(plan, output))
+    with told_of_compilation(logging.getLogger(__name__).warning):
+        plan = make_plan(scenario)
+        if output is not None:
+            return open_cube(run(plan, output))
+        return _in_memory(plan)
+
+
+def _in_memory(plan: Plan) -> xr.Dataset:
+    """Make a cube in a temporary folder and read it, if it is not too large."""
     folder = tempfile.TemporaryDirectory(prefix="hcss-twin-")
     try:
         dataset = open_cube(run(plan, Path(folder.name) / "cube.nc"))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.cube.bit_rounding import round_bits
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.scene.brightness import BrightnessTemperature
 from hcss_twin.scene.certificate.certificate_pixels import FrameSample, PixelSample
@@ -60,6 +61,9 @@ class _FrameMaker:
             if plan.waves is None
             else WaveStage(plan.waves, tables, plan.scenario.sea.wind_from, plan.samples_per_pixel)
         )
+        self._bits = {
+            spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None
+        }
         self._names = {spec.name for spec in plan.variables}
         self._temperature = (
             BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
@@ -92,10 +96,13 @@ class _FrameMaker:
         for index, name in enumerate(self._quantities):
             values = radiance[index * bands : (index + 1) * bands]
             made[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
-        if sample is not None:
-            sample.finish(radiance.reshape(len(self._quantities), bands, *radiance.shape[1:]))
         if self._temperature is not None:
             made["brightness_temperature"] = self._temperature(made[TOTAL])
+        for name, bits in self._bits.items():
+            round_bits(made[name], bits)
+        if sample is not None:
+            # of what the cube has
+            sample.finish(radiance.reshape(len(self._quantities), bands, *radiance.shape[1:]))
         return {name: values for name, values in made.items() if name in self._names}
 
     def _whole_frames(self, time_s: float) -> list[Thickness | None]:

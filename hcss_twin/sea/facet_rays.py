@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.physics.gauss_legendre import gauss_legendre
 from hcss_twin.sea.slope_statistics import SlopeStatistics
 
 Array = NDArray[np.float64]
@@ -100,12 +101,12 @@ def _nodes(
     mean: tuple[float, float],
 ) -> tuple[Array, Array, Array, Array]:
     """Return slopes along and across the view up to the horizon of visible facets, weights and densities."""
-    x, w = np.polynomial.legendre.leggauss(count)
+    x, w = gauss_legendre(count)
     if slopes.isotropic and mean[1] == 0.0:  # the two sides of the view are alike
-        y, v = np.polynomial.legendre.leggauss(3 * count // 8)
+        y, v = gauss_legendre(3 * count // 8)
         y = 0.5 * (y + 1.0)
     else:
-        y, v = np.polynomial.legendre.leggauss(3 * count // 4)
+        y, v = gauss_legendre(3 * count // 4)
     cosine, sine_wind = np.cos(wind_azimuth), np.sin(wind_azimuth)
     variance = float(slopes.variance_along(wind_azimuth))
     covariance = (slopes.variance_crosswind - slopes.variance_upwind) * cosine * sine_wind

@@ -8,6 +8,7 @@ from typing import Self, TypeVar
 import numpy as np
 
 from hcss_twin.physics.fresnel import unpolarised_reflectance
+from hcss_twin.physics.gauss_legendre import gauss_legendre
 from hcss_twin.providers import Array, Declares, Grid, Motion, SeaInputs
 from hcss_twin.sea.cox_munk import mirror_facet
 from hcss_twin.sea.directions import bearings, directions, relative_azimuths
@@ -286,7 +287,7 @@ class RoughSea:
         water = reflected(first, second, reflectance)
         if self._foam == 0.0:
             return water
-        x, w = np.polynomial.legendre.leggauss(64)
+        x, w = gauss_legendre(64)
         angle = 0.5 * (x + 1.0)
         flux = (angle * w) @ basis_values(angle, nodes, basis)
         foam = flux[:, None] * foam_reflectance(wavenumber_cm1, self._foam_emissivity)[None, :]

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.physics.gauss_legendre import gauss_legendre
 from hcss_twin.sea.slopes import slope_density
 
 # Slopes beyond this many standard deviations of a component hold 2e-9 of the facets.
@@ -60,8 +61,8 @@ def facet_weights(
     """
     mu = np.asarray(mu, dtype=np.float64)
     limit = _SLOPE_LIMIT_SIGMA * np.sqrt(0.5 * mean_square_slope)
-    along_nodes, along_weights = np.polynomial.legendre.leggauss(slope_count)
-    across_nodes, across_weights = np.polynomial.legendre.leggauss(slope_count // 2)
+    along_nodes, along_weights = gauss_legendre(slope_count)
+    across_nodes, across_weights = gauss_legendre(slope_count // 2)
     across = (0.5 * limit * (across_nodes + 1.0))[:, None]
     degree = incidence_count - 1
     at_nodes = np.polynomial.chebyshev.chebvander(2.0 * incidence_nodes(incidence_count) - 1.0, degree)

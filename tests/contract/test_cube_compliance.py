@@ -25,14 +25,16 @@ ComplianceChecker.run_checker(
 """
 
 
-@pytest.fixture(scope="module", params=["plain", "date line, one frame", "simulated"])
+@pytest.fixture(scope="module", params=["plain", "date line, one frame", "simulated", "rounded"])
 def header(request):
-    if request.param == "simulated":
+    if request.param in ("simulated", "rounded"):
         small = {
             "image.rows": 16,
             "image.columns": 20,
             "frames.count": 2,
             "output.variables": ["all"],
+            "output.compression": 1,
+            "output.quantization": 1e-4 if request.param == "rounded" else 0.0,
         } | CHEAP
         return make_plan(Scenario.load("stratus", small))
     if request.param == "plain":

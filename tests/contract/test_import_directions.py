@@ -31,7 +31,7 @@ ALLOWED = {
     "climatology": {"catalog"} | GROUND,
     "multiple_scattering": {"physics", "providers"} | GROUND,
     "radiance": STAND_ON | {"atmosphere", "multiple_scattering"},
-    "cube": {"physics"} | GROUND,
+    "cube": {"physics", "version"} | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
 

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import stranger
+from cheap import CHEAP
 from stranger.atmosphere import Malkmus
 from stranger.atmosphere import Parameters as MalkmusParameters
 from stranger.clouds import CloudStreets
@@ -17,9 +18,11 @@ from stranger.sea import Parameters as SlushParameters
 from stranger.sea import Slush
 
 import hcss_twin
+from hcss_twin import Scenario, make_plan
 from hcss_twin.errors import ProviderError
 from hcss_twin.physics.paths import to_space
 from hcss_twin.registry import Kind, Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.scene.overlap import overlaps
 from hcss_twin.testing import (
     CloudGeneratorContract,
     OpticsContract,
@@ -84,6 +87,16 @@ def installed(monkeypatch):
 def test_it_is_soundly_registered(installed, kind):
     entry = assert_registered(kind, CHOICES[kind][1], distribution="hcss-stranger")
     assert entry.spec.api_version == 1
+
+
+def test_frames_of_a_stranger_are_not_written_beside_the_computing_because_it_may_read_netcdf(installed):
+    def beside(**overrides):
+        return overlaps(make_plan(Scenario.load("stratus", {**CHEAP, **overrides})))
+
+    assert beside()
+    assert not beside(**{"clouds.generator": "streets"})
+    # Seas are asked in frames only where they draw waves.
+    assert beside(**{"sea.model": "slush"})
 
 
 class Misdirected:

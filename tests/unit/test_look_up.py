@@ -158,3 +158,12 @@ def test_sums_over_the_points_of_a_pixel(dtype):
     values = (np.random.default_rng(0).random((12, 18)) * 2).astype(dtype)
     expected = values.astype(np.float64).reshape(4, 3, 6, 3).sum(axis=(1, 3))
     np.testing.assert_allclose(pixel_sums(values, 3), expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 64), (5, 65), (2, 200)])
+def test_one_point_per_pixel_has_the_bits_of_the_general_kernel(shape):
+    made = table(np.geomspace(10.0, 3000.0, 300))
+    thickness = sky(shape, 10.0, 3000.0, seed=3)
+    whole = np.repeat(np.repeat(thickness, 2, axis=0), 2, axis=1)
+    # Sums of four equal numbers, and a quarter of them, are exact.
+    np.testing.assert_array_equal(looked_up(made, [thickness]), looked_up(made, [whole], samples=2))

@@ -7,6 +7,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,8 @@ def tables_of(plan: Plan) -> RadianceTables:
 def table_key(plan: Plan) -> str:
     """Return a hash of everything the tables of a plan depend on."""
     scenario = json.loads(plan.scenario.to_json())
+    # Most providers come from one package, whose many files are looked at once.
+    fingerprint = cache(package_fingerprint)
     parts: dict[str, Any] = {
         "format": _FORMAT,
         "version": __version__,
@@ -108,11 +111,11 @@ def table_key(plan: Plan) -> str:
             for layer, cloudy in zip(plan.layers, plan.cloudy_layers, strict=True)
         ],
         "code": {
-            kind: [entry.qualified_name, entry.version, package_fingerprint(entry.spec.target)]
+            kind: [entry.qualified_name, entry.version, fingerprint(entry.spec.target.partition(".")[0])]
             for kind, entry in plan.assembly.entries.items()
             if kind != Kind.CLOUDS
         },
-        "engine": package_fingerprint(__name__),
+        "engine": fingerprint(__name__.partition(".")[0]),
     }
     if plan.waves is not None or plan.slant.shadows:
         parts["image"] = scenario["image"]

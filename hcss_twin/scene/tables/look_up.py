@@ -43,6 +43,9 @@ class LookUp:
     def __init__(self, table: DenseTable) -> None:
         self._table = table
         self._guides = [_guide(nodes) for nodes in table.nodes_m]
+        # Clear sky as an interval of its own in front of the nodes, channel by channel.
+        clear = table.clear[:, None]
+        self._lifted = [np.concatenate((clear, clear, alone.T), axis=1) for alone in table.alone]
 
     def fill(
         self,
@@ -73,6 +76,14 @@ class LookUp:
         layers = [np.ascontiguousarray(each) for each in thickness_m]
         if not layers:
             radiance[:] = table.clear[:, None, None]
+            return
+        if len(layers) == 1 and samples == 1:
+            values, nodes = layers[0], table.nodes_m[0]
+            inside = _points(
+                radiance, row, column, self._lifted[0], values, values.view(np.int32), nodes, *self._guides[0]
+            )
+            if not inside:
+                _refuse_outside(values, nodes)
             return
         arguments = (
             argument
@@ -153,6 +164,36 @@ def _locate(thickness, bits, nodes, guide, shift, first):  # type: ignore[no-unt
     low, high = nodes[index], nodes[index + 1]
     inside = min(max(thickness, low), high)
     return index, (inside - low) / (high - low)
+
+
+@njit(cache=True, nogil=True)
+def _points(  # type: ignore[no-untyped-def]
+    radiance, row, column, table, thickness, bits, nodes, guide, shift, first
+):
+    """Do what :func:`_one_layer` does for one point per pixel, to the bit and faster.
+
+    ``table`` (C, 2 + N) has clear sky twice in front of the nodes. False if a thickness is outside the table.
+    """
+    channels, width = table.shape[0], thickness.shape[1]
+    interval, share = np.empty(PIXELS_AT_ONCE, np.uint32), np.empty(PIXELS_AT_ONCE)
+    for y in range(thickness.shape[0]):
+        for left in range(0, width, PIXELS_AT_ONCE):
+            count = min(PIXELS_AT_ONCE, width - left)
+            for x in range(count):
+                value = np.float64(thickness[y, left + x])
+                if value <= 0.0:
+                    interval[x], share[x] = np.uint32(0), 0.0
+                    continue
+                if _outside(value, nodes):
+                    return False
+                index, part = _locate(value, bits[y, left + x], nodes, guide, shift, first)
+                interval[x], share[x] = np.uint32(index + 2), part
+            for c in range(channels):
+                values, plane = table[c], radiance[c, row + y, column + left : column + left + count]
+                for x in range(count):
+                    low, high = values[interval[x]], values[interval[x] + np.uint32(1)]
+                    plane[x] = np.float32(low + share[x] * (high - low))
+    return True
 
 
 @njit(cache=True, nogil=True)

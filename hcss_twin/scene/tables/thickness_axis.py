@@ -15,7 +15,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import CloudLayer
@@ -171,6 +170,9 @@ def cubic(nodes: Array, values: Array) -> Callable[[Array], Array]:
     A term that fades to nothing (the sea under a thick cloud) would swing below zero by less than the
     tolerance; its exact columns say that it does not.
     """
+    # imported here: runs that find their tables should not wait for it
+    from scipy.interpolate import CubicSpline
+
     spline = CubicSpline(np.log(nodes), values, axis=0)
     floor = np.minimum(np.min(values, axis=0), 0.0)
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from hcss_twin.scene.tables.thickness_axis import Columns, relative, total
 
@@ -103,5 +102,8 @@ def _product(columns: Columns, low_m: Array, high_m: Array) -> Array:
 
 
 def _spline(thickness_m: Array, values: Array) -> Callable[[Array], Array]:
+    # imported here: runs that find their tables should not wait for it
+    from scipy.interpolate import CubicSpline
+
     spline: Callable[[Array], Array] = CubicSpline(np.log(thickness_m), values, axis=0)
     return spline

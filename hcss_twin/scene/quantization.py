@@ -1,0 +1,63 @@
+"""Whether and how far the numbers of a cube are rounded, and whether the scenario's accuracy allows it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from hcss_twin.cube.bit_rounding import MANTISSA_BITS, bits_for, largest_error
+from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.accuracy import RequestedAccuracy
+
+LARGEST_SHARE = 0.3
+"""Of the scenario's accuracy, which the engine's tables need the rest of."""
+
+TEMPERATURE_BITS = 4
+"""More for temperatures, of which only the differences tell something: a sixteenth of the relative error."""
+
+
+def quantized(
+    variables: tuple[VariableSpec, ...], scenario: Scenario, accuracy: RequestedAccuracy
+) -> tuple[VariableSpec, ...]:
+    """Give each variable of single precision the bits that ``output.quantization`` leaves it.
+
+    Raises
+    ------
+    ScenarioError
+        If rounding would take more than its share of the scenario's accuracy.
+    """
+    asked = scenario.output.quantization
+    if asked == 0.0:
+        return variables
+    most = LARGEST_SHARE * accuracy.relative
+    if asked > most:
+        message = (
+            f"{asked:g} is more than {100 * LARGEST_SHARE:g} % of the accuracy, {accuracy}, which is for the whole "
+            f"number that the cube has; allowed: 0 to {most:.3g}; closest valid choice is {most:.3g}"
+        )
+        raise ScenarioError([Problem("output.quantization", message)])
+    bits = bits_for(asked)
+    return tuple(_rounded(spec, bits) for spec in variables)
+
+
+def quantization_lines(variables: tuple[VariableSpec, ...], compressed: bool) -> tuple[str, ...]:
+    """Say in words how far numbers are rounded; nothing where none are."""
+    errors = {
+        spec.significant_bits: spec.units == "K" for spec in variables if spec.significant_bits is not None
+    }
+    return tuple(
+        f"{'temperatures' if temperature else 'numbers'} are rounded to {bits} bits of the mantissa: relative error "
+        f"up to {largest_error(bits):.2g}"
+        + ("" if compressed else "; saves nothing without output.compression")
+        for bits, temperature in sorted(errors.items())
+    )
+
+
+def _rounded(spec: VariableSpec, bits: int) -> VariableSpec:
+    if np.dtype(spec.dtype) != np.float32:
+        return spec
+    kept = bits + TEMPERATURE_BITS if spec.units == "K" else bits
+    return spec if kept >= MANTISSA_BITS else replace(spec, significant_bits=kept)

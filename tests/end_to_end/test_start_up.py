@@ -1,0 +1,117 @@
+"""What a command imports, and what the first run on a machine says: counted, not timed."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+from cheap import CHEAP, CHEAP_OPTIONS
+
+from hcss_twin.compilation_notice import COMPILING
+
+SMALL = ["--set", "image.rows=16", "--set", "image.columns=16", "--set", "frames.count=1", *CHEAP_OPTIONS]
+SCENARIO = {"image.rows": 16, "image.columns": 16, "frames.count": 1, **CHEAP}
+MODULES = """
+import json, sys
+sys.argv = ["hcss", *sys.argv[1:]]
+from hcss_twin.cli import main
+try:
+    main()
+except SystemExit as left:
+    assert not left.code, left.code
+print(json.dumps(sorted(sys.modules)))
+"""
+
+
+def python(code, *arguments, cwd, **environment):
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        cwd=cwd, capture_output=True, text=True, timeout=300, env={**os.environ, **environment},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def imported(*arguments, cwd):
+    return set(json.loads(python(MODULES, *arguments, cwd=cwd).stdout.splitlines()[-1]))
+
+
+def test_the_package_alone_imports_nothing_but_the_standard_library(tmp_path):
+    code = "import sys; before = set(sys.modules); import hcss_twin; print(*(set(sys.modules) - before))"
+    found = {name.partition(".")[0] for name in python(code, cwd=tmp_path).stdout.split()}
+    assert found - set(sys.stdlib_module_names) == {"hcss_twin"}
+
+
+def test_help_imports_little(tmp_path):
+    found = imported("--help", cwd=tmp_path)
+    assert not found & {"numpy", "pydantic", "numba", "netCDF4", "scipy", "pluggy"}
+    # Each costs up to a millisecond; python itself has 30 to 60.
+    assert len(found) < 250
+
+
+def test_a_run_with_kept_tables_imports_no_reader_no_plotter_and_no_solver(tmp_path):
+    imported("run", "stratus", *SMALL, "-o", "first.nc", cwd=tmp_path)
+    found = imported("run", "stratus", *SMALL, "-o", "again.nc", cwd=tmp_path)
+    heavy = {"pandas", "xarray", "matplotlib", "PIL", "pvlib", "tifffile", "h5py", "requests",
+             "scipy.optimize", "scipy.interpolate", "scipy.integrate", "scipy.sparse", "scipy.ndimage"}  # fmt: skip
+    assert not found & heavy
+
+
+def test_compiling_is_told_once_when_it_is_done_and_not_when_kernels_are_kept(tmp_path):
+    kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    code = """
+import numpy as np
+from hcss_twin.compilation_notice import told_of_compilation
+from hcss_twin.scene.footprint import pixel_sums
+with told_of_compilation(print):
+    pixel_sums(np.zeros((2, 2)), 2)
+    pixel_sums(np.zeros((2, 2), np.float32), 2)
+"""
+    assert python(code, cwd=tmp_path, **kept).stdout == f"{COMPILING}\n"
+    assert python(code, cwd=tmp_path, **kept).stdout == ""
+    shutil.rmtree(kept["NUMBA_CACHE_DIR"])
+    assert python(code, cwd=tmp_path, **kept).stdout == f"{COMPILING}\n"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("way", ["command", "function"])
+def test_the_first_run_on_a_machine_says_that_it_compiles_and_the_next_does_not(tmp_path, way):
+    kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    code = MODULES, "run", "stratus", *SMALL, "--force"
+    if way == "function":
+        code = (f"import hcss_twin as h; h.simulate(h.Scenario.load('stratus', {SCENARIO!r}))",)
+    assert python(*code, cwd=tmp_path, **kept).stderr == f"{COMPILING}\n"
+    assert python(*code, cwd=tmp_path, **kept).stderr == ""
+
+
+def test_kernels_of_others_are_not_announced(tmp_path):
+    code = """
+from numba import njit
+from hcss_twin.compilation_notice import told_of_compilation
+told = []
+with told_of_compilation(told.append):
+    njit(lambda x: x + 1)(1)
+print(told)
+"""
+    assert python(code, cwd=tmp_path).stdout == "[]\n"
+
+
+def test_no_folder_for_kernels_is_an_error_with_the_remedy(tmp_path):
+    code = """
+import sys
+import numba.core.caching as caching
+caching.CacheImpl._locator_classes = []
+sys.argv = ["hcss", "run", "stratus"]
+from hcss_twin.cli import main
+try:
+    main()
+except SystemExit as left:
+    print(left.code)
+"""
+    done = python(code, cwd=tmp_path)
+    assert done.stdout == "1\n"
+    assert "NUMBA_CACHE_DIR" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
