@@ -93,7 +93,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
         pair,
         tables,
         spectrum,
-        spectrum.estimated_error + time_error + error + drift,
+        spectrum.estimated_error + time_error + error + drift + (plan.faint_sunlight or 0.0),
         compile_shadows(plan, columns.quantities, times, columns.clear),
         waves,
     )

@@ -235,7 +235,7 @@ def _errors(plan: Plan, pixels: SampledPixels) -> tuple[Array, NDArray[np.bool_]
         # What single precision puts beyond the limits is taken for them, as in the look-up.
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
     columns, places = np.unique(thickness, axis=0, return_inverse=True)
-    sun = plan.sun_at(pixels.time_s)
+    sun = plan.sun_up_at(pixels.time_s)
     known = reference_radiance(plan.model, plan.spectral_grid, columns, sun, COLUMNS_AT_ONCE)
     exact = np.mean(known[places.ravel()].reshape(count, points, len(plan.bands)), axis=1)
     away = np.abs(pixels.radiance.astype(np.float64) - exact)

@@ -1,0 +1,81 @@
+"""Columns that bound a scene, at few wavenumbers: what the ledger's numbers are made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.providers import RadianceModel, Sun
+from hcss_twin.scene.building.assembly import Assembly
+
+Array = NDArray[np.float64]
+
+PER_BAND = 4
+"""Wavenumbers of each band."""
+
+ROOM = 1.5
+"""Factor on what few columns at few wavenumbers under few suns show, for those between them."""
+
+
+@dataclass(frozen=True)
+class FewColumns:
+    """The clear column and those with the thinnest and the thickest clouds, summed over samples of each band.
+
+    Attributes
+    ----------
+    wavenumber_cm1 : ndarray (V,)
+    weights_cm1 : ndarray (B, V)
+    thickness_m : ndarray (N, L)
+        Of the cloudy columns.
+    clear : bool
+        Whether any pixel can be clear; if not, the clear column is not among them.
+    """
+
+    wavenumber_cm1: Array
+    weights_cm1: Array
+    thickness_m: Array
+    clear: bool
+
+    def terms(self, model: RadianceModel, sun: Sun | None) -> dict[str, Array]:
+        """Return each term, (C, B), of C columns, the clear one first."""
+        parts = []
+        if self.clear:
+            found = model.clear(self.wavenumber_cm1, sun)
+            parts.append({name: np.asarray(values)[None] for name, values in found.items()})
+        if self.thickness_m.size:
+            parts.append(dict(model.cloudy(self.wavenumber_cm1, self.thickness_m, sun)))
+        return {
+            name: np.concatenate([np.asarray(part[name]) for part in parts]) @ self.weights_cm1.T
+            for name in model.terms
+        }
+
+    def total(self, model: RadianceModel, sun: Sun | None) -> Array:
+        """Return the sum of all terms, (C, B)."""
+        total: Array = np.sum(list(self.terms(model, sun).values()), axis=0)
+        return total
+
+
+def few_columns(assembly: Assembly, per_band: int = PER_BAND) -> FewColumns:
+    """Choose wavenumbers and columns of a scene."""
+    grid = assembly.spectral_grid
+    places = np.unique(np.concatenate([sampled(weights, per_band) for weights in grid.weights_cm1]))
+    return FewColumns(
+        grid.wavenumber_cm1[places],
+        grid.weights_cm1[:, places],
+        assembly.extreme_thicknesses_m,
+        assembly.has_clear_sky,
+    )
+
+
+def sampled(weights: Array, count: int) -> NDArray[np.intp]:
+    """Places, evenly taken, among those where a band has weight."""
+    inside = np.flatnonzero(weights)
+    return inside[np.unique(np.linspace(0, inside.size - 1, count).round().astype(np.intp))]
+
+
+def largest_change(changed: Array, known: Array) -> float:
+    """Return the largest change of any column in any band, relative to it."""
+    lit = known > 0.0
+    return float(np.max(np.abs(changed - known)[lit] / known[lit], initial=0.0))

@@ -1,0 +1,117 @@
+"""One direction of the view and one of the sun stand for all pixels of a frame: how much that could change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.errors import ProviderError, ScenarioError
+from hcss_twin.providers import Sun, View
+from hcss_twin.scene.building.assembly import Assembly
+from hcss_twin.scene.ledger.entry import Skipped
+from hcss_twin.scene.ledger.few_columns import ROOM, FewColumns, largest_change
+from hcss_twin.scene.sun_track import SunTrack
+
+Array = NDArray[np.float64]
+
+SENSOR_ALTITUDE_M = 800e3
+"""The scenario has no altitude of the sensor: that of many satellites of low orbit stands for it."""
+
+
+def one_direction(
+    assembly: Assembly,
+    columns: FewColumns,
+    track: SunTrack,
+    known: Mapping[tuple[float, Sun | None], Mapping[str, Array]],
+) -> Iterator[Skipped]:
+    """Yield what one direction for all pixels leaves out.
+
+    Parameters
+    ----------
+    known : mapping of (float, Sun or None) to mapping of str to ndarray (C, B)
+        Terms of the columns at some times with their sun, None where radiance is computed without.
+    """
+    totals = {frame: np.sum(list(terms.values()), axis=0) for frame, terms in known.items()}
+    views, apart = corner_views(assembly)
+    yield Skipped(
+        "view angles of single pixels",
+        "rays are parallel, one direction for the whole image; the bound is for its corners seen from "
+        f"{SENSOR_ALTITUDE_M / 1e3:.0f} km, {apart:.2g} deg off",
+        _bound_of_views(assembly, columns, views, {sun: total for (_, sun), total in totals.items()}),
+    )
+    lit = [
+        (corner_suns(assembly, track, time_s), total)
+        for (time_s, sun), total in totals.items()
+        if sun is not None
+    ]
+    if lit:
+        yield Skipped(
+            "sun angles of single pixels",
+            "the sun is that of the image centre; the bound is for the corners of the image",
+            _bound_of_suns(assembly, columns, lit),
+        )
+
+
+def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:
+    """Return the view from two neighbouring corners of the image, and how far it turns, in degrees.
+
+    To first order the other corners differ by as much the other way.
+    """
+    zenith, azimuth = math.radians(assembly.view.zenith_deg), math.radians(assembly.view.azimuth_deg)
+    aside = SENSOR_ALTITUDE_M * math.tan(zenith)
+    sensor = np.array([aside * math.sin(azimuth), aside * math.cos(azimuth), SENSOR_ALTITUDE_M])
+    views, apart = [], 0.0
+    for x, y in _corners_m(assembly):
+        ray = sensor - np.array([x, y, 0.0])
+        apart = max(apart, math.atan2(float(np.linalg.norm(np.cross(ray, sensor))), float(ray @ sensor)))
+        bearing = math.degrees(math.atan2(ray[0], ray[1])) % 360.0
+        views.append(View(math.degrees(math.atan2(math.hypot(ray[0], ray[1]), ray[2])), bearing))
+    return tuple(views), math.degrees(apart)
+
+
+def corner_suns(assembly: Assembly, track: SunTrack, time_s: float) -> tuple[Sun | None, ...]:
+    """Return the sun at two neighbouring corners of the image, None below the horizon."""
+    suns = (track.at(time_s, corner) for corner in _corners_m(assembly))
+    return tuple(sun if sun.is_up else None for sun in suns)
+
+
+def _corners_m(assembly: Assembly) -> tuple[tuple[float, float], ...]:
+    """Outer edges of the image in the north-east and south-east."""
+    grid = assembly.grid
+    x, y = 0.5 * grid.columns * grid.pixel_size_m, 0.5 * grid.rows * grid.pixel_size_m
+    return (x, y), (x, -y)
+
+
+def _bound_of_views(
+    assembly: Assembly, columns: FewColumns, views: Sequence[View], known: Mapping[Sun | None, Array]
+) -> float | None:
+    """Return the bound; None where providers do not know other views, as imported atmospheres of one angle."""
+    low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
+    if not all(low <= view.zenith_deg <= high for view in views):
+        return None
+    largest = 0.0
+    try:
+        for view in views:
+            model = assembly.model_toward(view)
+            for sun, total in known.items():
+                largest = max(largest, largest_change(columns.total(model, sun), total))
+    except (ProviderError, ScenarioError):
+        return None
+    return ROOM * largest
+
+
+def _bound_of_suns(
+    assembly: Assembly, columns: FewColumns, lit: Sequence[tuple[Sequence[Sun | None], Array]]
+) -> float | None:
+    """Return the bound; None where the sun is so low in a corner that providers do not know it."""
+    largest = 0.0
+    try:
+        for corners, total in lit:
+            for sun in corners:
+                largest = max(largest, largest_change(columns.total(assembly.model, sun), total))
+    except ProviderError:
+        return None
+    return ROOM * largest
