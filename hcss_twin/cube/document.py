@@ -45,6 +45,8 @@ print(scenario_text("cube.nc"))
   tables keep the accuracy asked for, `hcss_accuracy_requested`; it begins with PASSED, FAILED or NOTHING CHECKED.
   `hcss_accuracy_achieved` (JSON: error by band), `hcss_certificate_pixels` and `hcss_certificate_strata` (JSON) hold
   its numbers beside `hcss_table_error_estimated` ([certificate](certificate.md)).
+* `hcss_skipped` (JSON, a list of `what`, `why` and `bound`) says what the run did without and how much radiance
+  that could have carried, relative to that of the band, as `hcss plan` does before it ([left out](skipped.md)).
 * NaN occurs only in the variables marked below, and negative radiance never.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.

@@ -36,11 +36,13 @@ def one_direction(
     """
     totals = {frame: np.sum(list(terms.values()), axis=0) for frame, terms in known.items()}
     views, apart = corner_views(assembly)
+    bound = _bound_of_views(assembly, columns, views, {sun: total for (_, sun), total in totals.items()})
+    corners = f"corners of the image seen from {SENSOR_ALTITUDE_M / 1e3:.0f} km, {apart:.2g} deg off"
     yield Skipped(
         "view angles of single pixels",
-        "rays are parallel, one direction for the whole image; the bound is for its corners seen from "
-        f"{SENSOR_ALTITUDE_M / 1e3:.0f} km, {apart:.2g} deg off",
-        _bound_of_views(assembly, columns, views, {sun: total for (_, sun), total in totals.items()}),
+        "rays are parallel, one direction for the whole image; "
+        + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
+        bound,
     )
     lit = [
         (corner_suns(assembly, track, time_s), total)
@@ -48,11 +50,9 @@ def one_direction(
         if sun is not None
     ]
     if lit:
-        yield Skipped(
-            "sun angles of single pixels",
-            "the sun is that of the image centre; the bound is for the corners of the image",
-            _bound_of_suns(assembly, columns, lit),
-        )
+        bound = _bound_of_suns(assembly, columns, lit)
+        told = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
+        yield Skipped("sun angles of single pixels", f"the sun is that of the image centre; {told}", bound)
 
 
 def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:

@@ -12,6 +12,9 @@ from hcss_twin.scene.ledger.sun_frames import SunFrames
 from hcss_twin.scene.slant.sea_sun import sea_sun_terms
 from hcss_twin.scene.slant.slant_paths import displacement_m, reference_height_m
 
+GLINT_ROOM = 1.05
+"""Factor on the share of sunlight, for the sun between the frames looked at; the share is at most 1."""
+
 
 def slant_skipped(
     assembly: Assembly, sun: SunFrames, contrast: float | None, radiance: bool
@@ -39,8 +42,8 @@ def slant_skipped(
         yield Skipped(
             "parallax of clouds",
             f"slant.parallax is off: each cloud stands over the sea point seen through it, up to {farthest:.0f} m "
-            f"({pixels:.1f} pixels) from where the line of sight meets it; equal in law, and the bound is for a pixel",
-            contrast if radiance else 0.0,
+            f"({pixels:.1f} pixels) from where the line of sight meets it; the bound is for single pixels",
+            contrast,
         )
     if slant.shadows or not radiance or not sun.up.size:
         return
@@ -60,14 +63,15 @@ def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
     """Return the largest share of direct sunlight from the sea in the clear radiance of any band.
 
     At three frames of those with the sun above the horizon: the first, the last, and that in which the sun's mirror
-    direction is nearest to the view. Of all sunlight where the radiance model does not say which its terms of it are.
+    direction is nearest to the view, with some room. Of all sunlight where the radiance model does not say which its
+    terms of it are.
     """
     model, grid = assembly.model, assembly.spectral_grid
     named = sea_sun_terms(model) or tuple(model.solar_terms)
-    share, frames = 0.0, (int(sun.up[0]), int(sun.up[-1]), sun.mirror(assembly.view))
+    share, frames = 0.0, (sun.mirror(assembly.view), int(sun.up[0]), int(sun.up[-1]))
     for _, position in sun.at(frames) if named else ():
         terms = model.clear(grid.wavenumber_cm1, position)
         bands = {name: grid.weights_cm1 @ np.asarray(values) for name, values in terms.items()}
         glint = np.sum([bands[name] for name in named], axis=0)
         share = max(share, float(np.max(glint / np.sum(list(bands.values()), axis=0))))
-    return share
+    return min(GLINT_ROOM * share, 1.0)

@@ -14,8 +14,8 @@ from hcss_twin.scene.sun_track import SunTrack
 
 Array = NDArray[np.float64]
 
-SAME_DEG = 0.05
-"""Suns closer to each other than this count as one: radiance differs by less than any bound is known."""
+SAME_DEG = 0.25
+"""Suns closer to each other than this count as one, the first asked for."""
 
 
 @dataclass(frozen=True)
