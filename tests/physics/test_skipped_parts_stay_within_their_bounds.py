@@ -12,11 +12,13 @@ from cheap import CHEAP
 from hcss_twin import Scenario, make_plan
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.providers import Sun, View
+from hcss_twin.radiance.physical import model as physical
 from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.radiance.spectral_nodes import all_nodes
 from hcss_twin.scene import compile as compiling
 from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.ledger import low_sun
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.stream import stream
 from hcss_twin.scene.tables.spectrum import Spectrum
@@ -138,6 +140,27 @@ def test_sunlight_is_not_faint_where_it_is_asked_for_or_makes_shadows():
     assert plan_of(**faint, **FIELD, **{"slant.shadows": True}).faint_sunlight is None
     assert plan_of(**faint | {"accuracy": 1e-5}).faint_sunlight is None
     assert plan_of(**faint | {"bands": [[9.0, 12.0], "mwir"]}).faint_sunlight is None
+
+
+def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
+    """With the limit moved from 88 to 70 degrees, where the model can do without the rule."""
+    evening = {"bands": ["swir-2.7-3.0"], "accuracy": 1e-2, "time": "2024-04-20T17:15:00+10:00"}
+    full = plan_of(models={}, **evening)
+    assert not any("low sun" in item.what for item in full.skipped)
+    sun = full.sun_up_at(0.0)
+    with_all = reached(full, full.model, sun)
+    monkeypatch.setattr(low_sun, "LOW_SUN_DEG", 70.0)
+    monkeypatch.setattr(physical, "_LARGEST_SUN_DEG", 70.0)
+    short = plan_of(models={}, **evening)
+    bound = bound_of(short, "sunlight of a very low sun")
+    assert 70.0 < sun.zenith_deg < 80.0
+    assert 0.2 * bound < largest_change(with_all, reached(short, short.model, sun)) < bound
+
+
+def test_a_very_low_sun_is_told():
+    plan = plan_of(models={}, accuracy=1e-2, time="2024-04-20T18:27:00+10:00")
+    assert 88.0 < plan.sun_zenith_deg[0] < 90.0
+    assert 1e-3 < bound_of(plan, "sunlight of a very low sun") < 0.1
 
 
 def test_clouds_where_there_are_none(monkeypatch, every_wavenumber):

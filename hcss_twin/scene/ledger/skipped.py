@@ -10,6 +10,7 @@ from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.ledger.contrast import largest_contrast
 from hcss_twin.scene.ledger.entry import Skipped
 from hcss_twin.scene.ledger.few_columns import few_columns
+from hcss_twin.scene.ledger.low_sun import low_sun
 from hcss_twin.scene.ledger.one_direction import one_direction
 from hcss_twin.scene.ledger.slant_skipped import slant_skipped
 from hcss_twin.scene.ledger.sun_frames import SunFrames
@@ -53,6 +54,7 @@ def skipped_parts(
         frames = [(frames[0][0], None)]
     columns = few_columns(assembly)
     known = {frame: columns.terms(assembly.model, frame[1]) for frame in frames}
+    yield from low_sun(assembly, columns, known)
     yield from one_direction(assembly, columns, sun.track, known)
     yield Skipped(
         "changes of air and sea over image and frames",
