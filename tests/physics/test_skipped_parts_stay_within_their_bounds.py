@@ -240,6 +240,9 @@ def reached(plan, model, sun):
         (CHEAP, {"time": "2024-04-20T16:30:00+10:00", "view.azimuth": 100.0}),
         pytest.param(PHYSICAL, {}, marks=pytest.mark.long),
         pytest.param(PHYSICAL, {"time": "2024-04-20T16:00:00+10:00"}, marks=pytest.mark.long),
+        # Toward the glory and beside the rainbow of the droplets.
+        pytest.param(PHYSICAL, {"view.zenith": 26.0, "view.azimuth": 200.0}, marks=pytest.mark.long),
+        pytest.param(PHYSICAL, {"view.zenith": 16.0, "view.azimuth": 90.0}, marks=pytest.mark.long),
     ],
 )
 def test_one_view_angle_for_all_pixels(models, changes):

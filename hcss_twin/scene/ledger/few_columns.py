@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,22 @@ class FewColumns:
     thickness_m: Array
     clear: bool
 
+    @property
+    def ends(self) -> NDArray[np.intp]:
+        """Places of the columns between which the others lie: clear, and the thickest cloud of each layer alone.
+
+        The thinnest, too, where there is no clear sky.
+        """
+        alone = np.count_nonzero(self.thickness_m, axis=1) == 1
+        thickest = np.any(self.thickness_m == np.max(self.thickness_m, axis=0, initial=0.0), axis=1)
+        chosen = np.flatnonzero(alone & thickest if self.clear else alone)
+        return np.concatenate(([0], chosen + 1)) if self.clear else chosen
+
+    def only(self, places: NDArray[np.intp]) -> FewColumns:
+        """Return some of the columns, by place; with the clear one, if it is there."""
+        cloudy = places[1:] - 1 if self.clear else places
+        return replace(self, thickness_m=self.thickness_m[cloudy])
+
     def terms(self, model: RadianceModel, sun: Sun | None) -> dict[str, Array]:
         """Return each term, (C, B), of C columns, the clear one first."""
         parts = []
@@ -58,21 +74,23 @@ class FewColumns:
 
 
 def few_columns(assembly: Assembly, per_band: int = PER_BAND) -> FewColumns:
-    """Choose wavenumbers and columns of a scene."""
+    """Choose wavenumbers and columns of a scene.
+
+    Each band is cut into equal runs of its wavenumbers; the middle one stands for its run, with the weight of all.
+    """
     grid = assembly.spectral_grid
-    places = np.unique(np.concatenate([sampled(weights, per_band) for weights in grid.weights_cm1]))
+    runs = [
+        (band, run)
+        for band, weights in enumerate(grid.weights_cm1)
+        for run in np.array_split(np.flatnonzero(weights), min(per_band, int(np.count_nonzero(weights))))
+    ]
+    places, own = np.unique([run[run.size // 2] for _, run in runs], return_inverse=True)
+    summed = np.zeros((grid.weights_cm1.shape[0], places.size))
+    for (band, run), place in zip(runs, own, strict=True):
+        summed[band, place] += np.sum(grid.weights_cm1[band, run])
     return FewColumns(
-        grid.wavenumber_cm1[places],
-        grid.weights_cm1[:, places],
-        assembly.extreme_thicknesses_m,
-        assembly.has_clear_sky,
+        grid.wavenumber_cm1[places], summed, assembly.extreme_thicknesses_m, assembly.has_clear_sky
     )
-
-
-def sampled(weights: Array, count: int) -> NDArray[np.intp]:
-    """Places, evenly taken, among those where a band has weight."""
-    inside = np.flatnonzero(weights)
-    return inside[np.unique(np.linspace(0, inside.size - 1, count).round().astype(np.intp))]
 
 
 def largest_change(changed: Array, known: Array) -> float:

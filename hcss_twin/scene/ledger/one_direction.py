@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ProviderError, ScenarioError
-from hcss_twin.providers import Sun, View
+from hcss_twin.providers import RadianceModel, Sun, View
 from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.ledger.entry import Skipped
 from hcss_twin.scene.ledger.few_columns import ROOM, FewColumns, largest_change
@@ -34,7 +34,9 @@ def one_direction(
     known : mapping of (float, Sun or None) to mapping of str to ndarray (C, B)
         Terms of the columns at some times with their sun, None where radiance is computed without.
     """
-    totals = {frame: np.sum(list(terms.values()), axis=0) for frame, terms in known.items()}
+    ends = columns.ends
+    totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
+    columns = columns.only(ends)
     views, apart = corner_views(assembly)
     bound = _bound_of_views(assembly, columns, views, {sun: total for (_, sun), total in totals.items()})
     corners = f"corners of the image seen from {SENSOR_ALTITUDE_M / 1e3:.0f} km, {apart:.2g} deg off"
@@ -58,7 +60,7 @@ def one_direction(
 def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:
     """Return the view from two neighbouring corners of the image, and how far it turns, in degrees.
 
-    To first order the other corners differ by as much the other way.
+    To first order the other corners differ by as much the other way. That whose zenith angle changes more is first.
     """
     zenith, azimuth = math.radians(assembly.view.zenith_deg), math.radians(assembly.view.azimuth_deg)
     aside = SENSOR_ALTITUDE_M * math.tan(zenith)
@@ -69,12 +71,15 @@ def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:
         apart = max(apart, math.atan2(float(np.linalg.norm(np.cross(ray, sensor))), float(ray @ sensor)))
         bearing = math.degrees(math.atan2(ray[0], ray[1])) % 360.0
         views.append(View(math.degrees(math.atan2(math.hypot(ray[0], ray[1]), ray[2])), bearing))
+    views.sort(key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))
     return tuple(views), math.degrees(apart)
 
 
 def corner_suns(assembly: Assembly, track: SunTrack, time_s: float) -> tuple[Sun | None, ...]:
-    """Return the sun at two neighbouring corners of the image, None below the horizon."""
-    suns = (track.at(time_s, corner) for corner in _corners_m(assembly))
+    """Return the sun at two neighbouring corners of the image, None below the horizon, as :func:`corner_views`."""
+    zenith = track.at(time_s).zenith_deg
+    suns = [track.at(time_s, corner) for corner in _corners_m(assembly)]
+    suns.sort(key=lambda sun: -abs(sun.zenith_deg - zenith))
     return tuple(sun if sun.is_up else None for sun in suns)
 
 
@@ -94,10 +99,10 @@ def _bound_of_views(
         return None
     largest = 0.0
     try:
-        for view in views:
+        for corner, view in enumerate(views):
             model = assembly.model_toward(view)
             for sun, total in known.items():
-                largest = max(largest, largest_change(columns.total(model, sun), total))
+                largest = max(largest, _change(columns, model, sun, total, corner))
     except (ProviderError, ScenarioError):
         return None
     return ROOM * largest
@@ -110,8 +115,15 @@ def _bound_of_suns(
     largest = 0.0
     try:
         for corners, total in lit:
-            for sun in corners:
-                largest = max(largest, largest_change(columns.total(assembly.model, sun), total))
+            for corner, sun in enumerate(corners):
+                largest = max(largest, _change(columns, assembly.model, sun, total, corner))
     except ProviderError:
         return None
     return ROOM * largest
+
+
+def _change(columns: FewColumns, model: RadianceModel, sun: Sun | None, known: Array, corner: int) -> float:
+    """Return the largest change; in corners but the first that of clear sky alone, which feels bearings most."""
+    if corner == 0 or not columns.clear:
+        return largest_change(columns.total(model, sun), known)
+    return largest_change(columns.only(np.zeros(1, dtype=np.intp)).total(model, sun), known[:1])

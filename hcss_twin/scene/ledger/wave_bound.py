@@ -13,7 +13,6 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Sun
 from hcss_twin.scene.building.assembly import Assembly
-from hcss_twin.scene.ledger.few_columns import sampled
 from hcss_twin.sea.wave_contrast import thermal_contrast_bound, tilted_glint_bound
 
 Array = NDArray[np.float64]
@@ -43,7 +42,7 @@ def wave_bound(
         Positions to consider.
     """
     grid = assembly.spectral_grid
-    places = np.unique(np.concatenate([sampled(weights, WAVENUMBERS) for weights in grid.weights_cm1]))
+    places = np.unique(np.concatenate([_sample(weights) for weights in grid.weights_cm1]))
     wavenumber, weights = grid.wavenumber_cm1[places], grid.weights_cm1[:, places]
     view = assembly.view
     mu = np.array([math.cos(math.radians(view.zenith_deg))])
@@ -79,6 +78,12 @@ def _horizontal(zenith_deg: float, azimuth_deg: float) -> tuple[float, float]:
     """Horizontal components of a direction, along a bearing from which its azimuth is counted and clockwise from it."""
     sine, azimuth = math.sin(math.radians(zenith_deg)), math.radians(azimuth_deg)
     return sine * math.cos(azimuth), sine * math.sin(azimuth)
+
+
+def _sample(weights: Array) -> NDArray[np.intp]:
+    """Places, evenly taken, among those where a band has weight."""
+    inside = np.flatnonzero(weights)
+    return inside[np.unique(np.linspace(0, inside.size - 1, WAVENUMBERS).round().astype(np.intp))]
 
 
 def _glint(assembly: Assembly, wavenumber_cm1: Array, mu: Array, sun: Sun) -> Array:
