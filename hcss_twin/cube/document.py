@@ -45,6 +45,8 @@ print(scenario_text("cube.nc"))
   tables keep the accuracy asked for, `hcss_accuracy_requested`; it begins with PASSED, FAILED or NOTHING CHECKED.
   `hcss_accuracy_achieved` (JSON: error by band), `hcss_certificate_pixels` and `hcss_certificate_strata` (JSON) hold
   its numbers beside `hcss_table_error_estimated` ([certificate](certificate.md)).
+* `hcss_skipped` (JSON, a list of `what`, `why` and `bound`) says what the run did without and how much radiance
+  that could have carried, relative to that of the band, as `hcss plan` does before it ([left out](skipped.md)).
 * Numbers are stored plainly by default, which is fastest. `output.compression` stores them in chunks of one plane with
   shuffled bytes and zlib; `output.quantization` rounds the mantissa of single-precision numbers to the fewest bits that
   keep the relative error given (`bitround` of CF-1.12). Each variable then states its bits and the largest error
@@ -59,7 +61,8 @@ _STORAGE = """
 
 `python benchmarks/writing.py`: `stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud mask. Size
 is relative to plain numbers; processor time is that of writing alone, opening and closing included, on a machine that
-others used; the rest does not depend on the machine. Computing a frame takes about 12 ms of another processor meanwhile.
+others used; the rest does not depend on the machine. Computing a frame takes about 12 ms of another processor
+meanwhile.
 
 | `[output]` | size | processor, ms a frame | largest relative error |
 |---|---|---|---|

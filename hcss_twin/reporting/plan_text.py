@@ -67,6 +67,7 @@ def _shares(plan: Plan) -> str:
     made = {
         "thickness": any(plan.cloudy_layers),
         "two_layers": several,
+        "faint_sunlight": plan.faint_sunlight is not None,
         "waves": plan.waves is not None,
         "shadows": plan.scenario.slant.shadows,
         "time": plan.sun_matters and plan.frame_times_s.size > 1,

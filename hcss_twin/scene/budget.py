@@ -13,6 +13,7 @@ SHARES: Mapping[str, float] = {
     "shadows": 0.05,
     "time": 0.1,
     "other_instants": 0.02,
+    "faint_sunlight": 0.1,
 }
 """Of the accuracy. A pixel has cloud in one layer or in both, or waves: the largest of the three counts."""
 
@@ -23,6 +24,7 @@ MEANING: Mapping[str, str] = {
     "waves": "clear columns over waves, between computed slopes",
     "shadows": "sunlight through clouds, between computed paths",
     "time": "between instants",
+    "faint_sunlight": "computing without sunlight by day, where there is so little",
     "other_instants": "columns at further instants, from those at the first",
 }
 
@@ -41,12 +43,20 @@ class Budget:
     shadows: float = 0.0
     time: float = 0.0
     other_instants: float = 0.0
+    faint_sunlight: float = 0.0
 
     @property
     def total(self) -> float:
         """What a pixel can have of them together."""
         somewhere = max(self.thickness, self.two_layers, self.waves)
-        return self.wavenumbers + somewhere + self.shadows + self.time + self.other_instants
+        return (
+            self.wavenumbers
+            + somewhere
+            + self.shadows
+            + self.time
+            + self.other_instants
+            + self.faint_sunlight
+        )
 
     def as_dict(self) -> dict[str, float]:
         """Plain values by name."""

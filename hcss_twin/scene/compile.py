@@ -85,6 +85,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
         shadows=0.0 if shadows is None else allowed.shadows,
         time=time_error,
         other_instants=drift,
+        faint_sunlight=plan.faint_sunlight or 0.0,
     )
     return RadianceTables(
         columns.quantities,

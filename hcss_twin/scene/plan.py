@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.catalog import Catalog, SecludedCatalog
 from hcss_twin.cube.bit_rounding import largest_error
-from hcss_twin.cube.variables import LAYER, VariableSpec, expand
+from hcss_twin.cube.variables import LAYER, TERM_PREFIX, VariableSpec, expand
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, Sun, View
@@ -25,7 +25,10 @@ from hcss_twin.scene.budget import Budget, share_out
 from hcss_twin.scene.building.assembly import Assembly, assemble
 from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.building.surroundings import FilledIn
-from hcss_twin.scene.ledger.skipped import Skipped, skipped_parts
+from hcss_twin.scene.ledger.entry import Skipped
+from hcss_twin.scene.ledger.skipped import skipped_parts
+from hcss_twin.scene.ledger.sun_frames import SunFrames
+from hcss_twin.scene.ledger.sunless import negligible_sunlight
 from hcss_twin.scene.probes import probe_last_frame, probe_lowest_sun, probe_particles
 from hcss_twin.scene.quantization import quantized
 from hcss_twin.scene.slant.sea_sun import require_sea_sun_terms
@@ -58,6 +61,8 @@ class Plan:
         As a share of the radiance of every band.
     waves : DrawnWaves or None
         None where the sea is averaged over its waves.
+    faint_sunlight : float or None
+        Largest share of sunlight in any band, where radiance is computed without it by day; else None.
     """
 
     scenario: Scenario
@@ -72,6 +77,7 @@ class Plan:
     filled_in: tuple[FilledIn, ...]
     waves: DrawnWaves | None
     accuracy: RequestedAccuracy
+    faint_sunlight: float | None = None
 
     @property
     def budget(self) -> Budget:
@@ -163,13 +169,15 @@ class Plan:
 
     @property
     def sun_matters(self) -> bool:
-        """Whether the sun is up in at least one frame."""
-        return bool(np.any(self.sun_zenith_deg < 90.0))
+        """Whether the sun is up in at least one frame, and its light enough to be computed."""
+        return self.faint_sunlight is None and bool(np.any(self.sun_zenith_deg < 90.0))
 
     def sun_at(self, time_s: float) -> Sun | None:
+        """Sun that radiance is computed with at a time, None below the horizon or where its light is left out."""
+        return self.sun_up_at(time_s) if self.sun_matters else None
+
+    def sun_up_at(self, time_s: float) -> Sun | None:
         """Sun at a time, None below the horizon."""
-        if not self.sun_matters:
-            return None
         sun = self.sun_track.at(time_s)
         return sun if sun.is_up else None
 
@@ -274,11 +282,19 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         probe_particles(assembly)
         probe_lowest_sun(assembly, track, times, zenith)
     probe_last_frame(assembly, float(times[-1]))
-    suns = _suns(track, times) if radiance else []
-    accuracy = requested_accuracy(scenario, assembly, suns)
+    sun = SunFrames(track, times, zenith, azimuth)
+    telling = [position for _, position in sun.telling(assembly.view)] if radiance else []
+    accuracy = requested_accuracy(scenario, assembly, telling)
+    suns = _suns(sun) if radiance else []
     waves, no_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
     variables = quantized(_variables(scenario, assembly, waves is not None), scenario, accuracy)
-    skipped = skipped_parts(assembly, variables, track, times, zenith)
+    faint = None
+    if radiance and waves is None and _may_lack_sunlight(assembly, variables):
+        faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
+    possible = _variables(scenario, assembly, waves is not None, ("all",))
+    skipped = skipped_parts(
+        scenario, assembly, variables, possible, sun, faint, waves is not None, accuracy.relative
+    )
     return Plan(
         scenario=scenario,
         catalog=catalog,
@@ -288,22 +304,31 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         sun_zenith_deg=zenith,
         sun_azimuth_deg=azimuth,
         variables=variables,
-        skipped=tuple(skipped if no_waves is None else (*skipped, no_waves)),
+        skipped=(*skipped, *(() if no_waves is None else (no_waves,))),
         filled_in=assembly.filled_in,
         waves=waves,
         accuracy=accuracy,
+        faint_sunlight=faint,
     )
 
 
-def _suns(track: SunTrack, times: Array) -> list[Sun | None]:
+def _suns(sun: SunFrames) -> list[Sun | None]:
     """Sun in a few frames from the first to the last, None below the horizon."""
-    chosen = np.unique(np.linspace(0, times.size - 1, SUNS).round().astype(np.intp))
-    suns = [track.at(float(times[frame])) for frame in chosen]
-    return [sun if sun.is_up else None for sun in suns]
+    return [position for _, position in sun.evenly(SUNS)]
 
 
-def _variables(scenario: Scenario, assembly: Assembly, waves: bool) -> tuple[VariableSpec, ...]:
-    wanted, layers, shadows = scenario.output.variables, len(assembly.layers), scenario.slant.shadows
+def _may_lack_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:
+    """Whether faint sunlight may be left out: shadows are made of it, and a term asked for would be nothing."""
+    terms = {TERM_PREFIX + name for name in assembly.model.solar_terms}
+    return not assembly.slant.shadows and not any(spec.name in terms for spec in variables)
+
+
+def _variables(
+    scenario: Scenario, assembly: Assembly, waves: bool, wanted: tuple[str, ...] | None = None
+) -> tuple[VariableSpec, ...]:
+    """Return the variables of a scenario, or those wanted instead of what it asks for."""
+    layers, shadows = len(assembly.layers), scenario.slant.shadows
+    wanted = tuple(scenario.output.variables) if wanted is None else wanted
     try:
         return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves))
     except ValueError as error:

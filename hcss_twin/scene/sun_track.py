@@ -27,14 +27,16 @@ class SunTrack:
     longitude_deg: float
     platform_speed_m_s: float = 0.0
 
-    def at(self, time_s: float) -> Sun:
-        """Sun at seconds after the start."""
-        zenith, azimuth, distance = self.positions(np.array([time_s]))
+    def at(self, time_s: float, aside_m: tuple[float, float] = (0.0, 0.0)) -> Sun:
+        """Sun at seconds after the start, seen from a point east and north of the centre."""
+        zenith, azimuth, distance = self.positions(np.array([time_s]), aside_m)
         return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))
 
-    def positions(self, time_s: Array) -> tuple[Array, Array, Array]:
+    def positions(
+        self, time_s: Array, aside_m: tuple[float, float] = (0.0, 0.0)
+    ) -> tuple[Array, Array, Array]:
         """Zenith (deg), azimuth (deg) and distance (au), each (F,), at seconds after the start."""
         instants = [self.start + timedelta(seconds=float(second)) for second in time_s]
-        moved = self.platform_speed_m_s * time_s
-        place = to_geographic(moved, np.zeros_like(moved), self.latitude_deg, self.longitude_deg)
+        east = self.platform_speed_m_s * time_s + aside_m[0]
+        place = to_geographic(east, np.full_like(east, aside_m[1]), self.latitude_deg, self.longitude_deg)
         return sun_position(instants, *place)

@@ -80,7 +80,7 @@ def test_text_with_a_unit_is_what_it_stands_for(given, same):
 def test_shares_leave_room_for_what_is_not_measured():
     budget = share_out(1e-3)
     assert budget.as_dict() == {name: pytest.approx(1e-3 * share) for name, share in SHARES.items()}
-    assert budget.total < 0.6e-3
+    assert budget.total < 0.7e-3
 
 
 def test_plan_and_cube_tell_what_each_approximation_may_err_by_and_what_it_found():

@@ -54,7 +54,7 @@ class Assembly:
     """The providers of one scene, built and guarded, and the states they share.
 
     ``particle_fields`` are the scenario's fields from which the particles of each layer come.
-    ``model_over`` makes the radiance model of the same scene over another sea.
+    ``model_over`` makes the radiance model of the same scene over another sea, ``model_toward`` that of another view.
     """
 
     entries: Mapping[str, Entry]
@@ -71,6 +71,7 @@ class Assembly:
     optics: Optics
     model: RadianceModel
     model_over: Callable[[SeaModel], RadianceModel]
+    model_toward: Callable[[View], RadianceModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
     filled_in: tuple[FilledIn, ...]
@@ -123,6 +124,14 @@ class Assembly:
     def has_cloud(self) -> bool:
         """Whether any pixel can be cloudy."""
         return any(self.cloudy_layers)
+
+    @property
+    def has_clear_sky(self) -> bool:
+        """Whether any pixel can be clear; a full coverage leaves no gap, which the kit of cloud generators asks for."""
+        return not any(
+            layer.coverage == 1.0 and getattr(generator, "image_coverage", None) is None
+            for layer, generator in zip(self.layers, self.generators, strict=True)
+        )
 
     @property
     def extreme_thicknesses_m(self) -> Array:
@@ -195,15 +204,14 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     )
     model: RadianceModel | None = None
 
-    def model_over(other: SeaModel) -> RadianceModel:
-        changed = replace(radiance_inputs, sea=other)
+    def model_of(inputs: RadianceInputs) -> RadianceModel:
         made: RadianceModel = builder.build(
-            Kind.RADIANCE, selected(scenario.radiance, "model"), changed, scenario.radiance.parameters
+            Kind.RADIANCE, selected(scenario.radiance, "model"), inputs, scenario.radiance.parameters
         )
         return made
 
     with builder.blaming("radiance.model", scenario.radiance.parameters):
-        model = model_over(sea)
+        model = model_of(radiance_inputs)
     builder.raise_problems()
     assert model is not None
     return Assembly(
@@ -220,7 +228,8 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         sea=sea,
         optics=optics,
         model=model,
-        model_over=model_over,
+        model_over=lambda other: model_of(replace(radiance_inputs, sea=other)),
+        model_toward=lambda view: model_of(replace(radiance_inputs, view=view)),
         solar_irradiance=solar_irradiance,
         sea_temperature_K=temperature,
         filled_in=around.filled_in,

@@ -109,7 +109,7 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
         # What single precision puts beyond the limits is taken for them, as in the look-up.
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
     columns, places = np.unique(thickness, axis=0, return_inverse=True)
-    sun = plan.sun_at(pixels.time_s)
+    sun = plan.sun_up_at(pixels.time_s)
     known = quantities.of(reference_terms(plan.model, plan.spectral_grid, columns, sun, COLUMNS_AT_ONCE))
     exact: Array = np.mean(known[places.ravel()].reshape(count, points, *known.shape[1:]), axis=1)
     return exact

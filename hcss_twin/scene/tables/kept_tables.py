@@ -106,6 +106,7 @@ def table_key(plan: Plan) -> str:
         "accuracy": plan.accuracy.relative,
         "files": dict(plan.catalog.used),
         "terms": [spec.name for spec in plan.variables if spec.name.startswith(TERM_PREFIX)],
+        "sunlight": plan.sun_matters,
         "layers": [
             dataclasses.asdict(dataclasses.replace(layer, coverage=float(cloudy), edge_taper=0.0, name=""))
             for layer, cloudy in zip(plan.layers, plan.cloudy_layers, strict=True)

@@ -12,7 +12,7 @@ from hcss_twin.providers import Grid, Sun, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.building.blame import blamed_on
-from hcss_twin.scene.ledger.skipped import Skipped
+from hcss_twin.scene.ledger.entry import Skipped
 from hcss_twin.scene.ledger.wave_bound import wave_bound
 
 WAVES = "waves as shapes"
@@ -81,6 +81,8 @@ def choose_waves(
     rms = sea.wave_slope_rms(points.pixel_size_m)
     if max(rms) == 0.0:
         return None, Skipped(WAVES, "no wind raises waves", 0.0)
+    if mode != "resolved" and not assembly.has_clear_sky:
+        return None, Skipped(WAVES, "cloud covers every pixel, and waves are drawn in clear sky only", 0.0)
     if mode != "resolved":
         left_out = _left_out(scenario, able, assembly, suns, accuracy)
         if left_out is not None:

@@ -1,0 +1,129 @@
+"""One direction of the view and one of the sun stand for all pixels of a frame: how much that could change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.errors import ProviderError, ScenarioError
+from hcss_twin.providers import RadianceModel, Sun, View
+from hcss_twin.scene.building.assembly import Assembly
+from hcss_twin.scene.ledger.entry import Skipped
+from hcss_twin.scene.ledger.few_columns import ROOM, FewColumns, largest_change
+from hcss_twin.scene.sun_track import SunTrack
+
+Array = NDArray[np.float64]
+
+SENSOR_ALTITUDE_M = 800e3
+"""The scenario has no altitude of the sensor: that of many satellites of low orbit stands for it."""
+
+
+def one_direction(
+    assembly: Assembly,
+    columns: FewColumns,
+    track: SunTrack,
+    known: Mapping[tuple[float, Sun | None], Mapping[str, Array]],
+) -> Iterator[Skipped]:
+    """Yield what one direction for all pixels leaves out.
+
+    Parameters
+    ----------
+    known : mapping of (float, Sun or None) to mapping of str to ndarray (C, B)
+        Terms of the columns at some times with their sun, None where radiance is computed without.
+    """
+    ends = columns.ends
+    totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
+    columns = columns.only(ends)
+    views, apart = corner_views(assembly)
+    bound = _bound_of_views(assembly, columns, views, {sun: total for (_, sun), total in totals.items()})
+    corners = f"corners of the image seen from {SENSOR_ALTITUDE_M / 1e3:.0f} km, {apart:.2g} deg off"
+    yield Skipped(
+        "view angles of single pixels",
+        "rays are parallel, one direction for the whole image; "
+        + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
+        bound,
+    )
+    lit = [
+        (corner_suns(assembly, track, time_s), total)
+        for (time_s, sun), total in totals.items()
+        if sun is not None
+    ]
+    if lit:
+        bound = _bound_of_suns(assembly, columns, lit)
+        told = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
+        yield Skipped("sun angles of single pixels", f"the sun is that of the image centre; {told}", bound)
+
+
+def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:
+    """Return the view from two neighbouring corners of the image, and how far it turns, in degrees.
+
+    To first order the other corners differ by as much the other way. That whose zenith angle changes more is first.
+    """
+    zenith, azimuth = math.radians(assembly.view.zenith_deg), math.radians(assembly.view.azimuth_deg)
+    aside = SENSOR_ALTITUDE_M * math.tan(zenith)
+    sensor = np.array([aside * math.sin(azimuth), aside * math.cos(azimuth), SENSOR_ALTITUDE_M])
+    views, apart = [], 0.0
+    for x, y in _corners_m(assembly):
+        ray = sensor - np.array([x, y, 0.0])
+        apart = max(apart, math.atan2(float(np.linalg.norm(np.cross(ray, sensor))), float(ray @ sensor)))
+        bearing = math.degrees(math.atan2(ray[0], ray[1])) % 360.0
+        views.append(View(math.degrees(math.atan2(math.hypot(ray[0], ray[1]), ray[2])), bearing))
+    views.sort(key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))
+    return tuple(views), math.degrees(apart)
+
+
+def corner_suns(assembly: Assembly, track: SunTrack, time_s: float) -> tuple[Sun | None, ...]:
+    """Return the sun at two neighbouring corners of the image, None below the horizon, as :func:`corner_views`."""
+    zenith = track.at(time_s).zenith_deg
+    suns = [track.at(time_s, corner) for corner in _corners_m(assembly)]
+    suns.sort(key=lambda sun: -abs(sun.zenith_deg - zenith))
+    return tuple(sun if sun.is_up else None for sun in suns)
+
+
+def _corners_m(assembly: Assembly) -> tuple[tuple[float, float], ...]:
+    """Outer edges of the image in the north-east and south-east."""
+    grid = assembly.grid
+    x, y = 0.5 * grid.columns * grid.pixel_size_m, 0.5 * grid.rows * grid.pixel_size_m
+    return (x, y), (x, -y)
+
+
+def _bound_of_views(
+    assembly: Assembly, columns: FewColumns, views: Sequence[View], known: Mapping[Sun | None, Array]
+) -> float | None:
+    """Return the bound; None where providers do not know other views, as imported atmospheres of one angle."""
+    low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
+    if not all(low <= view.zenith_deg <= high for view in views):
+        return None
+    largest = 0.0
+    try:
+        for corner, view in enumerate(views):
+            model = assembly.model_toward(view)
+            for sun, total in known.items():
+                largest = max(largest, _change(columns, model, sun, total, corner))
+    except (ProviderError, ScenarioError):
+        return None
+    return ROOM * largest
+
+
+def _bound_of_suns(
+    assembly: Assembly, columns: FewColumns, lit: Sequence[tuple[Sequence[Sun | None], Array]]
+) -> float | None:
+    """Return the bound; None where the sun is so low in a corner that providers do not know it."""
+    largest = 0.0
+    try:
+        for corners, total in lit:
+            for corner, sun in enumerate(corners):
+                largest = max(largest, _change(columns, assembly.model, sun, total, corner))
+    except ProviderError:
+        return None
+    return ROOM * largest
+
+
+def _change(columns: FewColumns, model: RadianceModel, sun: Sun | None, known: Array, corner: int) -> float:
+    """Return the largest change; in corners but the first that of clear sky alone, which feels bearings most."""
+    if corner == 0 or not columns.clear:
+        return largest_change(columns.total(model, sun), known)
+    return largest_change(columns.only(np.zeros(1, dtype=np.intp)).total(model, sun), known[:1])

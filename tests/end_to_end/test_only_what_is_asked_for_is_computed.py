@@ -1,0 +1,127 @@
+"""Cost follows what is asked for: counted in calls of the radiance model and columns x wavenumbers, not in seconds."""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.providers import Sun
+from hcss_twin.radiance.as_printed import AsPrinted
+from hcss_twin.radiance.physical.model import Physical
+from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.simulate import run
+from hcss_twin.scene.stream import stream
+from hcss_twin.scene.tables.radiance_tables import TableReader
+
+
+class Call(NamedTuple):
+    columns: int
+    """Times wavenumbers."""
+    sun: Sun | None
+    cloudy: bool
+
+
+SMALL = {"image.rows": 16, "image.columns": 16, "frames.count": 2}
+NIGHT_LWIR = {"time": "2024-04-20T00:30:00+10:00", "bands": ["lwir"]}
+DEFAULT_MODELS = {"accuracy": 1e-2}
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Every call of a radiance model."""
+    calls = []
+    for model in (AsPrinted, Physical):
+        clear, cloudy = model.clear, model.cloudy
+
+        def counted_clear(self, wavenumber_cm1, sun, clear=clear):
+            calls.append(Call(wavenumber_cm1.size, sun, False))
+            return clear(self, wavenumber_cm1, sun)
+
+        def counted_cloudy(self, wavenumber_cm1, thickness_m, sun, cloudy=cloudy):
+            calls.append(Call(wavenumber_cm1.size * thickness_m.shape[0], sun, True))
+            return cloudy(self, wavenumber_cm1, thickness_m, sun)
+
+        monkeypatch.setattr(model, "clear", counted_clear)
+        monkeypatch.setattr(model, "cloudy", counted_cloudy)
+    return calls
+
+
+def made(path, models=CHEAP, **overrides):
+    return run(make_plan(Scenario.load("stratus", {**SMALL, **models, **overrides})), path / "cube.nc")
+
+
+@pytest.mark.parametrize("models", [CHEAP, DEFAULT_MODELS], ids=["as-printed", "default"])
+@pytest.mark.parametrize("variables", [["cloud_mask"], ["truth"]])
+def test_without_a_variable_of_radiance_no_radiance_is_computed(tmp_path, asked, models, variables):
+    with open_cube(made(tmp_path, models, **{"output.variables": variables})) as cube:
+        assert 0.0 < float(cube.cloud_mask.mean()) < 1.0
+        assert not any(name.startswith("radiance") for name in cube.variables)
+    assert asked == []
+
+
+@pytest.mark.parametrize("models", [CHEAP, DEFAULT_MODELS], ids=["as-printed", "default"])
+def test_at_night_no_model_is_asked_for_sunlight(tmp_path, asked, models):
+    made(tmp_path, models, **NIGHT_LWIR)
+    assert asked
+    assert all(call.sun is None for call in asked)
+
+
+def test_faint_sunlight_is_asked_for_by_plan_and_certificate_only(asked):
+    plan = make_plan(Scenario.load("stratus", {**SMALL, **CHEAP, "bands": ["lwir"], "accuracy": 1e-2}))
+    assert plan.faint_sunlight is not None
+    assert any(call.sun is not None for call in asked)
+    asked.clear()
+    list(stream(plan, compile_tables(plan)))
+    assert asked
+    assert all(call.sun is None for call in asked)
+
+
+def test_terms_that_are_not_asked_for_are_not_looked_up():
+    for variables, quantities in (
+        (["radiance"], ("radiance",)),
+        (["radiance_sea_emission"], ("radiance", "sea_emission")),
+    ):
+        plan = make_plan(Scenario.load("stratus", {**SMALL, **CHEAP, "output.variables": variables}))
+        tables = compile_tables(plan)
+        assert tables.quantities.names == quantities
+        dense = TableReader(tables).at(0.0)
+        assert dense.alone[0].shape[1] == len(quantities) * len(plan.bands)
+
+
+def spectral_columns(asked, models, **overrides):
+    """Columns x wavenumbers that tables are compiled from, and those of them with cloud."""
+    plan = make_plan(Scenario.load("stratus", {**SMALL, **models, **overrides}))
+    asked.clear()
+    compile_tables(plan)
+    return sum(call.columns for call in asked), sum(call.columns for call in asked if call.cloudy)
+
+
+@pytest.mark.parametrize(
+    "models",
+    [CHEAP, pytest.param(DEFAULT_MODELS, marks=pytest.mark.long)],
+    ids=["as-printed", "default"],
+)
+def test_one_band_at_night_takes_less_than_half_and_clear_sky_no_cloud(asked, models):
+    day, cloudy = spectral_columns(asked, models)
+    assert cloudy > 0.5 * day
+    assert spectral_columns(asked, models, **NIGHT_LWIR)[0] < 0.5 * day
+    clear, cloudy = spectral_columns(asked, models, **{"clouds": {"layers": []}})
+    assert cloudy == 0
+    assert clear < 0.3 * day
+
+
+def test_plan_and_cube_tell_the_same_ledger(tmp_path):
+    scenario = Scenario.load("stratus", {**SMALL, **CHEAP})
+    plan = make_plan(scenario)
+    told = plan.as_dict()["skipped"]
+    with open_cube(run(plan, tmp_path / "cube.nc")) as cube:
+        assert json.loads(cube.attrs["hcss_skipped"]) == told
+    assert all(set(item) == {"what", "why", "bound"} for item in told)
+    bounds = [item["bound"] for item in told if item["bound"] is not None]
+    assert len(bounds) > 6
+    assert np.all(np.isfinite(bounds))
+    assert min(bounds) >= 0.0

@@ -1,0 +1,358 @@
+"""Whatever the plan leaves out changes less than it says: each rule against a run, or columns, without it."""
+
+import dataclasses
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.physics.sun import sun_position
+from hcss_twin.providers import Sun, View
+from hcss_twin.radiance.physical import model as physical
+from hcss_twin.radiance.reference import reference_radiance
+from hcss_twin.radiance.spectral_nodes import all_nodes
+from hcss_twin.scene import compile as compiling
+from hcss_twin.scene.building.assembly import Assembly
+from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.ledger import low_sun
+from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.stream import stream
+from hcss_twin.scene.tables.spectrum import Spectrum
+
+TWO = ["mwir-3.7", "lwir-10.8"]
+SMALL = {"image.rows": 16, "image.columns": 16, "frames.count": 2}
+PHYSICAL = {"bands": TWO, "accuracy": 1e-2}
+NIGHT = {"time": "2024-04-20T00:30:00+10:00"}
+FIELD = {"clouds.coverage_mode": "field"}
+ROUNDING = 1e-6
+"""Radiance is in single precision."""
+
+
+def plan_of(name="stratus", models=CHEAP, **overrides):
+    return make_plan(Scenario.load(name, {**SMALL, **models, **overrides}))
+
+
+def bound_of(plan, what):
+    (item,) = [item for item in plan.skipped if item.what == what]
+    return item.bound
+
+
+def frames_of(plan):
+    tables = compile_tables(plan) if plan.needs_radiance else None
+    return list(stream(plan, tables))
+
+
+def radiance_of(plan):
+    return np.stack([frame["radiance"] for frame in frames_of(plan)]).astype(np.float64)
+
+
+def largest_change(full, short):
+    return float(np.max(np.abs(full - short) / short))
+
+
+@pytest.fixture
+def every_wavenumber(monkeypatch):
+    """No wavenumbers are chosen, so that runs differ by what is left out and not by the choice."""
+
+    def all_of(plan, tolerance):
+        grid = plan.spectral_grid
+        return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
+
+    monkeypatch.setattr(compiling, "choose_spectrum", all_of)
+
+
+def seen_below_the_horizon(plan, time_s):
+    """Sun as a run without the rule has it."""
+    return plan.sun_track.at(time_s)
+
+
+@pytest.mark.parametrize("models", [CHEAP, PHYSICAL], ids=["as-printed", "physical"])
+def test_sunlight_at_night(monkeypatch, models):
+    plan = plan_of(models=models, **NIGHT)
+    short = radiance_of(plan)
+    monkeypatch.setattr(Plan, "sun_at", seen_below_the_horizon)
+    assert bound_of(plan, "sunlight") == 0.0
+    assert np.array_equal(radiance_of(plan), short)
+
+
+def test_sunlight_in_frames_after_sunset(monkeypatch):
+    sunset = {"time": "2024-04-20T17:30:00+10:00", "frames.count": 4, "frames.interval": 1800.0}
+    plan = plan_of(**sunset)
+    assert 0 < np.count_nonzero(plan.sun_zenith_deg < 90.0) < 4
+    short = radiance_of(plan)
+    monkeypatch.setattr(Plan, "sun_at", seen_below_the_horizon)
+    assert bound_of(plan, "sunlight in some frames") == 0.0
+    assert np.array_equal(radiance_of(plan), short)
+
+
+@pytest.mark.parametrize(
+    ("models", "name", "time"),
+    [
+        (CHEAP, "stratus", "12:30"),
+        (CHEAP, "cirrus-over-cumulus", "15:30"),
+        (PHYSICAL, "stratus", "16:00"),
+        pytest.param(PHYSICAL, "cirrus", "15:00", marks=pytest.mark.long),
+        pytest.param(PHYSICAL, "stratus", "12:30", marks=pytest.mark.long),
+    ],
+)
+def test_faint_sunlight_by_day(models, name, time):
+    day = {"time": f"2024-04-20T{time}:00+10:00", "bands": [[9.0, 12.0]], "accuracy": 1e-2}
+    plan = plan_of(name, models, **day)
+    bound = bound_of(plan, "sunlight")
+    assert 0.0 < bound < plan.budget.faint_sunlight
+    assert plan.sun_at(0.0) is None
+    layers = plan.layers
+    random = np.random.default_rng(0).random((6, len(layers)))
+    columns = np.stack(
+        [
+            low.thickness_min_m * (low.thickness_max_m / low.thickness_min_m) ** share
+            for low, share in zip(layers, random.T, strict=True)
+        ],
+        axis=1,
+    )
+    # Clear sky, each layer alone, and all layers.
+    columns[0] = 0.0
+    columns[1 : 1 + len(layers)] *= np.eye(len(layers))
+    grid, model = plan.spectral_grid, plan.model
+    suns = [plan.sun_up_at(float(time_s)) for time_s in plan.frame_times_s]
+    changes = [
+        largest_change(
+            reference_radiance(model, grid, columns, sun, 8),
+            reference_radiance(model, grid, columns, None, 8),
+        )
+        for sun in suns
+    ]
+    assert 0.1 * bound < max(changes) < bound
+    lit = dataclasses.replace(plan, faint_sunlight=None)
+    assert lit.sun_at(0.0) == suns[0]
+    errors = compile_tables(plan).estimated_error + compile_tables(lit).estimated_error
+    assert largest_change(radiance_of(lit), radiance_of(plan)) < errors + ROUNDING
+
+
+def test_sunlight_is_not_faint_where_it_is_asked_for_or_makes_shadows():
+    faint = {"bands": [[9.0, 12.0]], "accuracy": 1e-2}
+    assert plan_of(**faint).faint_sunlight is not None
+    assert plan_of(**faint, **{"output.variables": ["terms", "radiance"]}).faint_sunlight is None
+    assert plan_of(**faint, **FIELD, **{"slant.shadows": True}).faint_sunlight is None
+    assert plan_of(**faint | {"accuracy": 1e-5}).faint_sunlight is None
+    assert plan_of(**faint | {"bands": [[9.0, 12.0], "mwir"]}).faint_sunlight is None
+
+
+def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
+    """With the limit moved from 88 to 70 degrees, where the model can do without the rule."""
+    evening = {"bands": ["swir-2.7-3.0"], "accuracy": 1e-2, "time": "2024-04-20T17:15:00+10:00"}
+    full = plan_of(models={}, **evening)
+    assert not any("low sun" in item.what for item in full.skipped)
+    sun = full.sun_up_at(0.0)
+    with_all = reached(full, full.model, sun)
+    monkeypatch.setattr(low_sun, "LOW_SUN_DEG", 70.0)
+    monkeypatch.setattr(physical, "_LARGEST_SUN_DEG", 70.0)
+    short = plan_of(models={}, **evening)
+    bound = bound_of(short, "sunlight of a very low sun")
+    assert 70.0 < sun.zenith_deg < 80.0
+    assert 0.2 * bound < largest_change(with_all, reached(short, short.model, sun)) < bound
+
+
+def test_a_very_low_sun_is_told():
+    plan = plan_of(models={}, accuracy=1e-2, time="2024-04-20T18:27:00+10:00")
+    assert 88.0 < plan.sun_zenith_deg[0] < 90.0
+    assert 1e-3 < bound_of(plan, "sunlight of a very low sun") < 0.1
+
+
+def test_clouds_where_there_are_none(monkeypatch, every_wavenumber):
+    nothing = plan_of(**{"clouds": {"layers": []}})
+    empty = plan_of(**{"clouds.coverage": 0.0})
+    assert bound_of(nothing, "cloud optics and cloudy columns") == bound_of(empty, "cloudy columns") == 0.0
+    short = radiance_of(nothing), radiance_of(empty)
+    monkeypatch.setattr(Assembly, "cloudy_layers", property(lambda assembly: (True,) * len(assembly.layers)))
+    tables = compile_tables(plan_of(**{"clouds.coverage": 0.0}))
+    assert tables.axes[0] is not None
+    full = radiance_of(plan_of(**{"clouds.coverage": 0.0}))
+    assert np.array_equal(short[0], short[1])
+    assert np.array_equal(short[0], full)
+
+
+def test_a_layer_without_coverage(monkeypatch, every_wavenumber):
+    name, coverage = "cirrus-over-cumulus", {"accuracy": 1e-2, "bands": TWO, "image.samples_per_pixel": 1}
+    layers = Scenario.load(name).clouds.layers
+    kinds = [{"type": layer.type, "coverage": 0.5 * number} for number, layer in enumerate(layers)]
+    plan = plan_of(name, **coverage, **{"clouds": {"layers": kinds}})
+    empty = plan.layers[plan.cloudy_layers.index(False)].name
+    assert bound_of(plan, f"columns with {empty}") == 0.0
+    short = radiance_of(plan)
+    monkeypatch.setattr(Assembly, "cloudy_layers", property(lambda assembly: (True, True)))
+    full = plan_of(name, **coverage, **{"clouds": {"layers": kinds}})
+    tables = compile_tables(full)
+    assert tables.pair is not None
+    # Tables of two layers have other nodes than that of one; both keep their own errors.
+    errors = tables.estimated_error + compile_tables(plan).estimated_error
+    assert largest_change(np.stack([f["radiance"] for f in stream(full, tables)]), short) < errors + ROUNDING
+
+
+def test_outputs_that_are_not_asked_for():
+    short, full = plan_of(**{"output.certificate": 0}), plan_of(**{"output.variables": ["all"]})
+    for what in ("look-up of terms of the radiance", "other variables", "the certificate"):
+        assert bound_of(short, what) == 0.0
+        assert not any(item.what == what for item in full.skipped)
+    assert np.array_equal(radiance_of(short), radiance_of(full))
+
+
+def test_radiance_that_is_not_asked_for():
+    mask = plan_of(**{"output.variables": ["cloud_mask"]})
+    assert bound_of(mask, "all radiance") == 0.0
+    for short, full in zip(frames_of(mask), frames_of(plan_of()), strict=True):
+        assert set(short) == {"cloud_mask"}
+        assert np.array_equal(short["cloud_mask"], full["cloud_mask"])
+
+
+def test_tables_for_single_pixels():
+    plan = plan_of(**{"output.variables": ["radiance", "cloud_thickness"], "accuracy": 1e-3})
+    bound = bound_of(plan, "radiance of single pixels")
+    assert bound == 1e-3
+    for time_s, frame in zip(plan.frame_times_s, frames_of(plan), strict=True):
+        pixels = np.random.default_rng(1).choice(frame["cloud_thickness"].size, 16, replace=False)
+        thickness = frame["cloud_thickness"].ravel()[pixels].astype(np.float64)
+        exact = reference_radiance(plan.model, plan.spectral_grid, thickness, plan.sun_up_at(float(time_s)))
+        assert largest_change(frame["radiance"].reshape(len(plan.bands), -1)[:, pixels].T, exact) < bound
+
+
+LARGE = {"image.pixel_size": 1000.0, "frames.count": 1}
+PLACES = [(x, y) for x in (-8e3, -3e3, 0.0, 8e3) for y in (-8e3, 0.0, 5e3, 8e3)]
+
+
+def reached(plan, model, sun):
+    """Clear sky and clouds from the thinnest to the thickest."""
+    layer = plan.layers[0]
+    columns = np.concatenate(([0.0], np.geomspace(layer.thickness_min_m, layer.thickness_max_m, 3)))
+    return reference_radiance(model, plan.spectral_grid, columns, sun, 8)
+
+
+@pytest.mark.parametrize(
+    ("models", "changes"),
+    [
+        (CHEAP, {}),
+        (CHEAP, {"view.zenith": 0.0}),
+        (CHEAP, {"view.zenith": 55.0, **NIGHT}),
+        (CHEAP, {"time": "2024-04-20T16:30:00+10:00", "view.azimuth": 100.0}),
+        pytest.param(PHYSICAL, {}, marks=pytest.mark.long),
+        pytest.param(PHYSICAL, {"time": "2024-04-20T16:00:00+10:00"}, marks=pytest.mark.long),
+        # Toward the glory and beside the rainbow of the droplets.
+        pytest.param(PHYSICAL, {"view.zenith": 26.0, "view.azimuth": 200.0}, marks=pytest.mark.long),
+        pytest.param(PHYSICAL, {"view.zenith": 16.0, "view.azimuth": 90.0}, marks=pytest.mark.long),
+    ],
+)
+def test_one_view_angle_for_all_pixels(models, changes):
+    plan = plan_of(models=models, **LARGE, **changes)
+    bound, sun = bound_of(plan, "view angles of single pixels"), plan.sun_up_at(0.0)
+    zenith, azimuth = math.radians(plan.view.zenith_deg), math.radians(plan.view.azimuth_deg)
+    foot = 800e3 * math.tan(zenith)
+    known, found = reached(plan, plan.model, sun), []
+    for x, y in PLACES:
+        east, north = foot * math.sin(azimuth) - x, foot * math.cos(azimuth) - y
+        seen = View(
+            math.degrees(math.atan(math.hypot(east, north) / 800e3)), math.degrees(math.atan2(east, north))
+        )
+        found.append(largest_change(reached(plan, plan.assembly.model_toward(seen), sun), known))
+    assert 0.2 * bound < max(found) < bound
+
+
+@pytest.mark.parametrize(
+    ("models", "time"),
+    [
+        (CHEAP, "12:30"),
+        (CHEAP, "16:30"),
+        (CHEAP, "17:15"),
+        pytest.param(PHYSICAL, "12:30", marks=pytest.mark.long),
+        pytest.param(PHYSICAL, "16:30", marks=pytest.mark.long),
+    ],
+)
+def test_one_sun_for_all_pixels(models, time):
+    plan = plan_of(models=models, **LARGE, time=f"2024-04-20T{time}:00+10:00")
+    bound = bound_of(plan, "sun angles of single pixels")
+    place, known = plan.scenario.place, reached(plan, plan.model, plan.sun_up_at(0.0))
+    found = []
+    for x, y in PLACES:
+        # Degrees on a sphere of 6371 km.
+        north = place.latitude + y / 111_194.9
+        east = place.longitude + x / (111_194.9 * math.cos(math.radians(place.latitude)))
+        where = sun_position([plan.scenario.time], np.array([north]), np.array([east]))
+        found.append(
+            largest_change(reached(plan, plan.model, Sun(*(float(each[0]) for each in where))), known)
+        )
+    assert 0.2 * bound < max(found) < bound
+
+
+def test_clouds_within_the_footprint():
+    changes = {"accuracy": 1e-2, "image.pixel_size": 200.0, **FIELD}
+    plan = plan_of("cumulus", **changes)
+    bound = bound_of(plan, "clouds within the footprint of a pixel")
+    averaged = plan_of("cumulus", **changes, **{"image.samples_per_pixel": 4})
+    assert not any("footprint" in item.what for item in averaged.skipped)
+    assert 0.0 < largest_change(radiance_of(averaged), radiance_of(plan)) < bound
+
+
+@pytest.mark.parametrize("shadows", [False, True])
+def test_parallax(shadows):
+    changes = {"accuracy": 1e-2, "bands": TWO, "slant.shadows": shadows, **FIELD}
+    plan = plan_of("cumulus", **changes)
+    displaced = plan_of("cumulus", **changes, **{"slant.parallax": True})
+    bound = bound_of(plan, "parallax of clouds")
+    assert 0.0 < largest_change(radiance_of(displaced), radiance_of(plan)) < bound
+    vertical = plan_of("cumulus", **changes, **{"slant.parallax": True, "view.zenith": 0.0})
+    assert bound_of(vertical, "parallax of clouds") == 0.0
+    straight = plan_of("cumulus", **changes, **{"view.zenith": 0.0})
+    assert np.array_equal(radiance_of(vertical), radiance_of(straight))
+
+
+def test_shadows():
+    changes = {"accuracy": 1e-2, **FIELD}
+    plan = plan_of("cumulus", **changes)
+    shaded = plan_of("cumulus", **changes, **{"slant.shadows": True})
+    bound = bound_of(plan, "shadows of clouds on the sea")
+    assert 0.9 * bound < largest_change(radiance_of(shaded), radiance_of(plan)) < bound
+    covered = {**changes, "clouds.coverage": 1.0}
+    plan, shaded = plan_of(**covered), plan_of(**covered, **{"slant.shadows": True})
+    assert bound_of(plan, "shadows of clouds on the sea") == 0.0
+    assert np.array_equal(radiance_of(shaded), radiance_of(plan))
+
+
+def test_waves_under_a_closed_cloud(every_wavenumber):
+    changes = {"bands": ["mwir-3.7"], "accuracy": 1e-2, "frames.count": 1}
+    changes |= {"sea.model": "rough-sea", "image.pixel_size": 2.0, "clouds.coverage": 1.0}
+    plan = plan_of(**changes, **{"sea.waves": "auto"})
+    drawn = plan_of(**changes, **{"sea.waves": "resolved"})
+    assert plan.waves is None
+    assert drawn.waves is not None
+    assert bound_of(plan, "waves as shapes") == 0.0
+    assert np.array_equal(radiance_of(drawn), radiance_of(plan))
+    gaps = changes | {"clouds.coverage": 0.9}
+    assert bound_of(plan_of(**gaps, **{"sea.waves": "averaged"}), "waves as shapes") > 0.0
+
+
+def test_every_rule_is_in_the_documentation():
+    page = (Path(__file__).parents[2] / "docs" / "skipped.md").read_text(encoding="utf-8")
+    told = {
+        item.what
+        for changes in (
+            {},
+            {"clouds": {"layers": []}},
+            {"clouds.coverage": 0.0},
+            {"output.certificate": 0},
+            NIGHT,
+        )
+        for item in plan_of(**changes, **{"output.variables": ["radiance"]}).skipped
+        if item.bound is not None
+    }
+    assert len(told) > 10
+    assert [what for what in sorted(told) if f"| {what} |" not in page] == []
+    own = Path(__file__).read_text(encoding="utf-8")
+    tests = re.findall(r"`(test_\w+)`", page)
+    others = "".join(
+        path.read_text(encoding="utf-8")
+        for path in Path(__file__).parents[1].glob("end_to_end/test_[ow]*.py")
+    )
+    assert [name for name in tests if f"def {name}(" not in own + others] == []
