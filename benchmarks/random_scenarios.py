@@ -398,6 +398,7 @@ def write_rows(path: Path, rows: Sequence[Row], failed: dict[str, str]) -> None:
     """Write one row a line; the file is there whole or as it was."""
     lines = ",\n  ".join(json.dumps(asdict(row)) for row in rows)
     text = f'{{\n "failed": {json.dumps(failed)},\n "rows": [\n  {lines}\n ]\n}}\n'
+    path.parent.mkdir(exist_ok=True)
     draft = path.with_suffix(".json.partial")
     draft.write_text(text)
     draft.replace(path)
