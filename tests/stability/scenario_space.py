@@ -185,15 +185,16 @@ def write_files(folder):
         response = np.concatenate([[0.0], random.random(7), [0.0]])
         rows = [f"{x!r},{y!r}" for x, y in zip(wavelength.tolist(), response.tolist(), strict=True)]
         (folder / f"{name}.csv").write_text("\n".join(["wavelength_um,response", *rows]))
-    levels = [
+    levels = (
         "1013.2,17.3,80",
         "925,11.8,75",
         "850,7.9,48",
         "700,-1,30",
         "500,-16.4,22",
         "300,-42.6,25",
+        "200,-55,10",
         "100,-60,3",
-    ]
+    )
     head = "pressure_hPa,temperature_C,relative_humidity_percent"
     (folder / "ascent.csv").write_text("\n".join([head, *levels]))
     np.save(folder / "image.npy", random.random((96, 90)).cumsum(axis=0).cumsum(axis=1) % 37.0)
@@ -243,9 +244,10 @@ def seas(draw):
         "temperature": draw(numbers(263.15, 318.15)),
         "wind_speed": draw(st.one_of(numbers(0, 60), st.sampled_from([0.0, 60.0]))),
         "wind_from": draw(azimuths),
-        "waves": draw(st.sampled_from(["averaged", "averaged", "auto", "resolved"])),
+        "waves": "averaged",
     }
     if sea["model"] == "rough-sea":
+        sea["waves"] = draw(st.sampled_from(["averaged", "averaged", "auto", "resolved"]))
         sea["parameters"] = {
             "salinity_psu": draw(numbers(0, 45)),
             "slopes": draw(st.sampled_from(["isotropic", "upwind-crosswind"])),
@@ -263,6 +265,9 @@ def seas(draw):
 def wide_layers(draw, particles):
     """A layer of any generator, taper, mode of coverage and particles."""
     layer = draw(layers())
+    if not {"base", "top"} <= set(layer):
+        for key in ("base", "top", "thickness_min"):
+            layer.pop(key, None)
     layer["coverage_mode"] = draw(st.sampled_from(["frame", "field"]))
     layer["edge_taper"] = draw(st.one_of(st.just(0.0), numbers(0, 1)))
     generator = draw(st.sampled_from(["fractal", "fractal", "imagery", "surrogate"]))
@@ -297,16 +302,23 @@ def wide_scenarios(draw, models=PAPER, particles=False):
     raw = draw(scenarios(models))
     raw["bands"] = draw(st.lists(wide_bands(), min_size=1, max_size=2, unique_by=str))
     raw |= {"atmosphere": draw(airs()), "sea": draw(seas())}
-    # The table begins at 1 um.
+    if raw["atmosphere"]["provider"] == "table":  # which begins at 1 um
+        raw["bands"] = draw(st.lists(bands(), min_size=1, max_size=2, unique_by=str))
     raw["clouds"] = draw(st.one_of(wide_layers(particles), wide_layers(particles), pairs()))
     if raw["clouds"].get("generator", "fractal") != "fractal":
+        # What would leave the image is refused.
         raw["image"] = {
             "rows": draw(st.integers(1, 60)),
             "columns": draw(st.integers(1, 60)),
             "pixel_size": 100.0,
         }
-        raw["slant"] = {}
+        raw["motion"] = {"wind_speed": 0.0}
     elif draw(st.booleans()):
         rows, columns = draw(st.sampled_from(SHAPES))
         raw["image"] = {"rows": rows, "columns": columns, "pixel_size": draw(log_numbers(0.1, 1e4))}
+    if raw["clouds"].get("coverage_mode") != "field":
+        raw["slant"] = {}
+    if raw["sea"]["waves"] == "averaged" and "output" in raw:
+        kept = [name for name in raw["output"]["variables"] if not name.startswith("sea_slope")]
+        raw["output"]["variables"] = kept or ["all"]
     return raw

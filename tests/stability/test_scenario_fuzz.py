@@ -213,15 +213,22 @@ class TestAnyOtherScenarioIsRefusedWithAMessage:
         check_refusal(raw)
 
 
-@pytest.mark.parametrize("drawn", [scenarios, wide_scenarios])
-def test_the_drawn_scenarios_are_mostly_valid(drawn, files):
-    """Otherwise the test of cubes would test refusals only."""
+def share_of(drawn, examples, accept):
+    """Share of the drawn scenarios that are not refused."""
     valid = []
 
-    @_settings(60)
-    @given(drawn((*PAPER, *PHYSICAL)))
+    @_settings(examples)
+    @given(drawn)
     def draw(raw):
-        valid.append(refusal_of(lambda: Scenario.from_dict(raw, base=files))[1] is None)
+        valid.append(refusal_of(lambda: accept(raw))[1] is None)
 
     draw()
-    assert np.mean(valid) > 0.7
+    return np.mean(valid)
+
+
+def test_the_drawn_scenarios_are_mostly_valid(files):
+    """Otherwise the tests of cubes would test refusals only."""
+    assert share_of(scenarios((*PAPER, *PHYSICAL)), 60, Scenario.from_dict) > 0.7
+    assert (
+        share_of(wide_scenarios(PAPER), 30, lambda raw: make_plan(Scenario.from_dict(raw, base=files))) > 0.5
+    )
