@@ -143,7 +143,8 @@ def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
         middle = 0.5 * (dense[left] + dense[left + 1])
         ends = total(curve(np.log(dense[left]))), total(curve(np.log(dense[left + 1])))
         exact = total(curve(np.log(middle)))
-        coarse = np.max(np.abs(0.5 * (ends[0] + ends[1]) / exact - 1.0), axis=1) > tolerance
+        # Not divided by what is exact: it may be 0, where terms are left out.
+        coarse = np.any(np.abs(0.5 * (ends[0] + ends[1]) - exact) > tolerance * np.abs(exact), axis=1)
         position = left[coarse] + 1
         dense = np.insert(dense, position, middle[coarse])
         suspect = np.zeros(dense.size - 1, dtype=bool)
