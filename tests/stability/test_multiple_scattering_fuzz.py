@@ -12,8 +12,6 @@ THICKNESS = st.one_of(st.sampled_from([0.0, 1e6]), st.floats(-8, 6).map(lambda p
 ALBEDO = st.one_of(
     st.sampled_from([0.0, 1.0]), st.floats(0, 1), st.floats(-15, -1).map(lambda power: 1.0 - 10.0**power)
 )
-    st.sampled_from([0.0, 1.0]), st.floats(0, 1), st.floats(-15, -1).map(lambda power: 1.0 - 10.0**power)
-)
 ASYMMETRY = st.floats(-0.99, 0.99)
 COSINE = st.one_of(st.sampled_from([float(np.cos(np.radians(85.0))), 1.0]), st.floats(0.05, 1.0))
 
