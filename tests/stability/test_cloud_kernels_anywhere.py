@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -20,8 +21,8 @@ from hcss_twin.clouds.interpolation import cubic_weights, split
 from hcss_twin.clouds.thickness import field_thickness, frame_thickness, map_thickness
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
-MANY = settings(max_examples=200, deadline=None)
-FEW = settings(max_examples=30, deadline=None)
+MANY = examples(200)
+FEW = examples(30)
 WATER = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
 SHARE = st.one_of(st.sampled_from([0.0, 1.0, 1e-12, 1.0 - 1e-12, 0.5]), st.floats(0.0, 1.0))
 FIELDS = st.one_of(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,7 +21,7 @@ def powers(low, high):
     return st.floats(low, high).map(lambda exponent: 10.0**exponent)
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(st.floats(1.02, 3.0), st.one_of(st.just(0.0), powers(-10, 0.5)), powers(-5, 3.3))
 def test_any_sphere_scatters_no_more_than_it_takes_out(n, k, size):
     extinction, scattering, asymmetry = (
@@ -41,7 +42,7 @@ def test_any_sphere_scatters_no_more_than_it_takes_out(n, k, size):
         assert extinction == pytest.approx(rayleigh + 4.0 * size * polarisability.imag, rel=1e-4)
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(
     st.sampled_from(["water", "ice"]),
     powers(-3, 2.69),

@@ -4,7 +4,8 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from examples import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -20,8 +21,8 @@ from hcss_twin.radiance.spectral_grid import dense_grid
 from hcss_twin.radiance.spectral_nodes import choose_nodes
 from hcss_twin.scene.brightness import BrightnessTemperature
 
-MANY = settings(max_examples=200, deadline=None)
-FEW = settings(max_examples=40, deadline=None)
+MANY = examples(200)
+FEW = examples(40)
 KELVIN = st.floats(150.0, 350.0)
 MICRON = st.floats(0.7, 14.3)
 ANGLE = st.floats(0.0, 2.0 * np.pi)

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from examples import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin.catalog import Catalog
@@ -20,7 +21,7 @@ WAVENUMBER = 1e4 / np.array([14.3, 10.0, 6.0, 3.7, 2.75, 1.0, 0.7])
 WIND = st.one_of(st.sampled_from([0.0, 60.0]), st.floats(0.0, 60.0))
 VIEW = st.one_of(st.sampled_from([0.0, 85.0]), st.floats(0.0, 85.0))
 SUN = st.one_of(st.sampled_from([0.0, 89.99]), st.floats(0.0, 89.99))
-SOME = settings(max_examples=60, deadline=None)
+SOME = examples(60)
 
 
 @SOME

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from examples import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin.errors import ProviderError
@@ -12,7 +13,7 @@ from hcss_twin.scene.tables.radiance_tables import DenseTable
 from hcss_twin.scene.tables.thickness_axis import place_axis
 
 PARTICLES = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
-SOME = settings(max_examples=50, deadline=None)
+SOME = examples(50)
 
 
 @st.composite

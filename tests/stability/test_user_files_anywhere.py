@@ -10,7 +10,8 @@ import netCDF4
 import numpy as np
 import pytest
 from cheap import CHEAP
-from hypothesis import given, settings
+from examples import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
@@ -36,7 +37,7 @@ BAD_NUMBERS = (math.nan, math.inf, -math.inf)
 BAD_WORDS = st.sampled_from(["nan", "NaN", "inf", "-inf", "1e999", "", "x", "--", "1;2"])
 SHIPPED = Catalog().root
 TINY = CHEAP | {"image.rows": 20, "image.columns": 20, "frames.count": 1, "bands": ["lwir-10.8"]}
-SOME = settings(max_examples=40, deadline=None)
+SOME = examples(40)
 
 CSV = {
     "response": ("wavelength_um,response", ["3.5,0", "3.6,0.5", "3.7,1", "3.8,0"]),
@@ -226,7 +227,7 @@ def made_or_refused(work):
         return None, error
 
 
-@settings(max_examples=15, deadline=None)
+@examples(15)
 @given(st.integers(0, 2**32), st.floats(0.0, 1.0), st.sampled_from(BAD_NUMBERS), st.booleans())
 def test_images_with_holes_are_refused_or_the_holes_are_clear_as_asked(seed, share, bad, allow):
     """Thickness is finite and not negative everywhere."""
