@@ -6,9 +6,8 @@ import pytest
 from hypothesis import settings
 
 settings.register_profile("fixed", derandomize=True, database=None, deadline=None)
-settings.register_profile(
-    "search", deadline=None
-)  # pytest --hypothesis-profile=search draws others each time
+# pytest --hypothesis-profile=search draws others each time, and more of them.
+settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile("fixed")
 
 
