@@ -1,8 +1,14 @@
-"""What every test shares: computed cloud optics are kept apart from the user's."""
+"""What every test shares: computed cloud optics are kept apart from the user's; drawn examples are always the same."""
 
 import os
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("fixed", derandomize=True, database=None, deadline=None)
+# pytest --hypothesis-profile=search draws others each time, and more of them.
+settings.register_profile("search", deadline=None, max_examples=2000)
+settings.load_profile("fixed")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -104,6 +104,11 @@ def _check(path: Path, values: dict[str, Array]) -> None:
         raise CatalogError(f"{path}: transmittance must lie in 0..1")
     if np.any(values["path_radiance"] < 0):
         raise CatalogError(f"{path}: path_radiance must not be negative")
+    for name in ("wavenumber_cm1", "level_pressure_Pa", "level_temperature_K"):
+        if np.any(values[name] <= 0.0):
+            raise CatalogError(f"{path}: {name} must be above 0")
+    if np.any(np.diff(values["level_pressure_Pa"]) >= 0.0):
+        raise CatalogError(f"{path}: level_pressure_Pa must descend strictly")
     if values["target_altitude_m"][0] < 0.0 or values["zenith_deg"][0] < 0.0:
         raise CatalogError(f"{path}: target_altitude_m and zenith_deg must not be negative")
     if values["zenith_deg"][-1] >= 90.0:

@@ -18,7 +18,7 @@ _LARGEST_COORDINATE = 2.0**62
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cubic_weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the four weights (N, 4) of the nodes at -1, 0, 1, 2 for ``fraction`` (N,) in [0, 1).
+    """Return the four weights (N, 4) of the nodes at -1, 0, 1, 2 for ``fraction`` (N,) in [0, 1].
 
     Keys' kernel with a = -1/2, divided by sqrt(sum w^2): the sum of squares is 1, not the sum.
     """
@@ -38,7 +38,10 @@ def cubic_weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @njit(cache=True, nogil=True)
 def split(coordinate: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Split lattice coordinates (N,) into the cell (N,) and the fraction (N,) in [0, 1).
+    """Split lattice coordinates (N,) into the cell (N,) and the fraction (N,) in [0, 1].
+
+    It is 1 only for negative coordinates so close to 0 that -1 + 1 is the nearest sum; weights for it are those of the
+    next cell for 0.
 
     Raises
     ------

@@ -95,5 +95,10 @@ def _check(path: Path, limits: Array, diameter: Array, ratios: Array) -> None:
         raise CatalogError(f"{path}: ratios of shape {ratios.shape} do not fit bands and diameters")
     if not (np.all(np.diff(diameter) > 0.0) and np.all(np.diff(limits[:, 0]) > 0.0)):
         raise CatalogError(f"{path}: effective_diameter and band_limits must increase")
+    ascending = np.all((limits[:, 0] > 0.0) & (limits[:, 1] > limits[:, 0]))
+    if not (ascending and np.all(np.isfinite(limits)) and diameter[0] > 0.0 and np.isfinite(diameter[-1])):
+        raise CatalogError(
+            f"{path}: effective_diameter and band_limits must be finite, above 0, and limits ascend"
+        )
     if not (np.all(np.isfinite(ratios)) and np.all(ratios > 0.0)):
         raise CatalogError(f"{path}: ratios must be above 0")

@@ -88,8 +88,10 @@ def pchip_in_window(nodes: Array, values: Array, x: Array) -> Array:
 def _interior(step0: Array, step1: Array, secant0: Array, secant1: Array) -> Array:
     """Weighted harmonic mean of the secants; 0 at an extremum."""
     weight0, weight1 = 2 * step1 + step0, step1 + 2 * step0
-    # Far below any meaning a secant would overflow when inverted.
-    same_sign = (secant0 * secant1 > 0) & (np.minimum(np.abs(secant0), np.abs(secant1)) > 1e-300)
+    # Far below any meaning a secant would overflow when inverted; so would the product of large ones.
+    same_sign = (np.sign(secant0) * np.sign(secant1) > 0) & (
+        np.minimum(np.abs(secant0), np.abs(secant1)) > 1e-300
+    )
     safe0, safe1 = np.where(same_sign, secant0, 1.0), np.where(same_sign, secant1, 1.0)
     mean = (weight0 + weight1) / (weight0 / safe0 + weight1 / safe1)
     result: Array = np.where(same_sign, mean, 0.0)

@@ -45,8 +45,10 @@ class SpectralBand:
 
     @property
     def central_um(self) -> float:
-        """Centroid of the response over wavelength."""
-        step = np.diff(self.wavelength_um)
-        response, moment = self.response, self.response * self.wavelength_um
-        area = np.sum(step * (response[1:] + response[:-1]))
-        return float(np.sum(step * (moment[1:] + moment[:-1])) / area)
+        """Centroid over wavelength of the response, which is linear between its nodes."""
+        step, left, right = np.diff(self.wavelength_um), self.response[:-1], self.response[1:]
+        # From the shortest wavelength: relative to it the moments of narrow bands keep their digits.
+        start = self.wavelength_um[:-1] - self.wavelength_um[0]
+        area = step * (left + right) / 2.0
+        moment = start * area + step**2 * (left + 2.0 * right) / 6.0
+        return self.lower_um + float(np.sum(moment) / np.sum(area))

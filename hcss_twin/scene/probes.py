@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.errors import CatalogError, Problem, ProviderError, ScenarioError
 from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.sun_track import SunTrack
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def probe_particles(assembly: Assembly) -> None:
-    """Find out now that the optics provider cannot have a layer's particles; one wavenumber of each."""
+    """Find out now that the optics provider cannot have a layer's particles, or its files; one wavenumber of each."""
     wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
     problems = []
     for layer, cloudy, field in zip(
@@ -24,8 +24,10 @@ def probe_particles(assembly: Assembly) -> None:
                 assembly.optics.single_scattering(layer.microphysics, wavenumber)
             except ProviderError as error:
                 problems.append(Problem(field, str(error)))
+            except CatalogError as error:
+                problems.append(Problem("optics.provider", str(error)))
     if problems:
-        raise ScenarioError(problems)
+        raise ScenarioError(list(dict.fromkeys(problems)))
 
 
 def probe_lowest_sun(assembly: Assembly, track: SunTrack, times: Array, zenith_deg: Array) -> None:

@@ -102,3 +102,28 @@ def test_a_boundary_has_a_dimension_of_a_plane_set_or_the_mask_is_refused(mask):
         assert -0.2 - found.standard_error < found.dimension < 2.2 + found.standard_error
     except ImageError:
         assert min(mask.shape) < 32 or mask.all() or not mask.any()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.tuples(st.integers(32, 70), st.integers(32, 70)),
+    st.one_of(st.sampled_from([0.0, -0.0, 1e300, -1e300, 5e-324]), st.floats(-1e30, 1e30)),
+    st.sampled_from([np.float32, np.float64]),
+)
+def test_a_constant_image_has_no_dimension_and_no_structure(shape, value, dtype):
+    """It is refused, or its one grey level is what is found; no warning, no number that is none."""
+    image = np.full(shape, np.clip(value, -1e30, 1e30) if dtype == np.float32 else value, dtype)
+    for estimator in (variogram_dimension, box_counting_dimension, spectral_dimension):
+        with pytest.raises(ImageError):
+            estimator(image)
+    found = judged(lambda: morphology(image, np.ones(shape, bool)))
+    if found is not None:
+        assert found.entropy == 0.0
+        assert found.coverage == 1.0
+    grey = np.full(shape, int(abs(value)) % 256, np.uint8)
+    metrics = histogram_metrics(grey)
+    assert metrics.entropy == 0.0
+    assert metrics.density == 1.0
+    for mask in (np.zeros(shape, bool), np.ones(shape, bool)):
+        with pytest.raises(ImageError):
+            boundary_dimension(mask)

@@ -8,10 +8,12 @@ from hcss_twin.multiple_scattering.layer import solve_layers
 from hcss_twin.multiple_scattering.sun import solve_sun
 from hcss_twin.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
-THICKNESS = st.one_of(st.just(0.0), st.floats(-8, 6).map(lambda power: 10.0**power))
-ALBEDO = st.one_of(st.just(1.0), st.floats(0, 1), st.floats(-15, -1).map(lambda power: 1.0 - 10.0**power))
+THICKNESS = st.one_of(st.sampled_from([0.0, 1e6]), st.floats(-8, 6).map(lambda power: 10.0**power))
+ALBEDO = st.one_of(
+    st.sampled_from([0.0, 1.0]), st.floats(0, 1), st.floats(-15, -1).map(lambda power: 1.0 - 10.0**power)
+)
 ASYMMETRY = st.floats(-0.99, 0.99)
-COSINE = st.floats(0.05, 1.0)
+COSINE = st.one_of(st.sampled_from([float(np.cos(np.radians(85.0))), 1.0]), st.floats(0.05, 1.0))
 
 
 @settings(deadline=None, max_examples=150)
@@ -47,3 +49,29 @@ def test_sunlight_is_finite_and_goes_both_ways(tau, albedo, g, view, sun, azimut
         for one, other in zip(there, back, strict=True):
             assert np.all(np.isfinite(one))
             np.testing.assert_allclose(one, other, rtol=1e-7, atol=1e-9)
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.lists(st.tuples(THICKNESS, ALBEDO, ASYMMETRY), min_size=2, max_size=4),
+    COSINE,
+    COSINE,
+    st.floats(0, np.pi),
+)
+def test_layers_together_are_what_each_is_alone(layers, view, sun, azimuth) -> None:
+    """Black, white, empty and opaque layers beside each other do not disturb one another."""
+    tau, albedo, g = np.array(layers).T
+    moments = np.stack([np.ones_like(g), g])
+    together = solve_layers(tau[None, :], albedo, moments, [view], 4)
+    lit = solve_sun(tau[None, :], albedo, moments, [view], sun, [azimuth], 4, 8)
+    for place in range(tau.size):
+        part = slice(place, place + 1)
+        alone = solve_layers(tau[None, part], albedo[part], moments[:, part], [view], 4)
+        for name in ("reflection", "transmission", "direct", "emissivity"):
+            one, all_ = getattr(alone, name)[0, 0], getattr(together, name)[0, place]
+            np.testing.assert_allclose(all_, one, rtol=1e-9, atol=1e-11)
+        single = solve_sun(tau[None, part], albedo[part], moments[:, part], [view], sun, [azimuth], 4, 8)
+        for one, all_ in zip(single, lit, strict=True):
+            np.testing.assert_allclose(all_[0, place], one[0, 0], rtol=1e-7, atol=1e-10)
+            # Rounding of a sum over azimuth may leave less than nothing.
+            assert np.all(np.isfinite(one))

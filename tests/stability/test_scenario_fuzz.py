@@ -1,28 +1,16 @@
 """Any scenario gives a sound cube or a clear error; nothing else."""
 
 import copy
-from datetime import datetime, timedelta, timezone
+import json
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scenario_space import PAPER, PHYSICAL, scenarios, wide_scenarios, write_files
 
 from hcss_twin import HcssError, Scenario, make_plan, simulate
 from hcss_twin.cube.variables import VARIABLES, term_variable
-
-CLOUD_TYPES = ("cirrus", "cumulus", "simulated", "stratocumulus", "stratus")
-CATALOG_BANDS = (
-    "mwir-3.7",
-    "mwir-4.2-4.4",
-    "mwir-3.4-4.1",
-    "lwir-8.5",
-    "lwir-9.7",
-    "lwir-10.8",
-    "swir-2.7-3.0",
-)
-# The mask of shadows is an error without them; the groups bring it.
-VARIABLE_NAMES = (*(spec.name for spec in VARIABLES if spec.name != "shadow_mask"), "terms", "truth", "all")
 
 
 def _settings(examples):
@@ -34,157 +22,6 @@ def _settings(examples):
         suppress_health_check=list(HealthCheck),
         print_blob=False,
     )
-
-
-def numbers(low, high, **options):
-    return st.floats(low, high, allow_nan=False, **options)
-
-
-def log_numbers(low, high):
-    exponents = numbers(np.log10(low), np.log10(high))
-    return st.one_of(exponents.map(lambda x: float(np.clip(10**x, low, high))), st.sampled_from([low, high]))
-
-
-azimuths = numbers(0, 360, exclude_max=True)
-
-
-@st.composite
-def bands(draw):
-    low = draw(numbers(2.5, 15.9))
-    width = draw(st.sampled_from([0.001, 0.002, 0.02, 0.3]))
-    return draw(st.one_of(st.sampled_from(CATALOG_BANDS), st.just([low, low + width])))
-
-
-@st.composite
-def layers(draw):
-    base, depth = draw(numbers(0, 12_000)), draw(log_numbers(0.01, 7_000))
-    low, high = sorted((draw(st.integers(0, 6)), draw(st.integers(0, 6))))
-    shape = {
-        "gamma": draw(numbers(1.01, 8)),
-        "H": draw(numbers(0.01, 0.99)),
-        "L": [draw(log_numbers(1e-3, 1e3)), draw(log_numbers(1e-3, 1e3))],
-        "k": [low, high],
-    }
-    optional = {
-        "base": base,
-        "top": base + depth,
-        "thickness_min": depth * draw(numbers(1e-3, 1)),
-        "anchor": draw(st.sampled_from(["base", "top"])),
-        "temperature": draw(numbers(150, 350)),
-        "parameters": draw(
-            st.sampled_from([shape, {"gamma": shape["gamma"]}, {"H": shape["H"]}, {"k": shape["k"]}])
-        ),
-    }
-    kept = draw(st.sets(st.sampled_from(list(optional))))
-    return {
-        "type": draw(st.sampled_from(CLOUD_TYPES)),
-        "coverage": draw(st.one_of(numbers(0, 1), st.sampled_from([0.0, 1.0, 1e-9]))),
-        **{key: optional[key] for key in kept},
-    }
-
-
-@st.composite
-def pairs(draw):
-    """Two layers, one above the other, in either order; they may touch."""
-    low, high = draw(layers()), draw(layers())
-    base, depth = draw(numbers(0, 6_000)), draw(log_numbers(0.01, 3_000))
-    gap, height = draw(st.one_of(st.just(0.0), numbers(0, 3_000))), draw(log_numbers(0.01, 7_000))
-    above = base + depth + gap
-    for layer, bottom, top in ((low, base, base + depth), (high, above, above + height)):
-        layer |= {"base": bottom, "top": top, "thickness_min": (top - bottom) * draw(numbers(1e-3, 1))}
-    return {"layers": draw(st.permutations([low, high]))}
-
-
-@st.composite
-def radiances(draw, models):
-    """A radiance model and some of its parameters."""
-    model = draw(st.sampled_from(models))
-    if model == "as-printed":
-        parameters = {
-            "glint_scale": draw(numbers(0, 10)),
-            "cloud_sun_scale": draw(numbers(0, 10)),
-            **{f"literal_eq{n}": draw(st.booleans()) for n in (14, 18, 19, 20)},
-        }
-    else:
-        # Few streams: what is held against limits here is not their accuracy.
-        sun_streams = draw(st.integers(2, 6))
-        parameters = {
-            "streams": draw(st.integers(2, 6)),
-            "closure_order": draw(st.integers(0, 1)),
-            "sun_streams": sun_streams,
-            "azimuth_modes": draw(st.integers(1, 2 * sun_streams)),
-            "cloud_temperature": draw(st.sampled_from(["profile", "isothermal-top"])),
-        }
-    return {"model": model, "parameters": parameters}
-
-
-@st.composite
-def sections(draw, models):
-    """Every section of a valid scenario, over the whole allowed space, but of few pixels."""
-    zone = timezone(timedelta(minutes=draw(st.integers(-14 * 60, 14 * 60))))
-    # Now and then any year, and a series as long as the keys allow.
-    extreme = draw(st.integers(0, 19)) == 7
-    years = (1, 9999) if extreme else (1900, 2100)
-    time = draw(st.datetimes(datetime(years[0], 1, 1), datetime(years[1], 12, 31))).replace(tzinfo=zone)
-    return {
-        "seed": draw(st.one_of(st.integers(0, 100), st.integers(0, 2**63 - 1))),
-        "accuracy": draw(log_numbers(1e-4, 0.1)),
-        "time": time,
-        "place": {
-            "latitude": draw(st.one_of(numbers(-90, 90), st.sampled_from([-90.0, 90.0]))),
-            "longitude": draw(st.one_of(numbers(-180, 360), st.sampled_from([-180.0, 360.0]))),
-        },
-        "view": {
-            "zenith": draw(st.one_of(numbers(0, 85), st.sampled_from([0.0, 85.0]))),
-            "azimuth": draw(azimuths),
-        },
-        "image": {
-            "rows": draw(st.integers(1, 8)),
-            "columns": draw(st.integers(1, 8)),
-            "pixel_size": draw(log_numbers(0.01, 1e5)),
-            "samples_per_pixel": draw(st.sampled_from([1, 1, 2, 3, 64])),
-        },
-        "frames": {
-            "count": draw(st.integers(1, 2)),
-            "interval": draw(log_numbers(1e-3, 1e6 if extreme else 100)),
-            "first": draw(st.one_of(st.integers(0, 10), st.integers(0, 10_000_000))),
-        },
-        "motion": {
-            "platform_speed": draw(st.one_of(numbers(-1e5, 1e5), st.just(7500.0))),
-            "wind_speed": draw(numbers(0, 150)),
-            "wind_from": draw(azimuths),
-            "evolution_time": draw(st.one_of(st.just("frozen"), log_numbers(1e-3, 1e12))),
-        },
-        "bands": draw(st.lists(bands(), min_size=1, max_size=2, unique_by=str)),
-        "clouds": draw(st.one_of(layers(), layers(), pairs(), st.just({}))),
-        "slant": {"shadows": draw(st.booleans()), "parallax": draw(st.booleans())},
-        "sea": {
-            "model": draw(st.sampled_from(["cox-munk", "rough-sea"])),
-            "temperature": draw(numbers(260, 330)),
-            "wind_speed": draw(st.one_of(numbers(0, 60), st.sampled_from([0.0, 60.0]))),
-            "wind_from": draw(azimuths),
-        },
-        "optics": {"provider": draw(st.sampled_from(["mie", "bulk"]))},
-        "radiance": draw(radiances(models)),
-        "output": {
-            "variables": draw(st.lists(st.sampled_from(VARIABLE_NAMES), min_size=1, max_size=4)),
-            "compression": draw(st.sampled_from([0, 0, 0, 1, 9])),
-        },
-    }
-
-
-PAPER = ("as-printed",)
-"""The model that takes least."""
-PHYSICAL = ("physical", "physical-two-stream")
-
-
-@st.composite
-def scenarios(draw, models=PAPER):
-    """A valid scenario that leaves out any of the sections that may be left out."""
-    whole = draw(sections(models))
-    needed = ("time", "place", "image", "frames", "bands", "radiance")
-    left_out = draw(st.sets(st.sampled_from([key for key in whole if key not in needed]), max_size=3))
-    return {key: value for key, value in whole.items() if key not in left_out}
 
 
 def _paths(value, path=()):
@@ -254,13 +91,14 @@ def refusal_of(work):
         return None, error
 
 
-def check_cube(raw):
-    """Simulate, and hold every variable against its limits in the table of variables."""
-    made, error = refusal_of(lambda: _plan_and_cube(raw))
+def check_cube(raw, base=None):
+    """Simulate, and hold every variable against its limits in the table of variables; whether there is a cube."""
+    made, error = refusal_of(lambda: _plan_and_cube(raw, base))
     if made is None:
         assert str(error).strip()
-        return
+        return False
     plan, cube = made
+    check_nothing_is_changed(raw, base, plan, cube)
     assert {spec.name for spec in plan.variables} <= set(cube)
     tables = {spec.name: spec for spec in VARIABLES}
     for spec in plan.variables:
@@ -275,11 +113,31 @@ def check_cube(raw):
             assert np.all(present <= limits.highest), spec.name
     if {"cloud_mask", "cloud_top_altitude"} <= set(cube):
         assert np.array_equal(np.isnan(cube["cloud_top_altitude"].values), cube["cloud_mask"].values == 0)
+    return True
 
 
-def _plan_and_cube(raw):
-    scenario = Scenario.from_dict(raw)
+def _plan_and_cube(raw, base):
+    scenario = Scenario.from_dict(raw, base=base)
     return make_plan(scenario), simulate(scenario)
+
+
+def check_nothing_is_changed(raw, base, plan, cube):
+    """What was asked for is what was planned and what the cube says: no value was moved into a range in silence."""
+    assert Scenario.from_dict(json.loads(cube.attrs["hcss_scenario"]), base=base) == plan.scenario
+    kept = json.loads(plan.scenario.to_json())
+    for section in ("view", "image", "frames", "motion", "slant", "place", "sea", "atmosphere"):
+        for key, value in raw.get(section, {}).items():
+            assert kept[section][key] == value, (section, key)
+    asked = raw.get("clouds", {})
+    for given_, layer in zip(
+        asked.get("layers", [asked] if asked else []), kept["clouds"]["layers"], strict=True
+    ):
+        for key, value in given_.items():
+            assert layer[key] == value or key in ("generator", "parameters"), key
+    for band, resolved in zip(raw["bands"], plan.bands, strict=True):
+        if isinstance(band, list):
+            assert [resolved.lower_um, resolved.upper_um] == band
+    assert cube.sizes["y"], cube.sizes["x"] == (raw["image"]["rows"], raw["image"]["columns"])
 
 
 def check_refusal(raw):
@@ -316,6 +174,32 @@ class TestAnyAllowedScenarioGivesASoundCubeOrAClearError:
         check_cube(raw)
 
 
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    return write_files(tmp_path_factory.mktemp("files"))
+
+
+class TestAnyAllowedSurroundingsAndShapesOfImagesDoToo:
+    """Atmospheres, particles, seas, generators, responses, 0.7 to 14.3 um, images of 1 to 4096 pixels width."""
+
+    @_settings(10)
+    @given(raw=wide_scenarios(PAPER))
+    def test_few(self, raw, files):
+        check_cube(raw, files)
+
+    @pytest.mark.long
+    @_settings(300)
+    @given(raw=wide_scenarios(PAPER, particles=True))
+    def test_many(self, raw, files):
+        check_cube(raw, files)
+
+    @pytest.mark.long
+    @_settings(60)
+    @given(raw=wide_scenarios(PHYSICAL, particles=True))
+    def test_many_of_the_default_models(self, raw, files):
+        check_cube(raw, files)
+
+
 class TestAnyOtherScenarioIsRefusedWithAMessage:
     @_settings(60)
     @given(mutated())
@@ -329,14 +213,22 @@ class TestAnyOtherScenarioIsRefusedWithAMessage:
         check_refusal(raw)
 
 
-def test_the_drawn_scenarios_are_mostly_valid():
-    """Otherwise the test of cubes would test refusals only."""
+def share_of(drawn, examples, accept):
+    """Share of the drawn scenarios that are not refused."""
     valid = []
 
-    @_settings(60)
-    @given(scenarios((*PAPER, *PHYSICAL)))
+    @_settings(examples)
+    @given(drawn)
     def draw(raw):
-        valid.append(refusal_of(lambda: Scenario.from_dict(raw))[1] is None)
+        valid.append(refusal_of(lambda: accept(raw))[1] is None)
 
     draw()
-    assert np.mean(valid) > 0.7
+    return np.mean(valid)
+
+
+def test_the_drawn_scenarios_are_mostly_valid(files):
+    """Otherwise the tests of cubes would test refusals only."""
+    assert share_of(scenarios((*PAPER, *PHYSICAL)), 60, Scenario.from_dict) > 0.7
+    assert (
+        share_of(wide_scenarios(PAPER), 30, lambda raw: make_plan(Scenario.from_dict(raw, base=files))) > 0.5
+    )

@@ -44,6 +44,20 @@ def test_planck_integral_agrees_with_adaptive_quadrature():
     assert planck(grid.wavenumber_cm1, 290.0) @ grid.weights_cm1[0] == pytest.approx(exact, rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("wavelength", "response", "centroid"),
+    [
+        ([3.0, 6.0], [0.0, 0.5], 5.0),  # a triangle's is two thirds of the way
+        ([3.0, 6.0], [1.0, 0.0], 4.0),
+        ([3.0, 5.0, 6.0], [0.0, 1.0, 0.0], 14.0 / 3.0),
+        ([10.0, 10.001], [1.0, 1.0], 10.0005),
+    ],
+)
+def test_the_centre_of_a_band_is_the_centroid_of_its_response(wavelength, response, centroid):
+    band = SpectralBand("x", np.array(wavelength), np.array(response))
+    assert band.central_um == pytest.approx(centroid, rel=1e-14)
+
+
 def test_measured_response_weights_the_band(tmp_path):
     (tmp_path / "triangle.csv").write_text("wavelength_um,response\n10,0\n11,1\n12,0\n")
     band = spectral_band(ResponseBand(name="t", response="triangle.csv"), Catalog(base=tmp_path))

@@ -81,30 +81,41 @@ def read_coefficients(path: Path) -> BandModelCoefficients:
     Raises
     ------
     CatalogError
-        If the file is not of the format or a variable is missing.
+        If the file is not of the format, a variable is missing, or a number is missing or not finite.
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as dataset:
         try:
-            return _from_dataset(dataset)
+            return _from_dataset(path, dataset)
         except (KeyError, AttributeError, IndexError) as error:
             raise CatalogError(f"{path}: variable or attribute missing: {error}") from error
 
 
-def _from_dataset(dataset: Any) -> BandModelCoefficients:
-    def values(name: str) -> Array:
+def _from_dataset(path: Path, dataset: Any) -> BandModelCoefficients:
+    def sparse(name: str, needed: NDArray[np.bool_]) -> Array:
+        """Variable with missing values, which are NaN, where it is not needed."""
         filled: Array = np.ma.filled(dataset.variables[name][:].astype(np.float64), np.nan)
+        if not np.all(np.isfinite(filled[needed])):
+            raise CatalogError(f"{path}: {name} has missing or infinite values")
         return filled
 
+    def values(name: str) -> Array:
+        return sparse(name, np.ones(dataset.variables[name].shape, dtype=np.bool_))
+
+    wavenumber = values("wavenumber_cm1")
+    if not (wavenumber[0] > 0.0 and np.all(np.diff(wavenumber) > 0.0)):
+        raise CatalogError(f"{path}: wavenumber_cm1 must be above 0 and ascend")
     gases = tuple(dataset.channel_gas.split())
+    channel = np.ma.filled(dataset.variables["band_channel"][:], 0)
     # Channels no wavenumber of the file uses have no exponent; their rows of the matrix are zero.
-    exponent = np.nan_to_num(values("channel_exponent"), nan=1.0)
-    bands = _band_absorption(values("band_strength"), dataset.variables["band_channel"][:], exponent)
+    used = np.isin(np.arange(1, len(gases) + 1), channel)
+    exponent = np.where(used, sparse("channel_exponent", used), 1.0)
+    bands = _band_absorption(sparse("band_strength", channel > 0), channel, exponent)
     continua = np.stack([values(f"continuum_{name}") for name in CONTINUA])
     model = dataset.models.split().index(DEFAULT_MODEL)
     defaults = {gas: values(f"{gas}_ppmv")[model] * 1e-6 for gas in MAIN_GASES}
     defaults |= {gas: values(f"{gas}_ppmv") * 1e-6 for gas in TRACE_GASES}
     return BandModelCoefficients(
-        wavenumber_cm1=values("wavenumber_cm1"),
+        wavenumber_cm1=wavenumber,
         channel_gas=gases,
         pressure_exponent=values("channel_pressure_exponent"),
         temperature_exponent=values("channel_temperature_exponent"),

@@ -104,7 +104,7 @@ class LookUp:
 
 
 def _refuse_outside(thickness_m: Thickness, nodes: Array) -> None:
-    cloudy = thickness_m[thickness_m > 0].astype(np.float64)
+    cloudy = thickness_m[~(thickness_m <= 0)].astype(np.float64)  # with NaN
     if cloudy.size == 0:
         return
     least, most = float(cloudy.min()), float(cloudy.max())
@@ -113,7 +113,7 @@ def _refuse_outside(thickness_m: Thickness, nodes: Array) -> None:
             f"cloud thickness {least:g} to {most:g} m; the layer's coverage is 0 and allows none"
         )
     low, high = float(nodes[0]), float(nodes[-1])
-    if least < low * (1 - ROUNDING) or most > high * (1 + ROUNDING):
+    if not (low * (1 - ROUNDING) <= least and most <= high * (1 + ROUNDING)):
         raise ProviderError(
             f"cloud thickness {least:g} to {most:g} m; the layer allows {low:g} to {high:g} m"
         )
@@ -148,10 +148,11 @@ def _guide(nodes: Array) -> tuple[NDArray[np.int32], int, int]:
 
 @njit(cache=True, nogil=True)
 def _outside(thickness, nodes):  # type: ignore[no-untyped-def]
-    """Whether a thickness is beyond what rounding explains."""
+    """Whether a thickness is beyond what rounding explains, or none."""
     if nodes.size == 0:
         return True
-    return thickness < nodes[0] * (1 - ROUNDING) or thickness > nodes[nodes.size - 1] * (1 + ROUNDING)
+    # Not "below or above": NaN is neither, and must not be looked up.
+    return not (nodes[0] * (1 - ROUNDING) <= thickness <= nodes[nodes.size - 1] * (1 + ROUNDING))
 
 
 @njit(cache=True, nogil=True)

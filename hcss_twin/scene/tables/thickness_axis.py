@@ -1,6 +1,6 @@
 """The thickness axis of the radiance tables: where spectra are computed, and how frames look between.
 
-Radiance against thickness is smooth except where the cloud top crosses a level of the profile. Between
+Radiance against thickness is smooth except where the moving face of the cloud crosses a level of the profile. Between
 two such breakpoints a cubic spline in ln(thickness) through few exact columns meets the tolerance; it is
 then sampled densely, so that the look-up of each pixel is linear.
 
@@ -142,7 +142,8 @@ def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
         middle = 0.5 * (dense[left] + dense[left + 1])
         ends = total(curve(np.log(dense[left]))), total(curve(np.log(dense[left + 1])))
         exact = total(curve(np.log(middle)))
-        coarse = np.max(np.abs(0.5 * (ends[0] + ends[1]) / exact - 1.0), axis=1) > tolerance
+        # Not divided by what is exact: it may be 0, where terms are left out.
+        coarse = np.any(np.abs(0.5 * (ends[0] + ends[1]) - exact) > tolerance * np.abs(exact), axis=1)
         position = left[coarse] + 1
         dense = np.insert(dense, position, middle[coarse])
         suspect = np.zeros(dense.size - 1, dtype=bool)
@@ -153,14 +154,12 @@ def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
 
 
 def breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
-    """Ends of the thickness range and the thicknesses at which the cloud top crosses a level."""
+    """Ends of the thickness range and the thicknesses at which the cloud's moving face crosses a level."""
     low, high = layer.thickness_min_m, layer.thickness_max_m
     # Clouds may all be equally thick, or as good as; an axis needs some width.
     low = min(low, high * (1 - 1e-6))
-    inner: list[float] = []
-    if layer.anchor == "base":
-        crossing = level_m - layer.base_m
-        inner = crossing[(crossing > low * 1.001) & (crossing < high * 0.999)].tolist()
+    crossing = level_m - layer.base_m if layer.anchor == "base" else layer.top_m - level_m[::-1]
+    inner: list[float] = crossing[(crossing > low * 1.001) & (crossing < high * 0.999)].tolist()
     return [low, *inner, high]
 
 
