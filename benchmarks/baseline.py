@@ -5,9 +5,9 @@
     python benchmarks/baseline.py --update        # and write benchmarks/baseline.json
     python benchmarks/baseline.py --parts a c     # some of them
 
-The scene is ``stratus``: 8 frames of 800 x 800 pixels, three bands, accuracy 1e-3, radiance model ``physical``. Each ratio
-is a median over rounds in which what is above and what is below take turns. Tables, optics and cubes lie in a folder of
-their own, which is removed.
+The scene is ``stratus``: 8 frames of 800 x 800 pixels, three bands, accuracy 1e-3, radiance model ``physical``. What is
+above and what is below a ratio take turns, and the shortest time of each counts: others may use the machine. Tables and
+cubes lie in a folder of their own, which is removed.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def main() -> int:
         others = {name: ratio for name, ratio in before.items() if name[0] not in given.parts}
         both = others | found
         about = {
-            "about": "ratios of benchmarks/baseline.py, medians over rounds; aims in seconds over the import measured",
+            "about": "ratios of benchmarks/baseline.py; aims in seconds are over the import of the same run",
             "machine": f"{platform.machine()}, {os.cpu_count()} CPUs, Python {platform.python_version()}",
         }
         write_ratios(COMMITTED, {name: both[name] for name in sorted(both)}, about)

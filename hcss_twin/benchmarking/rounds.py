@@ -51,3 +51,11 @@ class Rounds:
         """
         pairs = zip(self._seconds[above], self._seconds[below], strict=False)
         return statistics.median(one / other for one, other in pairs)
+
+    def shortest(self, name: str) -> float:
+        """Shortest time of all rounds."""
+        return min(self._seconds[name])
+
+    def shortest_ratio(self, above: str, below: str) -> float:
+        """Shortest time of one over that of another: what is left where others take much of the machine."""
+        return self.shortest(above) / self.shortest(below)

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hcss_twin.benchmarking.bench import BenchResult
 from hcss_twin.benchmarking.stages import KEPT_RUN, NEW_RUN
 from hcss_twin.drafts import draft_of
 from hcss_twin.errors import HcssError
 
-SUFFIXES = (".png", ".svg", ".pdf")
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8a5fb5", "#c77d0a", "#444444")
 _MARKERS = "osD^vP"
@@ -59,24 +61,10 @@ def draw_bench(found: BenchResult, path: Path) -> None:
     checked = [each for each in found.accuracies if each.achieved]
     notes = [power(each.accuracy) for each in checked]
     error = [each.achieved or 0.0 for each in checked]
+    kept, new = ([each.over_raw[run] for each in checked] for run in (KEPT_RUN, NEW_RUN))
     curves = [
-        Curve(
-            "whole run, kept tables; accuracy asked for beside points",
-            [e.over_raw[KEPT_RUN] for e in checked],
-            error,
-            0,
-            "-",
-            notes,
-            True,
-        ),
-        Curve(
-            "whole run, new tables; the same beside points",
-            [e.over_raw[NEW_RUN] for e in checked],
-            error,
-            1,
-            "-",
-            notes,
-        ),
+        Curve(f"{KEPT_RUN}; accuracy asked for beside points", kept, error, 0, "-", notes, True),
+        Curve(f"{NEW_RUN}; the same beside points", new, error, 1, "-", notes),
     ]
     fewer = [each for each in found.brute_force if each.error > 0]
     curves.append(
@@ -121,6 +109,16 @@ def draw_pareto(curves: Sequence[Curve], references: Sequence[Reference], path: 
 
     figure = Figure(figsize=(9.0, 6.6), layout="constrained")
     axes = figure.add_subplot()
+    fill_axes(axes, curves, references)
+    axes.set_title("\n".join(textwrap.wrap(title, 100)), fontsize=9)
+    # Below the axes, where no point can lie.
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    with draft_of(path, HcssError) as draft:
+        figure.savefig(draft, dpi=150, format=path.suffix.removeprefix("."))
+
+
+def fill_axes(axes: Axes, curves: Sequence[Curve], references: Sequence[Reference]) -> None:
+    """Draw run time against error into given axes."""
     for curve in curves:
         colour, marker = _COLOURS[curve.family % len(_COLOURS)], _MARKERS[curve.family % len(_MARKERS)]
         axes.plot(
@@ -152,11 +150,6 @@ def draw_pareto(curves: Sequence[Curve], references: Sequence[Reference], path: 
     axes.set_xlabel("time of the whole run over the time of writing the same bytes raw")
     axes.set_ylabel("largest error found, relative to the radiance of the band")
     axes.grid(True, which="major", alpha=0.3)
-    axes.set_title("\n".join(textwrap.wrap(title, 100)), fontsize=9)
-    # Below the axes, where no point can lie.
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
-    with draft_of(path, HcssError) as draft:
-        figure.savefig(draft, dpi=150, format=path.suffix.removeprefix("."))
 
 
 def power(value: float) -> str:
