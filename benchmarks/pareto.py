@@ -4,9 +4,9 @@
     python benchmarks/pareto.py --ways as-printed        # measures some anew and keeps the rest
     python benchmarks/pareto.py --draw                   # draws docs/images/pareto.png and prints the tables
 
-The scene is that of the baseline, with one provider changed. Peers: every pixel integrated by itself, one column for each
-class of pixels (with LOWTRAN7 itself where the plugin ``hcss-lowtran7`` is installed), other cloud fields (PyPI packages
-``pyfastnoiselite`` and ``gstools``) and xarray; what is not installed is named and left out.
+The scene is that of the baseline, with one provider changed. Peers: every pixel integrated by itself, one column for
+each class of pixels (with LOWTRAN7 itself where the plugin ``hcss-lowtran7`` is installed), other cloud fields (PyPI
+packages ``pyfastnoiselite`` and ``gstools``) and xarray; what is not installed is named and left out.
 """
 
 from __future__ import annotations

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import os
 import time
 from collections.abc import Callable
 from functools import partial
@@ -9,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from cloud_contenders import contenders
 
 from hcss_twin.benchmarking.brute_force import even_wavelengths, integrate, random_columns
@@ -18,7 +21,7 @@ from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.registry.registry import Registry
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.simulate import cube_header
-from hcss_twin.scene.stream import stream
+from hcss_twin.scene.stream import Frame, stream
 from hcss_twin.scene.tables.kept_tables import tables_of
 
 CLASSES = (2, 8, 32, 128)
@@ -106,16 +109,16 @@ def writing(folder: Path, rounds: int) -> list[dict[str, Any]]:
 
     plan = make_plan(scenario({"radiance.model": "as-printed"}))
     tables = tables_of(plan)
-    frames = [frame["radiance"].copy() for frame in stream(plan, tables)]
+    frames = [{name: values.copy() for name, values in frame.items()} for frame in stream(plan, tables)]
+    planes = np.concatenate([np.ravel(values).view(np.uint8) for values in frames[0].values()])
     ways: dict[str, Callable[[], object]] = {
-        "raw bytes, preallocated": partial(write_raw, folder / "raw.bin", frames[0], len(frames)),
+        "raw bytes, preallocated": partial(write_raw, folder / "raw.bin", planes, len(frames)),
         "our cube": partial(_cube, folder / "cube.nc", plan, tables, frames),
-        "xarray to_netcdf, netCDF4": partial(_xarray, folder / "x.nc", frames, "netcdf4"),
+        "xarray to_netcdf, netCDF4": partial(_xarray, folder / "x.nc", plan, frames, "netcdf4"),
     }
     try:
-        import h5netcdf  # noqa: F401
-
-        ways["xarray to_netcdf, h5netcdf"] = partial(_xarray, folder / "h.nc", frames, "h5netcdf")
+        importlib.import_module("h5netcdf")
+        ways["xarray to_netcdf, h5netcdf"] = partial(_xarray, folder / "h.nc", plan, frames, "h5netcdf")
     except ImportError:
         print("missing: h5netcdf is not installed")
     times = Rounds()
@@ -127,21 +130,19 @@ def writing(folder: Path, rounds: int) -> list[dict[str, Any]]:
     return [{"name": name, "ms": times.shortest(name) * 1e3} for name in ways]
 
 
-def _cube(path: Path, plan: Plan, tables: Any, frames: list[np.ndarray]) -> None:
+def _cube(path: Path, plan: Plan, tables: Any, frames: list[Frame]) -> None:
     with CubeWriter(path, cube_header(plan, tables)) as writer:
         for index, frame in enumerate(frames):
-            writer.write_frame(index, {"radiance": frame})
+            writer.write_frame(index, frame)
 
 
-def _xarray(path: Path, frames: list[np.ndarray], engine: Any) -> None:
+def _xarray(path: Path, plan: Plan, frames: list[Frame], engine: Any) -> None:
     """Write as the others do: on the disk when it returns."""
-    import os
-
-    import xarray as xr
-
     path.unlink(missing_ok=True)
-    dims = ("time", "band", "y", "x")
-    xr.Dataset({"radiance": (dims, np.stack(frames))}).to_netcdf(path, engine=engine)
+    variables = {
+        spec.name: (spec.dims, np.stack([frame[spec.name] for frame in frames])) for spec in plan.variables
+    }
+    xr.Dataset(variables).to_netcdf(path, engine=engine)
     handle = os.open(path, os.O_RDWR)
     os.fsync(handle)
     os.close(handle)

@@ -26,8 +26,8 @@ def draw(found: dict[str, Any], path: Path) -> None:
     curves, references = _curves(found)
     fill_axes(axes, curves, references)
     axes.set_title(
-        "stratus, 8 frames of 800 x 800 pixels, 3 bands: accuracy asked for, number of wavenumbers or of classes beside "
-        "points",
+        "stratus, 8 frames of 800 x 800 pixels, 3 bands: beside points the accuracy asked for, or how many "
+        "wavenumbers or classes",
         fontsize=9,
     )
     top.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
@@ -139,10 +139,8 @@ def _peers(found: dict[str, Any]) -> list[str]:
     peers = found["peers"]
     lines = ["| peer | time | error or ratio |", "|---|---|---|"]
     fine = peers["1000 wavelengths"]
-    lines.append(
-        f"| every pixel at 1000 wavelengths a band, as-printed | {_short(1e3 * fine['seconds_per_point'])} ms a point | "
-        f"{fine['error']:.0e} |"
-    )
+    cells = f"{_short(1e3 * fine['seconds_per_point'])} ms a point | {fine['error']:.0e}"
+    lines.append(f"| every pixel at 1000 wavelengths a band, as-printed | {cells} |")
     for key in ("classes", "classes, LOWTRAN7"):
         for each in peers.get(key, []):
             lines.append(f"| {key}: {each['classes']} | {_short(each['seconds'])} s | {each['error']:.0e} |")
