@@ -71,9 +71,9 @@ def measure_peers(rounds: int, pixels: int, folder: Path) -> dict[str, Any]:
 def made_image(path: Path) -> None:
     """Save a field with a power law, for generators that imitate an image."""
     random = np.random.default_rng(1)
-    frequency = np.hypot(np.fft.fftfreq(1024)[:, None], np.fft.rfftfreq(1024)[None, :])
+    frequency = np.hypot(np.fft.fftfreq(2048)[:, None], np.fft.rfftfreq(2048)[None, :])
     frequency[0, 0] = np.inf
-    np.save(path, np.fft.irfft2(np.fft.rfft2(random.normal(size=(1024, 1024))) * frequency**-1.6))
+    np.save(path, np.fft.irfft2(np.fft.rfft2(random.normal(size=(2048, 2048))) * frequency**-1.6))
 
 
 def main() -> None:

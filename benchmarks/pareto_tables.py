@@ -33,18 +33,33 @@ def draw(found: dict[str, Any], path: Path) -> None:
     top.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     left, right = bottom.subplots(1, 2)
     rows = found["peers"]["clouds"]
-    _bars(left, [row["name"] for row in rows], [row["ns"] for row in rows], "clouds: ns per pixel and frame")
+    _bars(
+        left,
+        [row["name"] for row in rows],
+        [row["ns"] for row in rows],
+        "clouds: ns per pixel and frame",
+        "log",
+    )
     rows = found["peers"]["writing"]
-    _bars(right, [row["name"] for row in rows], [row["ms"] for row in rows], "writing the cube's 61 MB: ms")
+    _bars(
+        right,
+        [row["name"] for row in rows],
+        [row["ms"] for row in rows],
+        "writing the cube, 67 MB: ms",
+        "linear",
+    )
     figure.savefig(path, dpi=130)
 
 
-def _bars(axes: Any, names: list[str], values: list[float], title: str) -> None:
+def _bars(axes: Any, names: list[str], values: list[float], title: str, scale: str) -> None:
     places = range(len(names))
     colours = ["#1b6ca8" if name.startswith(("our", "fractal")) else "#999999" for name in names]
     axes.barh(places, values, color=colours)
-    axes.set_xscale("log")
-    axes.set_xlim(min(values) / 3, max(values) * 8)
+    axes.set_xscale(scale)
+    if scale == "log":
+        axes.set_xlim(min(values) / 3, max(values) * 8)
+    else:
+        axes.set_xlim(0, max(values) * 1.2)
     axes.set_yticks(places, names, fontsize=8)
     axes.invert_yaxis()
     axes.set_title(title, fontsize=9)
@@ -74,16 +89,8 @@ def _curves(found: dict[str, Any]) -> tuple[list[Curve], list[Reference]]:
             shared = sum(paper["accuracies"][0]["seconds"][stage] for stage in ("plan", "clouds", "write"))
             cost = [(each["seconds"] + shared) / raw for each in peers[key]]
             counts = [str(each["classes"]) for each in peers[key]]
-            curves.append(
-                Curve(
-                    f"classes of pixels, {where}",
-                    cost,
-                    [each["error"] for each in peers[key]],
-                    family,
-                    "",
-                    counts,
-                )
-            )
+            errors, left = [each["error"] for each in peers[key]], key == "classes"
+            curves.append(Curve(f"classes of pixels, {where}", cost, errors, family, "", counts, left))
     brute = [each for each in paper["brute_force"] if each["error"] > 0]
     fine = peers["1000 wavelengths"]
     cost = [each["over_raw"] for each in brute] + [fine["seconds_per_point"] * paper["points"] / raw]

@@ -3,10 +3,10 @@
     python benchmarks/scaling.py                   # radiance model as-printed
     python benchmarks/scaling.py --model physical
 
-Each table changes one thing of the baseline scene (``stratus``, 8 frames of 800 x 800 pixels, three bands). Tables are new
-for "compile" and kept for the rest. Scenes of a table take turns, and what is told is over the baseline's of the same
-table, so that what a row costs shows whatever the machine does; the shortest of the rounds counts. "points" are pixels x
-frames x bands over those of the baseline: a column below that gains with size.
+Each table changes one thing of the baseline scene (``stratus``, 8 frames of 800 x 800 pixels, three bands). All but
+"compile" have kept tables. Scenes of a table take turns, and what is told is over its first scene, the shortest times
+of all rounds. "points" are pixels x frames x bands: a column below it gains with size. The last column is the whole
+run over writing the same bytes raw.
 """
 
 from __future__ import annotations
