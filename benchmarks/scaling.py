@@ -1,7 +1,7 @@
 """How a run's time goes with pixels, frames, bands and layers.
 
     python benchmarks/scaling.py                   # radiance model as-printed
-    python benchmarks/scaling.py --model physical
+    python benchmarks/scaling.py --model physical --write
 
 Each table changes one thing of the baseline scene (``stratus``, 8 frames of 800 x 800 pixels, three bands). All but
 "compile" have kept tables. Scenes of a table take turns, and what is told is over its first scene, the shortest times
@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from baseline_ratios import scenario
+from page import put
 
 from hcss_twin.benchmarking.private_cache import private_cache
 from hcss_twin.benchmarking.rounds import Rounds
@@ -48,8 +49,8 @@ TABLES: dict[str, dict[str, dict[str, Any]]] = {
 }
 
 
-def table(name: str, base: dict[str, Any], rounds: int, folder: Path) -> None:
-    """Measure and print one table in Markdown; its first scene is the baseline."""
+def table(name: str, base: dict[str, Any], rounds: int, folder: Path) -> str:
+    """Measure and return one table in Markdown; its first scene is the baseline."""
     scenes = {label: scenario(base | changes) for label, changes in TABLES[name].items()}
     times = Rounds()
     for number in range(rounds + 1):
@@ -57,16 +58,18 @@ def table(name: str, base: dict[str, Any], rounds: int, folder: Path) -> None:
         for label, scene in scenes.items():
             time_stages(times if number else Rounds(), f"{label}, ", scene, folder, number < 2)
     first = next(iter(scenes))
-    print(f"\n| {name} | points | " + " | ".join(STAGES) + " | run over raw |")
-    print("|---|" + "---|" * (len(STAGES) + 2))
+    lines = [
+        f"| {name} | points | " + " | ".join(STAGES) + " | run over raw |",
+        "|---|" + "---|" * (len(STAGES) + 2),
+    ]
     sizes = {label: values(scene) for label, scene in scenes.items()}
     for label in scenes:
         ratios = [times.shortest_ratio(f"{label}, {stage}", f"{first}, {stage}") for stage in STAGES]
         over_raw = times.shortest_ratio(f"{label}, {KEPT_RUN}", f"{label}, {RAW}")
         cells = [sizes[label] / sizes[first], *ratios, over_raw]
-        print(f"| {label} | " + " | ".join(f"{cell:.3g}" for cell in cells) + " |", flush=True)
+        lines.append(f"| {label} | " + " | ".join(f"{cell:.3g}" for cell in cells) + " |")
     told = ", ".join(f"{stage} {times.shortest(f'{first}, {stage}'):.3g}" for stage in STAGES)
-    print(f"\nseconds of {first}, for information: {told}", flush=True)
+    return "\n".join([*lines, "", f"Seconds of {first}, for information: {told}."])
 
 
 def values(scene: Any) -> int:
@@ -83,12 +86,17 @@ def main() -> None:
     parser.add_argument("--tables", nargs="+", choices=list(TABLES), default=list(TABLES))
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--folder", type=Path, default=Path("."), help="where cubes are written for a moment")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/speed-and-error.md")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix=".hcss-scaling-", dir=given.folder) as name:
         folder = Path(name)
         with private_cache(folder / "cache"):
+            found = []
             for each in given.tables:
-                table(each, {"radiance.model": given.model}, given.rounds, folder)
+                found.append(table(each, {"radiance.model": given.model}, given.rounds, folder))
+                print("\n" + found[-1], flush=True)
+    if given.write:
+        put("scaling", "\n\n".join(found))
 
 
 if __name__ == "__main__":
