@@ -47,6 +47,7 @@ def contenders(kind: str, pixels: int, frames: int) -> tuple[list[Contender], li
         lambda *scene: field(*scene, threads=2),
         thickness,
         map_coordinates,
+        fft_noise,
         fast_noise_lite,
         gstools_srf,
         standard_normal,
@@ -127,6 +128,26 @@ def map_coordinates(kind: str, pixels: int, frames: int) -> Contender:
     told = f"{len(octaves)} octaves, cubic spline, 2-D + time, stored lattice"
     return Contender(
         "scipy map_coordinates", told + (f"; octaves {white[0]}+ as white noise" if white else ""), run
+    )
+
+
+def fft_noise(kind: str, pixels: int, frames: int) -> Contender:
+    from scipy import fft
+
+    exponent = -(1.0 + shape_of(kind)["H"])
+    frequency = np.hypot(fft.fftfreq(pixels)[:, None], fft.rfftfreq(pixels)[None, :]).astype(np.float32)
+    frequency[0, 0] = np.inf
+    amplitude = frequency**exponent
+
+    def run() -> int:
+        rng = np.random.default_rng(1)
+        for _ in range(frames):
+            white = fft.rfft2(rng.standard_normal((pixels, pixels), dtype=np.float32))
+            fft.irfft2(white * amplitude, s=(pixels, pixels))
+        return frames * pixels * pixels
+
+    return Contender(
+        "scipy FFT of noise", "power law; frames have nothing to do with each other, edges repeat", run
     )
 
 

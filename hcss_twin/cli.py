@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import signal
 import sys
-from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,10 +12,12 @@ from typing import Any
 import click
 
 from hcss_twin.cli_atmosphere import atmosphere
+from hcss_twin.cli_bench import bench
 from hcss_twin.cli_cache import cache
 from hcss_twin.cli_clouds import clouds, import_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
+from hcss_twin.cli_scenario import load, scenario_options
 from hcss_twin.cli_verify import verify
 from hcss_twin.cli_volume import volume
 from hcss_twin.errors import HcssError, ScenarioError
@@ -37,30 +38,8 @@ def cli() -> None:
     """
 
 
-def _scenario_options(command: Any) -> Any:
-    command = click.option(
-        "--set",
-        "assignments",
-        multiple=True,
-        metavar="KEY=VALUE",
-        help="Replace one key, for example view.zenith=40.",
-    )(command)
-    return click.argument("scenario")(command)
-
-
-def _load(scenario: str, assignments: Iterable[str]) -> Any:
-    from hcss_twin.scenario.overrides import parse_assignment
-    from hcss_twin.scenario.scenario import Scenario
-
-    try:
-        overrides = dict(parse_assignment(text) for text in assignments)
-    except ValueError as error:
-        raise click.BadParameter(str(error), param_hint="--set") from error
-    return Scenario.load(scenario, overrides)
-
-
 @cli.command()
-@_scenario_options
+@scenario_options
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Cube to write; default: NAME.nc here.")
 @click.option("--force", is_flag=True, help="Replace an existing cube.")
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
@@ -77,7 +56,7 @@ def run(
 
     Fails, and keeps the cube, where checked pixels miss the accuracy asked for.
     """
-    loaded = _load(scenario, assignments)
+    loaded = load(scenario, assignments)
     output = output or Path(f"{Path(scenario).stem}.nc")
     if output.exists() and not force:
         raise click.ClickException(f"{output} exists; give another name with -o, or --force")
@@ -110,7 +89,7 @@ def run(
 
 
 @cli.command()
-@_scenario_options
+@scenario_options
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Say what SCENARIO needs, and what it does not, without computing it."""
@@ -119,12 +98,12 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     from hcss_twin.scene.plan import make_plan
 
     with told_of_compilation(partial(click.echo, err=True)):
-        made = make_plan(_load(scenario, assignments))
+        made = make_plan(load(scenario, assignments))
     click.echo(json.dumps(made.as_dict()) if as_json else plan_text(made))
 
 
 @cli.command()
-@_scenario_options
+@scenario_options
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Check SCENARIO; every problem is named at once."""
@@ -132,7 +111,7 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
     from hcss_twin.scene.plan import make_plan
 
     try:
-        loaded = _load(scenario, assignments)
+        loaded = load(scenario, assignments)
         with told_of_compilation(partial(click.echo, err=True)):
             make_plan(loaded)
     except ScenarioError as error:
@@ -241,6 +220,7 @@ cli.add_command(clouds)
 cli.add_command(match_command)
 cli.add_command(volume)
 cli.add_command(verify)
+cli.add_command(bench)
 
 
 def main() -> None:

@@ -1,0 +1,252 @@
+"""Run time against error of one scene at several accuracies, beside the same scene without tables."""
+
+from __future__ import annotations
+
+import json
+import statistics
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.benchmarking.brute_force import every_nth, integrate, points_of_scene, random_columns
+from hcss_twin.benchmarking.private_cache import private_cache
+from hcss_twin.benchmarking.rounds import Rounds
+from hcss_twin.benchmarking.stages import (
+    CERTIFICATE,
+    RAW,
+    RUNS,
+    STAGES,
+    time_certificate,
+    time_stages,
+)
+from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.certificate.certificate import Certificate
+from hcss_twin.scene.plan import Plan, make_plan
+
+Array = NDArray[np.float64]
+
+ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
+BRUTE_FORCE = ((1, False), (1, True), (4, True), (16, True))
+"""Pixels without tables: every so manieth wavenumber of the provider, and whether the model has all pixels at once."""
+
+_BRUTE = "brute force, every {}, together {}"
+
+
+@dataclass(frozen=True)
+class AccuracyResult:
+    """One accuracy.
+
+    Attributes
+    ----------
+    accuracy, estimated : float
+        Asked for; what the tables found while they were placed.
+    achieved : float or None
+        Largest relative error of the checked pixels in any band; None where none could be checked.
+    checked, exceeding : int
+        Pixels of the certificate, and those beyond the accuracy.
+    seconds : dict of str to float
+        Of each stage, medians over rounds.
+    over_raw : dict of str to float
+        Of each whole run, ``stages.RUNS``: its time over that of writing the same bytes raw.
+    over_brute_force : dict of str to float
+        Of the same: the time of integrating every pixel at every wavenumber over that of the run.
+    """
+
+    accuracy: float
+    estimated: float
+    achieved: float | None
+    checked: int
+    exceeding: int
+    seconds: dict[str, float]
+    over_raw: dict[str, float]
+    over_brute_force: dict[str, float]
+
+
+@dataclass(frozen=True)
+class BruteForceResult:
+    """Integration of every pixel's spectrum by itself, timed on a few pixels and scaled to all.
+
+    Attributes
+    ----------
+    every, wavenumbers : int
+        Of the provider's wavenumbers, every so manieth; how many these are.
+    together : int
+        Pixels that the model has at once.
+    seconds_per_point : float
+    seconds : float
+        All points of the scene, without what the model computes once.
+    over_raw : float
+        That over writing the cube's bytes raw.
+    error : float
+        Largest relative error against all wavenumbers in any band of the pixels; 0 for all of them.
+    """
+
+    every: int
+    wavenumbers: int
+    together: int
+    seconds_per_point: float
+    seconds: float
+    over_raw: float
+    error: float
+
+
+@dataclass(frozen=True)
+class BenchResult:
+    """What one run of the benchmark found.
+
+    Attributes
+    ----------
+    scene : str
+        The scene in a few words.
+    rounds, points, timed_points : int
+        Rounds; points of all frames; points that brute force was timed on.
+    accuracies : tuple of AccuracyResult
+    brute_force : tuple of BruteForceResult
+    """
+
+    scene: str
+    rounds: int
+    points: int
+    timed_points: int
+    accuracies: tuple[AccuracyResult, ...]
+    brute_force: tuple[BruteForceResult, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {
+            **vars(self),
+            "accuracies": [vars(each) for each in self.accuracies],
+            "brute_force": [vars(each) for each in self.brute_force],
+        }
+
+
+def bench(
+    scenario: Scenario,
+    accuracies: Sequence[float] = ACCURACIES,
+    rounds: int = 3,
+    pixels: int = 24,
+    folder: Path | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> BenchResult:
+    """Time a scene at several accuracies, stage by stage, and measure its error.
+
+    Parameters
+    ----------
+    accuracies : sequence of float
+        Put in place of the scenario's.
+    rounds : int
+        Times that everything is run, in turn; tables are compiled, and certificates made, in the first one only.
+    pixels : int
+        Pixels of the certificate at each accuracy, and pixels that brute force is timed on.
+    folder : Path, optional
+        Where cubes are written for a moment; by default the folder for temporary files.
+    tell : callable, optional
+        Given a few words on what comes next.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario is wrong, or computes no radiance.
+    """
+    say = tell or (lambda text: None)
+    with tempfile.TemporaryDirectory(prefix=".hcss-bench-", dir=folder) as name:
+        room = Path(name)
+        with private_cache(room / "cache"):
+            return _bench(scenario, tuple(accuracies), rounds, pixels, room, say)
+
+
+def _bench(
+    scenario: Scenario,
+    accuracies: tuple[float, ...],
+    rounds: int,
+    pixels: int,
+    folder: Path,
+    say: Callable[[str], None],
+) -> BenchResult:
+    times = Rounds()
+    say("compiling kernels")
+    plan = make_plan(_at(scenario, accuracies[0], 0))
+    if not plan.needs_radiance:
+        message = "none of these needs radiance, so that there is nothing to measure; add radiance"
+        raise ScenarioError([Problem("output.variables", message)], scenario.origin)
+    time_stages(Rounds(), "", plan.scenario, folder, True)
+    grids = {step: every_nth(plan, step) for step, _ in BRUTE_FORCE}
+    columns = random_columns(plan, pixels)
+    known = {step: integrate(plan, grid, columns, pixels) for step, grid in grids.items()}
+    checks: dict[float, Certificate] = {}
+    for number in range(rounds):
+        raw = []
+        for accuracy in accuracies:
+            say(f"round {number + 1} of {rounds}, accuracy {accuracy:g}")
+            # Tables and certificates take longest; once they are made they are the same in every round.
+            time_stages(times, _name(accuracy), _at(scenario, accuracy, 0), folder, number == 0)
+            raw.append(times.last(_name(accuracy) + RAW))
+            if number == 0:
+                checked = _at(scenario, accuracy, pixels)
+                checks[accuracy] = time_certificate(times, _name(accuracy), checked)
+        # The bytes are equally many at all accuracies, and disks have moods.
+        times.add(RAW, statistics.median(raw))
+        say(f"round {number + 1} of {rounds}, every pixel by itself")
+        for step, together in BRUTE_FORCE:
+            call = partial(integrate, plan, grids[step], columns, pixels if together else 1)
+            times.time(_BRUTE.format(step, together), call)
+    scale = points_of_scene(plan) / columns.shape[0]
+    errors = {step: float(np.max(np.abs(each / known[1] - 1.0))) for step, each in known.items()}
+    return BenchResult(
+        scene=_scene(plan),
+        rounds=rounds,
+        points=points_of_scene(plan),
+        timed_points=columns.shape[0],
+        accuracies=tuple(_accuracy(times, accuracy, check, scale) for accuracy, check in checks.items()),
+        brute_force=tuple(
+            BruteForceResult(
+                every=step,
+                wavenumbers=int(grids[step].wavenumber_cm1.size),
+                together=pixels if together else 1,
+                seconds_per_point=times.seconds(_BRUTE.format(step, together)) / columns.shape[0],
+                seconds=scale * times.seconds(_BRUTE.format(step, together)),
+                over_raw=scale * times.ratio(_BRUTE.format(step, together), RAW),
+                error=errors[step],
+            )
+            for step, together in BRUTE_FORCE
+        ),
+    )
+
+
+def _accuracy(times: Rounds, accuracy: float, check: Certificate, scale: float) -> AccuracyResult:
+    own, every = _name(accuracy), _BRUTE.format(1, False)
+    return AccuracyResult(
+        accuracy=accuracy,
+        estimated=check.estimated,
+        achieved=max(check.achieved.values(), default=None),
+        checked=check.checked,
+        exceeding=check.exceeding,
+        seconds={stage: times.seconds(own + stage) for stage in (*STAGES, CERTIFICATE, *RUNS, RAW)},
+        over_raw={run: times.ratio(own + run, RAW) for run in RUNS},
+        over_brute_force={run: scale * times.ratio(every, own + run) for run in RUNS},
+    )
+
+
+def _at(scenario: Scenario, accuracy: float, pixels: int) -> Scenario:
+    overrides = {"accuracy": accuracy, "output.certificate": pixels}
+    return Scenario.from_dict(json.loads(scenario.to_json()), overrides, scenario.base, scenario.origin)
+
+
+def _name(accuracy: float) -> str:
+    return f"{accuracy:g}, "
+
+
+def _scene(plan: Plan) -> str:
+    providers = {kind: entry.name for kind, entry in plan.assembly.entries.items()}
+    named = ", ".join(f"{kind} {name}" for kind, name in providers.items())
+    return (
+        f"{plan.scenario.origin}: {plan.frame_times_s.size} frames of {plan.grid.rows} x {plan.grid.columns} pixels, "
+        f"{len(plan.bands)} bands; {named}"
+    )

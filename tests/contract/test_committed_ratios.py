@@ -1,0 +1,47 @@
+"""The committed ratios of the baseline scene can be read and are those that the benchmark measures."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+import hcss_twin
+from hcss_twin.benchmarking.regression import read_ratios, regressions
+
+FOLDER = Path(hcss_twin.__file__).parents[1] / "benchmarks"
+pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="not in an installed package")
+
+
+@pytest.fixture
+def parts(monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    import baseline_ratios
+
+    yield baseline_ratios.PARTS
+    sys.modules.pop("baseline_ratios")
+
+
+def test_each_committed_ratio_belongs_to_a_part_and_each_part_has_one(parts):
+    committed = read_ratios(FOLDER / "baseline.json")
+    assert {name.partition(":")[0] for name in committed} == set(parts)
+
+
+def test_committed_ratios_are_no_worse_than_themselves():
+    committed = read_ratios(FOLDER / "baseline.json")
+    assert regressions(committed, committed) == []
+
+
+def test_the_page_has_a_place_for_each_table_and_keeps_the_rest(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    import page
+
+    copy = tmp_path / "page.md"
+    for name in ("fronts", "stages", "brute force", "peers", "baseline", "scaling"):
+        before = page.SPEED.read_text(encoding="utf-8")
+        copy.write_text(before, encoding="utf-8")
+        page.put(name, "| new |", copy)
+        head, _, tail = before.partition(f"<!-- {name} -->")
+        _, _, tail = tail.partition(f"<!-- end of {name} -->")
+        assert copy.read_text() == f"{head}<!-- {name} -->\n| new |\n<!-- end of {name} -->{tail}"
+    with pytest.raises(ValueError, match=r"page\.md"):
+        page.put("nothing", "", copy)

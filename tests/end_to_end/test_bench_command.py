@@ -1,0 +1,120 @@
+"""``hcss bench``: what it measures and tells, what it refuses, and what it leaves behind."""
+
+import json
+
+import pytest
+from cheap import CHEAP_OPTIONS
+from click.testing import CliRunner
+from PIL import Image
+
+from hcss_twin.cli import cli
+from hcss_twin.errors import ScenarioError
+
+SMALL = [
+    *CHEAP_OPTIONS,
+    *("--set", "image.rows=40", "--set", "image.columns=50", "--set", "frames.count=2"),
+    *("--rounds", "1", "--pixels", "8", "--accuracy", "1e-2", "--accuracy", "1e-4"),
+]
+
+
+def bench(*arguments):
+    return CliRunner().invoke(cli, ["bench", *SMALL, *arguments])
+
+
+@pytest.fixture(scope="module")
+def answer(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    plot = folder / "front.png"
+    done = bench("--folder", str(folder), "--json", str(folder / "found.json"), "--plot", str(plot))
+    assert done.exit_code == 0, done.output
+    return folder, done.output, json.loads((folder / "found.json").read_text())
+
+
+def test_errors_found_keep_the_accuracy_asked_for(answer):
+    _, _, found = answer
+    assert [each["accuracy"] for each in found["accuracies"]] == [1e-2, 1e-4]
+    for each in found["accuracies"]:
+        assert 0.0 < each["achieved"] <= each["accuracy"]
+        assert each["exceeding"] == 0
+        assert each["checked"] == 8
+
+
+def test_a_whole_run_takes_longer_than_its_parts_and_new_tables_longer_than_kept(answer):
+    _, _, found = answer
+    for each in found["accuracies"]:
+        seconds = each["seconds"]
+        assert all(value > 0 for value in seconds.values())
+        assert seconds["whole run, new tables"] > seconds["whole run, kept tables"]
+
+
+def test_brute_force_errs_by_leaving_out_wavenumbers_only(answer):
+    _, _, found = answer
+    error = {each["wavenumbers"]: each["error"] for each in found["brute_force"]}
+    least, *_, most = sorted(error)
+    assert error[most] == 0.0
+    assert error[least] > 1e-3
+    for each in found["brute_force"]:
+        assert each["seconds"] == pytest.approx(each["seconds_per_point"] * found["points"])
+    assert found["points"] == 2 * 40 * 50
+
+
+def test_the_table_has_a_column_for_each_accuracy_and_names_every_stage(answer):
+    _, printed, _ = answer
+    lines = {line[:34].strip(): line[34:].split() for line in printed.splitlines()}
+    assert lines["accuracy asked for"] == ["1e-02", "1e-04"]
+    for stage in (
+        "plan",
+        "compile tables",
+        "tables kept earlier",
+        "clouds",
+        "look-up",
+        "write",
+        "certificate",
+    ):
+        assert len(lines[stage]) == 2
+
+
+def test_a_picture_is_drawn_and_nothing_else_is_left(answer):
+    folder, _, _ = answer
+    with Image.open(folder / "front.png") as picture:
+        assert picture.size[0] > 1000
+    assert sorted(path.name for path in folder.iterdir()) == ["found.json", "front.png"]
+
+
+def test_json_in_place_of_the_table_and_nothing_kept_by_the_user_is_used_or_changed(tmp_path, monkeypatch):
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
+    done = bench("--folder", str(tmp_path), "--json", "-")
+    assert json.loads(done.stdout)["rounds"] == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_existing_files_are_refused_before_anything_is_measured(tmp_path):
+    for option, name in (("--json", "a.json"), ("--plot", "a.png")):
+        (tmp_path / name).write_text("mine")
+        done = bench(option, str(tmp_path / name))
+        assert done.exit_code == 1
+        assert "--force" in done.output
+        assert (tmp_path / name).read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--plot", "front.gif"], ".svg"),
+        (["--accuracy", "1"], "1e-06<=x<=0.1"),
+        (["--accuracy", "1e-2"], "twice"),
+        (["--plot", "nowhere/front.png"], "no folder"),
+    ],
+)
+def test_wrong_options_are_named(tmp_path, monkeypatch, arguments, told):
+    monkeypatch.chdir(tmp_path)
+    done = bench(*arguments)
+    assert done.exit_code != 0
+    assert told in done.output
+
+
+def test_a_scene_without_radiance_is_refused_by_field(tmp_path):
+    done = bench("--folder", str(tmp_path), "--set", 'output.variables=["cloud_mask"]')
+    assert isinstance(done.exception, ScenarioError)
+    assert "output.variables" in str(done.exception)
+    assert list(tmp_path.iterdir()) == []

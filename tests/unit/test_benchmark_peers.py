@@ -1,0 +1,118 @@
+"""Parts of the benchmark that can be wrong: rounds, the timed clouds, peers, and bytes written raw."""
+
+import os
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.benchmarking.brute_force import (
+    even_wavelengths,
+    every_nth,
+    integrate,
+    points_of_scene,
+    random_columns,
+)
+from hcss_twin.benchmarking.private_cache import private_cache
+from hcss_twin.benchmarking.raw_write import write_raw
+from hcss_twin.benchmarking.rounds import Rounds
+from hcss_twin.benchmarking.timed_clouds import Clock, with_timed_clouds
+from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.stream import stream
+
+SMALL = CHEAP | {"image.rows": 30, "image.columns": 40, "frames.count": 3, "output.certificate": 0}
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return make_plan(Scenario.load("stratus", SMALL))
+
+
+def test_ratios_are_taken_within_a_round():
+    times = Rounds()
+    for base in (1.0, 10.0, 100.0):
+        times.add("one", base)
+        times.add("two", 2.0 * base)
+    assert times.ratio("two", "one") == 2.0
+    assert times.seconds("one") == 10.0
+    assert times.shortest_ratio("two", "one") == 2.0
+    assert times.last("two") == 200.0
+
+
+def test_what_was_timed_in_the_first_round_only_is_compared_within_it():
+    times = Rounds()
+    times.add("once", 6.0)
+    for seconds in (2.0, 600.0):
+        times.add("often", seconds)
+    assert times.ratio("once", "often") == 3.0
+
+
+def test_a_plan_with_timed_clouds_makes_the_same_frames_and_counts(plan):
+    tables, clock = compile_tables(plan), Clock()
+    timed = list(stream(with_timed_clouds(plan, clock), tables))
+    for one, other in zip(timed, stream(plan, tables), strict=True):
+        for name, values in other.items():
+            np.testing.assert_array_equal(one[name], values)
+    assert clock.seconds > 0.0
+
+
+def test_random_columns_are_clear_as_often_as_the_scene(plan):
+    columns = random_columns(plan, 300)
+    layer = plan.layers[0]
+    cloudy = columns[columns > 0]
+    # Three standard deviations of a share of one half in 300.
+    assert abs(cloudy.size / 300 - 0.5) < 0.09
+    assert layer.thickness_min_m <= cloudy.min() <= cloudy.max() <= layer.thickness_max_m
+
+
+def test_brute_force_integrates_what_the_bands_hold(plan):
+    everywhere, columns = every_nth(plan, 1), random_columns(plan, 6)
+    np.testing.assert_array_equal(everywhere.wavenumber_cm1, plan.spectral_grid.wavenumber_cm1)
+    exact = integrate(plan, everywhere, columns)
+    np.testing.assert_allclose(integrate(plan, everywhere, columns, 6), exact, rtol=1e-12)
+    for grid, size in ((every_nth(plan, 8), 60), (even_wavelengths(plan, 1000), 2999)):
+        assert abs(grid.wavenumber_cm1.size - size) < 8
+        # Each band keeps its width, so that fewer wavenumbers err by structure in the spectrum alone.
+        width = [10_000 / band.lower_um - 10_000 / band.upper_um for band in plan.bands]
+        np.testing.assert_allclose(grid.weights_cm1.sum(axis=1), width, rtol=1e-9)
+    errors = [
+        np.max(np.abs(integrate(plan, every_nth(plan, step), columns) / exact - 1.0)) for step in (2, 16)
+    ]
+    assert 0.0 < errors[0] < errors[1] < 0.3
+
+
+def test_points_of_a_scene_count_the_points_within_pixels():
+    points = make_plan(Scenario.load("stratus", SMALL | {"image.samples_per_pixel": 2}))
+    assert points_of_scene(points) == 3 * 30 * 40 * 4
+
+
+def test_raw_bytes_are_those_of_the_planes_and_nothing_else_is_left(tmp_path):
+    plane = np.arange(12, dtype=np.float32).reshape(3, 4)
+    path = tmp_path / "raw.bin"
+    path.write_bytes(b"old" * 1000)
+    write_raw(path, plane, 3)
+    assert path.read_bytes() == plane.tobytes() * 3
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_raw_bytes_that_the_disk_refuses_leave_nothing(tmp_path):
+    plane = np.zeros(2**20, np.uint8)
+    with pytest.raises(OSError):
+        write_raw(tmp_path / "raw.bin", plane, 2**42)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_private_cache_gives_the_own_one_back(tmp_path, monkeypatch):
+    monkeypatch.setenv("HCSS_CACHE_DIR", "own")
+    monkeypatch.delenv("HCSS_CACHE_MB", raising=False)
+    with pytest.raises(ZeroDivisionError):
+        _fail_with_a_cache_in(tmp_path)
+    assert os.environ["HCSS_CACHE_DIR"] == "own"
+    assert "HCSS_CACHE_MB" not in os.environ
+
+
+def _fail_with_a_cache_in(folder):
+    with private_cache(folder):
+        assert os.environ["HCSS_CACHE_DIR"] == str(folder)
+        raise ZeroDivisionError
