@@ -117,9 +117,11 @@ def _suns(plan: Plan, count: int) -> list[Sun | None]:
 
 def _suns_that_hardly_move(plan: Plan) -> list[Sun | None]:
     """Return that of a frame which the certificate checks, and none beside it where other frames have none."""
-    checked = plan.sun_at(float(plan.frame_times_s[checked_frames(1, plan.frame_times_s.size)[0]]))
     others = _suns(plan, 1)
-    return others if checked is None else [checked, *(sun for sun in others if sun is None)]
+    frame = checked_frames(1, plan.frame_times_s.size)[0]
+    if plan.sun_zenith_deg[frame] >= 90.0:
+        return others
+    return [plan.sun_at(float(plan.frame_times_s[frame])), *(sun for sun in others if sun is None)]
 
 
 def _clear_spectra(plan: Plan, sun: Sun | None) -> Array:
