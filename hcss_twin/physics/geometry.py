@@ -37,6 +37,31 @@ def _turn_deg(sensor_azimuth_deg: float, sun_azimuth_deg: float) -> float:
     return (sun_azimuth_deg - sensor_azimuth_deg + 180.0) % 360.0 - 180.0
 
 
+def sun_zenith_along(
+    view_zenith_deg: float,
+    sun_zenith_deg: float,
+    relative_azimuth: float,
+    altitude_m: float,
+    earth_radius_m: float,
+) -> float:
+    """Zenith angle of the sun where a straight line of sight from the surface reaches an altitude, degrees.
+
+    That point stands elsewhere on the Earth, nearer to the sensor.
+
+    Parameters
+    ----------
+    view_zenith_deg, sun_zenith_deg : float
+        At the surface point.
+    relative_azimuth : float
+        Radians, as :func:`relative_azimuth_rad`.
+    """
+    zenith, sun = math.radians(view_zenith_deg), math.radians(sun_zenith_deg)
+    local = math.asin(math.sin(zenith) * earth_radius_m / (earth_radius_m + altitude_m))
+    turned = zenith - local
+    cosine = math.cos(sun) * math.cos(turned) + math.sin(sun) * math.sin(turned) * math.cos(relative_azimuth)
+    return math.degrees(math.acos(_cosine(cosine)))
+
+
 def scattering_cosine(mu: float, mu0: float, relative_azimuth: float) -> float:
     """Cosine of the angle by which a sunbeam is turned into the view direction.
 

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun, TransmittanceProvider
 from hcss_twin.radiance.parameters import PhysicalParameters
@@ -30,6 +31,9 @@ MEASURED_STREAMS, MEASURED_MODES = 8, 16
 
 _LARGEST_SUN_DEG = 88.0
 """Zenith angle from which sunlight scattered in the air is left out: paths to the sun graze the Earth."""
+
+_EARTH_RADIUS_M = 6356752.0
+"""The smallest, of the poles: providers with a larger one see the sun no lower."""
 
 
 @dataclass(frozen=True)
@@ -201,6 +205,14 @@ class Physical:
             result[name] = np.zeros_like(result[name])
         return result
 
+    def _sun_is_too_low(self, sun: Sun, where: Directions) -> bool:
+        """Whether it is near the horizon of any point between sea and sensor: slant paths reach far."""
+        top_m = float(self._inputs.profile.altitude_m[-1])
+        highest = sun_zenith_along(
+            where.zenith_deg[VIEW], sun.zenith_deg, where.relative_azimuth, top_m, _EARTH_RADIUS_M
+        )
+        return max(sun.zenith_deg, highest) > _LARGEST_SUN_DEG
+
     def _scattered_in_air(self, column: Column) -> Array:
         """Sunlight scattered once into the view, where the provider knows it.
 
@@ -209,7 +221,7 @@ class Physical:
         own = getattr(self._inputs.transmittance, "solar_path_radiance", None)
         where = column.directions
         result = np.zeros_like(column.received)
-        if own is None or where.sun is None or where.sun.zenith_deg > _LARGEST_SUN_DEG:
+        if own is None or where.sun is None or self._sun_is_too_low(where.sun, where):
             return result
         lower = [*(slab.top_m for slab in column.slabs), 0.0]
         paths = [to_space(altitude, where.zenith_deg[VIEW]) for altitude in lower]
