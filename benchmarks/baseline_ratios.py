@@ -224,9 +224,9 @@ def compute(scene: Scenario) -> None:
 
 
 def last_frame(plan: Plan) -> np.ndarray:
-    """Return the radiance of one frame, the bytes that raw writing writes."""
+    """Return the bytes of one frame, those that raw writing writes."""
     frames = stream(plan, tables_of(plan), frames=[0])
-    return np.concatenate([np.ravel(values) for frame in frames for values in frame.values()])
+    return np.concatenate([np.ravel(each).view(np.uint8) for frame in frames for each in frame.values()])
 
 
 def python(code: str) -> None:
