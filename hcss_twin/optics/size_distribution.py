@@ -47,8 +47,11 @@ def check(cloud: Microphysics) -> None:
             raise ValueError(message)
 
 
-def _incomplete(cloud: Microphysics, power: float) -> float:
-    """Integral of r^(alpha + power) exp(-b r^nu) over the radius range, um^(alpha + power + 1)."""
+def _log_incomplete(cloud: Microphysics, power: float) -> float:
+    """Logarithm of the integral of r^(alpha + power) exp(-b r^nu) over the radius range, times b^((alpha + 1)/nu).
+
+    Without that factor, and without the logarithm, narrow distributions of small radii would underflow.
+    """
     s = (cloud.alpha + power + 1.0) / cloud.nu
     if s <= 0.0:
         raise ValueError(f"power {power}: allowed above {-cloud.alpha - 1.0} for alpha {cloud.alpha}")
@@ -58,16 +61,24 @@ def _incomplete(cloud: Microphysics, power: float) -> float:
         share = special.gammaincc(s, t1) - special.gammaincc(s, t2)
     else:
         share = special.gammainc(s, t2) - special.gammainc(s, t1)
-    return float(share * np.exp(special.gammaln(s) - s * np.log(cloud.b)) / cloud.nu)
+    if not share > 0.0:
+        low, high = cloud.radius_range_um
+        most = (s / cloud.b) ** (1.0 / cloud.nu)
+        raise ValueError(
+            f"radius_range_um {low:g}, {high:g}: holds none of the particles, which are about {most:.3g} um large; "
+            "allowed: a range that does"
+        )
+    return float(np.log(share) + special.gammaln(s) - power / cloud.nu * np.log(cloud.b) - np.log(cloud.nu))
 
 
 def density(cloud: Microphysics, radius_um: Array) -> Array:
     """Number density per radius interval n(r), m-3 um-1, at any shape of radii; 0 outside the range."""
     check(cloud)
     radius = np.asarray(radius_um, dtype=np.float64)
-    shape = radius**cloud.alpha * np.exp(-cloud.b * radius**cloud.nu)
+    scale = (cloud.alpha + 1.0) / cloud.nu * np.log(cloud.b) - _log_incomplete(cloud, 0.0)
+    shape = np.exp(scale + special.xlogy(cloud.alpha, radius) - cloud.b * radius**cloud.nu)
     inside = (radius >= cloud.radius_range_um[0]) & (radius <= cloud.radius_range_um[1])
-    result: Array = np.where(inside, cloud.number_density_m3 / _incomplete(cloud, 0.0) * shape, 0.0)
+    result: Array = np.where(inside, cloud.number_density_m3 * shape, 0.0)
     return result
 
 
@@ -77,10 +88,10 @@ def mean_power(cloud: Microphysics, power: float) -> float:
     Raises
     ------
     ValueError
-        If the distribution or the moment does not exist.
+        If the distribution or the moment does not exist, or the range of radii holds no particles.
     """
     check(cloud)
-    return _incomplete(cloud, power) / _incomplete(cloud, 0.0)
+    return float(np.exp(_log_incomplete(cloud, power) - _log_incomplete(cloud, 0.0)))
 
 
 def effective_radius_um(cloud: Microphysics) -> float:
