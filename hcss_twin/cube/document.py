@@ -57,9 +57,10 @@ print(scenario_text("cube.nc"))
 _STORAGE = """
 ## What compression and rounding cost
 
-`python benchmarks/writing.py`: `stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud mask. Size is
-relative to plain numbers; processor time is that of writing alone, opening and closing included, on a machine that others
-used; the rest does not depend on the machine. Computing a frame takes about 12 ms of another processor meanwhile.
+`python benchmarks/writing.py`: `stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud
+mask. Size is relative to plain numbers; processor time is that of writing alone, opening and closing included,
+on a machine that others used; the rest does not depend on the machine. Computing a frame takes about 12 ms of
+another processor meanwhile.
 
 | `[output]` | size | processor, ms a frame | largest relative error |
 |---|---|---|---|
@@ -72,8 +73,9 @@ used; the rest does not depend on the machine. Computing a frame takes about 12 
 | `compression = 1, quantization = 1e-4` | 0.16 | 60 | 6.1e-5 |
 | `compression = 1, quantization = 5e-4` | 0.12 | 49 | 4.9e-4 |
 
-Levels above 1 gain next to nothing. zstd takes half the time of zlib for files a fifth larger, and is not offered, because
-many readers lack it. Rounding may take half of `accuracy`; the plan says what it does and refuses more.
+Levels above 1 gain next to nothing. zstd takes half the time of zlib for files a fifth larger, and is not
+offered, because many readers lack it. Rounding may take half of `accuracy`; the plan says what it does and
+refuses more.
 """
 
 _WORDS = {
