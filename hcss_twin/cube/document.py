@@ -59,10 +59,10 @@ print(scenario_text("cube.nc"))
 _STORAGE = """
 ## What compression and rounding cost
 
-`python benchmarks/writing.py`: `stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud mask. Size
-is relative to plain numbers; processor time is that of writing alone, opening and closing included, on a machine that
-others used; the rest does not depend on the machine. Computing a frame takes about 12 ms of another processor
-meanwhile.
+`python benchmarks/writing.py`: `stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud
+mask. Size is relative to plain numbers; processor time is that of writing alone, opening and closing included,
+on a machine that others used; the rest does not depend on the machine. Computing a frame takes about 12 ms of
+another processor meanwhile.
 
 | `[output]` | size | processor, ms a frame | largest relative error |
 |---|---|---|---|

@@ -33,7 +33,6 @@ from hcss_twin.cube.frames import check_frame, frame_shape
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader, check_attributes
 from hcss_twin.cube.metadata import global_attributes
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.cube.write_out import WriteOut, flush_handle
 from hcss_twin.errors import CubeError
 from hcss_twin.version import __version__
 
@@ -77,7 +76,6 @@ class CubeWriter:
         self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
         self._dataset: Any = None
         self._written: set[int] = set()
-        self._write_out = WriteOut(self._partial)
         self._turn = RLock()
 
     def __enter__(self) -> Self:
@@ -120,7 +118,6 @@ class CubeWriter:
             with self._explained():
                 for name, array in arrays.items():
                     self._dataset.variables[name][index] = array
-                    self._write_out.wrote(array.nbytes)
             self._written.add(index)
 
     def set_attributes(self, attributes: Mapping[str, Attribute]) -> None:
@@ -186,19 +183,12 @@ class CubeWriter:
         with self._explained():
             self._dataset.setncattr(FORMAT_ATTRIBUTE, np.int32(FORMAT_VERSION))
             self._dataset.close()
-            self._write_out.finish()
+            _flush(self._partial)
             os.replace(self._partial, self.path)
-            _flush_folder(self.path.parent)
+            _flush(self.path.parent)
 
     def _discard(self) -> None:
         dataset, self._dataset = self._dataset, None
-        try:
-            self._write_out.stop()
-        finally:
-            self._remove(dataset)
-
-    def _remove(self, dataset: Any) -> None:
-        """Close the file and remove it, if it has its partial name."""
         if dataset is not None and dataset.isopen():
             with contextlib.suppress(RuntimeError, OSError):
                 dataset.close()
@@ -316,8 +306,18 @@ def _attributes(spec: VariableSpec) -> dict[str, Any]:
     return {**found, "coverage_content_type": content, **spec.attributes}
 
 
-def _flush_folder(path: Path) -> None:
-    """Ask the system to put a folder's entries on the disk."""
-    # some systems cannot open folders; the rename is then as durable as they make it
-    with contextlib.suppress(OSError):
-        flush_handle(os.open(path, os.O_RDONLY))
+def _flush(path: Path) -> None:
+    """Ask the system to put a file, or a folder's entries, on the disk."""
+    if path.is_dir():
+        # some systems cannot open folders; the rename is then as durable as they make it
+        with contextlib.suppress(OSError):
+            _flush_handle(os.open(path, os.O_RDONLY))
+        return
+    _flush_handle(os.open(path, os.O_RDWR))
+
+
+def _flush_handle(handle: int) -> None:
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
