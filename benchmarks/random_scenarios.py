@@ -395,7 +395,8 @@ def read_rows(path: Path) -> list[Row]:
 
 def write_rows(path: Path, rows: Sequence[Row], failed: dict[str, str]) -> None:
     """Write one row a line; the file is there whole or as it was."""
-    lines = ",\n  ".join(json.dumps(asdict(row)) for row in rows)
+    ordered = sorted(rows, key=lambda row: (row.scenario, -row.accuracy))
+    lines = ",\n  ".join(json.dumps(asdict(row)) for row in ordered)
     text = f'{{\n "failed": {json.dumps(failed)},\n "rows": [\n  {lines}\n ]\n}}\n'
     path.parent.mkdir(exist_ok=True)
     draft = path.with_suffix(".json.partial")
