@@ -73,5 +73,6 @@ def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
         terms = model.clear(grid.wavenumber_cm1, position)
         bands = {name: grid.weights_cm1 @ np.asarray(values) for name, values in terms.items()}
         glint = np.sum([bands[name] for name in named], axis=0)
-        share = max(share, float(np.max(glint / np.sum(list(bands.values()), axis=0))))
+        total = np.sum(list(bands.values()), axis=0)
+        share = max(share, float(np.max(glint[total > 0.0] / total[total > 0.0], initial=0.0)))
     return min(GLINT_ROOM * share, 1.0)

@@ -28,8 +28,11 @@ CHOICE_SHARE, TRIAL_SHARE = 0.2, 0.4
 CLEAR_SKIES = 5
 """Heights of the sun over clear skies on which wavenumbers are chosen."""
 
-SUN_DEG_PER_TOLERANCE = 1e4
-"""The sun's spectrum below the air changes by some 2e-5 of the radiance per half a degree, if nothing is fitted."""
+SUN_DEG_PER_TOLERANCE = 200.0
+"""Where light is scattered by an angle of a rainbow, weights fitted for one sun lose up to 3e-3 per degree."""
+
+TRIED_SUNS = 2
+"""Suns between those of the choice, on which it is tried where the sun moves."""
 
 MOST_TRIALS = 6
 """Choices before all wavenumbers are taken."""
@@ -60,10 +63,10 @@ class Spectrum:
 def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
     """Choose weighted wavenumbers for all columns of a scene.
 
-    Columns under the highest, middle and lowest sun, or that of a frame which the certificate checks if it hardly
-    moves, clear and with clouds from the thinnest to the thickest, are computed at every wavenumber of the dense grid.
-    The choice is tried on clouds of other thickness and clear skies under other suns; those that it fails are added to
-    what it is made from, and it is tried again on yet others.
+    Columns under the first, middle and last sun, or that of a frame which the certificate checks if it hardly moves,
+    clear and with clouds from the thinnest to the thickest, are computed at every wavenumber of the dense grid. The
+    choice is tried on clouds of other thickness under suns between, if it moves, and on clear skies under other suns;
+    those that it fails are added to what it is made from, and it is tried again on yet others.
 
     Parameters
     ----------
@@ -71,7 +74,8 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
         Relative to the total of each band.
     """
     grid = plan.spectral_grid
-    suns = _suns(plan, 3) if _sun_moves(plan, tolerance) else _suns_that_hardly_move(plan)
+    moves = _sun_moves(plan, tolerance)
+    suns = _suns_over_time(plan, np.linspace(0.0, 1.0, 3)) if moves else _suns_that_hardly_move(plan)
     known = np.concatenate(
         [
             *(_cloudy_spectra(plan, _first_columns(plan), sun) for sun in suns),
@@ -84,16 +88,19 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
         if nodes.wavenumber_cm1.size == grid.wavenumber_cm1.size:
             break
         thickness = next(trials)
+        count = TRIED_SUNS + trial
+        others = _suns_over_time(plan, (np.arange(count) + 0.5) / count) if moves else suns
         tried = np.concatenate(
             [
-                *(_cloudy_spectra(plan, thickness, sun) for sun in suns),
+                *(_cloudy_spectra(plan, thickness, sun) for sun in others),
                 *(_clear_spectra(plan, sun) for sun in _suns(plan, CLEAR_SKIES + 1 + trial)),
             ]
         )
         kept = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         total = np.sum(tried, axis=1)
         exact = total @ grid.weights_cm1.T
-        error = float(np.max(np.abs(total[:, kept] @ nodes.weights_cm1.T / exact - 1.0), initial=0.0))
+        away, lit = np.abs(total[:, kept] @ nodes.weights_cm1.T - exact), exact > 0.0
+        error = float(np.max(away[lit] / exact[lit], initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
         if error <= TRIAL_SHARE * tolerance:
             return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
         known = np.concatenate((known, tried))
@@ -101,9 +108,26 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
 
 
 def _sun_moves(plan: Plan, tolerance: float) -> bool:
-    """Whether its spectrum below the air changes by more than the tolerance makes up for."""
-    up = plan.sun_zenith_deg[plan.sun_zenith_deg < 90.0]
-    return bool(up.size) and bool(np.ptp(up) > SUN_DEG_PER_TOLERANCE * tolerance)
+    """Whether its height, or the angle by which light is scattered, changes more than the tolerance makes up for."""
+    up = plan.sun_zenith_deg < 90.0
+    if not plan.sun_matters or not np.any(up):
+        return False
+    sun, turn = (
+        np.radians(plan.sun_zenith_deg[up]),
+        np.radians(plan.sun_azimuth_deg[up] - plan.view.azimuth_deg),
+    )
+    view = np.radians(plan.view.zenith_deg)
+    toward_sun = np.cos(view) * np.cos(sun) + np.sin(view) * np.sin(sun) * np.cos(turn)
+    scattered = np.arccos(np.clip(-toward_sun, -1.0, 1.0))
+    return bool(np.degrees(max(np.ptp(sun), np.ptp(scattered))) > SUN_DEG_PER_TOLERANCE * tolerance)
+
+
+def _suns_over_time(plan: Plan, shares: Array) -> list[Sun | None]:
+    """Return the sun at shares of the frames that have it, from the first to the last, and none if frames have none."""
+    up = np.flatnonzero(plan.sun_zenith_deg < 90.0)
+    frames = np.unique(up[(shares * (up.size - 1)).round().astype(np.intp)])
+    suns = [plan.sun_at(float(plan.frame_times_s[frame])) for frame in frames]
+    return suns if up.size == plan.sun_zenith_deg.size else [*suns, None]
 
 
 def _suns(plan: Plan, count: int) -> list[Sun | None]:
