@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import constants
+
+from hcss_twin.physics.constants import BOLTZMANN_J_K, PLANCK_J_S, SPEED_OF_LIGHT_M_S
 
 Array = NDArray[np.float64]
 
-FIRST_RADIATION = 2.0 * constants.h * constants.c**2 * 1e8
+FIRST_RADIATION = 2.0 * PLANCK_J_S * SPEED_OF_LIGHT_M_S**2 * 1e8
 """2 h c^2 for wavenumbers in cm-1 and radiance per cm-1, W m-2 sr-1 (cm-1)-4."""
 
-SECOND_RADIATION = constants.h * constants.c / constants.k * 100.0
+SECOND_RADIATION = PLANCK_J_S * SPEED_OF_LIGHT_M_S / BOLTZMANN_J_K * 100.0
 """h c / k for wavenumbers in cm-1, in cm K."""
 
 
