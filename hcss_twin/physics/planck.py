@@ -47,10 +47,11 @@ def brightness_temperature(wavenumber_cm1: Array, radiance: Array) -> Array:
     radiance : ndarray (..., V)
         W m-2 sr-1 (cm-1)-1, from 0; 0 is 0 K.
     """
-    tiny = np.finfo(np.float64).tiny
-    ratio = FIRST_RADIATION * wavenumber_cm1**3 / np.maximum(radiance, tiny)
-    result: Array = SECOND_RADIATION * wavenumber_cm1 / np.log1p(ratio)
-    return np.where(radiance > 0.0, result, 0.0)
+    logarithm = np.log(radiance, out=np.full(np.shape(radiance), -np.inf), where=radiance > 0.0)
+    # ln(1 + ratio) of a ratio that may be beyond all numbers.
+    exponent = np.logaddexp(0.0, np.log(FIRST_RADIATION * wavenumber_cm1**3) - logarithm)
+    result: Array = SECOND_RADIATION * wavenumber_cm1 / exponent
+    return result
 
 
 def wavenumber_from_um(wavelength_um: Array | float) -> Array:
