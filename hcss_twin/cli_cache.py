@@ -6,9 +6,9 @@ import json
 
 import click
 
-from hcss_twin.cache.kinds import OPTICS, TABLES
+from hcss_twin.cache.kinds import OPTICS, PLANS, REFERENCES, TABLES
 
-KINDS = dict((TABLES, OPTICS))
+KINDS = dict((TABLES, PLANS, REFERENCES, OPTICS))
 
 
 @click.group(invoke_without_command=True)
@@ -39,7 +39,7 @@ def cache(context: click.Context, as_json: bool) -> None:
     click.echo(f"{'no folder to keep anything in' if root is None else root}")
     for kind, files in found.items():
         most = f" of at most {limit / 1e6:g} MB" if kind == TABLES[0] else ""
-        click.echo(f"  {kind:<8}{len(files):5} files {sum(each.size for each in files) / 1e6:8.1f} MB{most}")
+        click.echo(f"  {kind:<11}{len(files):5} files {sum(each.size for each in files) / 1e6:8.1f} MB{most}")
 
 
 @cache.command()

@@ -3,5 +3,11 @@
 TABLES = ("tables", ".npz")
 """Compiled tables of scenes."""
 
+PLANS = ("plans", ".npz")
+"""What plans found out about scenes."""
+
+REFERENCES = ("references", ".npz")
+"""Columns that certificates were made from."""
+
 OPTICS = ("optics", ".nc")
 """Bulk properties of cloud particles."""

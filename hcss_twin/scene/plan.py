@@ -13,36 +13,34 @@ from numpy.typing import NDArray
 
 from hcss_twin.catalog import Catalog, SecludedCatalog
 from hcss_twin.cube.bit_rounding import largest_error
-from hcss_twin.cube.variables import LAYER, TERM_PREFIX, VariableSpec, expand
+from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, Sun, View
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.accuracy import RequestedAccuracy, requested_accuracy
+from hcss_twin.scene.accuracy import RequestedAccuracy
 from hcss_twin.scene.budget import Budget, share_out
 from hcss_twin.scene.building.assembly import Assembly, assemble
 from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.building.surroundings import FilledIn
+from hcss_twin.scene.cube_variables import cube_variables, wants_radiance
+from hcss_twin.scene.findings import find_out
+from hcss_twin.scene.kept_findings import keep_findings, kept_findings
 from hcss_twin.scene.ledger.entry import Skipped
-from hcss_twin.scene.ledger.skipped import skipped_parts
 from hcss_twin.scene.ledger.sun_frames import SunFrames
-from hcss_twin.scene.ledger.sunless import negligible_sunlight
-from hcss_twin.scene.probes import probe_last_frame, probe_lowest_sun, probe_particles
+from hcss_twin.scene.probes import probe_last_frame
 from hcss_twin.scene.quantization import quantized
 from hcss_twin.scene.slant.sea_sun import require_sea_sun_terms
 from hcss_twin.scene.slant.slant_paths import SlantPaths, slant_paths
 from hcss_twin.scene.sun_track import SunTrack
-from hcss_twin.scene.waves.wave_choice import DRAWN_NOTE, DrawnWaves, choose_waves
+from hcss_twin.scene.waves.wave_choice import DRAWN_NOTE, DrawnWaves
 
 Array = NDArray[np.float64]
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years the time axis of a cube can hold in nanoseconds, as its readers want it."""
-
-SUNS = 5
-"""Frames whose sun the bound on waves considers."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +163,7 @@ class Plan:
     @property
     def needs_radiance(self) -> bool:
         """Whether any requested variable needs radiance."""
-        return any(spec.kind in ("radiance", "derived") for spec in self.variables)
+        return wants_radiance(self.variables)
 
     @property
     def sun_matters(self) -> bool:
@@ -252,7 +250,8 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True) -> Plan:
     scenario : Scenario
         What to simulate.
     keeps_results : bool
-        Whether cloud optics computed for it may be kept for later runs, and taken from earlier ones.
+        Whether cloud optics computed for it, and what the plan finds out, may be kept for later runs, and taken from
+        earlier ones.
 
     Raises
     ------
@@ -277,24 +276,15 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     assembly = assemble(scenario, catalog, slant)
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
-    radiance = any(spec.kind in ("radiance", "derived") for spec in _variables(scenario, assembly, True))
-    if radiance:
-        probe_particles(assembly)
-        probe_lowest_sun(assembly, track, times, zenith)
     probe_last_frame(assembly, float(times[-1]))
-    sun = SunFrames(track, times, zenith, azimuth)
-    telling = [position for _, position in sun.telling(assembly.view)] if radiance else []
-    accuracy = requested_accuracy(scenario, assembly, telling)
-    suns = _suns(sun) if radiance else []
-    waves, no_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
-    variables = quantized(_variables(scenario, assembly, waves is not None), scenario, accuracy)
-    faint = None
-    if radiance and waves is None and _may_lack_sunlight(assembly, variables):
-        faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
-    possible = _variables(scenario, assembly, waves is not None, ("all",))
-    skipped = skipped_parts(
-        scenario, assembly, variables, possible, sun, faint, waves is not None, accuracy.relative
-    )
+    findings = kept_findings(scenario, assembly, catalog)
+    waves = None
+    if findings is None:
+        before = catalog.used
+        findings, waves = find_out(scenario, assembly, SunFrames(track, times, zenith, azimuth))
+        if waves is None:
+            keep_findings(scenario, assembly, catalog, before, findings)
+    variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, findings.accuracy)
     return Plan(
         scenario=scenario,
         catalog=catalog,
@@ -304,35 +294,12 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         sun_zenith_deg=zenith,
         sun_azimuth_deg=azimuth,
         variables=variables,
-        skipped=(*skipped, *(() if no_waves is None else (no_waves,))),
+        skipped=findings.skipped,
         filled_in=assembly.filled_in,
         waves=waves,
-        accuracy=accuracy,
-        faint_sunlight=faint,
+        accuracy=findings.accuracy,
+        faint_sunlight=findings.faint_sunlight,
     )
-
-
-def _suns(sun: SunFrames) -> list[Sun | None]:
-    """Sun in a few frames from the first to the last, None below the horizon."""
-    return [position for _, position in sun.evenly(SUNS)]
-
-
-def _may_lack_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:
-    """Whether faint sunlight may be left out: shadows are made of it, and a term asked for would be nothing."""
-    terms = {TERM_PREFIX + name for name in assembly.model.solar_terms}
-    return not assembly.slant.shadows and not any(spec.name in terms for spec in variables)
-
-
-def _variables(
-    scenario: Scenario, assembly: Assembly, waves: bool, wanted: tuple[str, ...] | None = None
-) -> tuple[VariableSpec, ...]:
-    """Return the variables of a scenario, or those wanted instead of what it asks for."""
-    layers, shadows = len(assembly.layers), scenario.slant.shadows
-    wanted = tuple(scenario.output.variables) if wanted is None else wanted
-    try:
-        return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves))
-    except ValueError as error:
-        raise ScenarioError([Problem("output.variables", str(error))]) from error
 
 
 def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:

@@ -14,6 +14,7 @@ from hcss_twin.cli import cli
 from hcss_twin.errors import CertificateWarning, CubeError, ScenarioError
 from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.scene import simulate as simulation
+from hcss_twin.scene.certificate import kept_reference
 from hcss_twin.scene.certificate.certify import certify
 from hcss_twin.scene.compile import compile_tables
 
@@ -326,3 +327,21 @@ def test_a_band_that_nothing_lights_is_told():
     dark = cube(bands=["lwir-10.8", [0.72, 0.75]], time="2024-04-20T23:30:00+10:00")
     assert "band '0.72-0.75um' is darker than" in dark.attrs["hcss_certificate"]
     assert "band 'lwir-10.8' is darker" not in dark.attrs["hcss_certificate"]
+
+
+def test_a_scene_that_is_run_again_is_certified_from_the_same_columns(monkeypatch):
+    first = cube(seed=4711)
+    monkeypatch.setattr(kept_reference, "reference_terms", None)
+    again = cube(seed=4711)
+    assert again.attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
+    with pytest.raises(TypeError):
+        cube(seed=4712)
+
+
+def test_kept_columns_that_cannot_be_read_are_computed_again(monkeypatch, tmp_path):
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path))
+    first = cube()
+    (kept,) = (tmp_path / kept_reference.REFERENCES[0]).glob("*.npz")
+    kept.write_bytes(b"")
+    assert cube().attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
+    assert kept.stat().st_size > 0

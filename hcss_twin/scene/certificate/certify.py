@@ -12,19 +12,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.radiance.reference import reference_terms
 from hcss_twin.scene.brightness import BrightnessTemperature
 from hcss_twin.scene.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck
 from hcss_twin.scene.certificate.certificate_pixels import SampledPixels
 from hcss_twin.scene.certificate.confidence import share_of_all
+from hcss_twin.scene.certificate.kept_reference import reference_of
 from hcss_twin.scene.certificate.strata import stratum_names
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 
 Array = NDArray[np.float64]
-
-COLUMNS_AT_ONCE = 32
-"""Columns for which the model is asked together; its memory grows with them."""
 
 
 def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:
@@ -109,8 +106,7 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
         # What single precision puts beyond the limits is taken for them, as in the look-up.
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
     columns, places = np.unique(thickness, axis=0, return_inverse=True)
-    sun = plan.sun_up_at(pixels.time_s)
-    known = quantities.of(reference_terms(plan.model, plan.spectral_grid, columns, sun, COLUMNS_AT_ONCE))
+    known = quantities.of(reference_of(plan, columns, pixels.time_s))
     exact: Array = np.mean(known[places.ravel()].reshape(count, points, *known.shape[1:]), axis=1)
     return exact
 

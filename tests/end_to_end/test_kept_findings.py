@@ -1,0 +1,110 @@
+"""What a plan finds out is kept between runs, and found out anew where anything it depends on has changed."""
+
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, ScenarioError, make_plan
+from hcss_twin.radiance.as_printed import AsPrinted
+from hcss_twin.scene import findings, kept_findings
+
+SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands": ["mwir-3.7", "lwir-10.8"]}
+
+
+@pytest.fixture(autouse=True)
+def _kept(monkeypatch, tmp_path):
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr("hcss_twin.scene.plan.kept_findings", kept_findings.kept_findings)
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Number of columns that the radiance model was asked for."""
+    calls = []
+    clear = AsPrinted.clear
+    monkeypatch.setattr(AsPrinted, "clear", lambda *each: calls.append(each) or clear(*each))
+    return calls
+
+
+def plan(**changes):
+    return make_plan(
+        Scenario.load("stratus", SMALL | {key.replace("__", "."): each for key, each in changes.items()})
+    )
+
+
+def test_a_second_plan_asks_the_model_for_nothing_and_is_the_same(asked):
+    first = plan()
+    assert asked
+    asked.clear()
+    second = plan()
+    assert not asked
+    assert second.skipped == first.skipped
+    assert second.as_dict() == first.as_dict()
+    assert second.catalog.used == first.catalog.used
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"accuracy": 1e-2},
+        {"time": "2024-04-20T16:30:00+10:00"},
+        {"seed": 5},
+        {"output__variables": ["radiance", "terms"]},
+        {"sea__temperature": 290.0},
+        {"clouds__coverage": 0.3},
+    ],
+)
+def test_another_scenario_is_found_out_anew(asked, changes):
+    plan()
+    asked.clear()
+    plan(**changes)
+    assert asked
+
+
+def test_a_changed_file_is_found_out_anew(asked, tmp_path):
+    response = tmp_path / "response.csv"
+    response.write_text("wavelength_um,response\n3.5,0\n3.7,1\n3.9,0\n")
+    bands = [{"name": "own", "response": str(response)}]
+    plan(bands=bands)
+    asked.clear()
+    plan(bands=bands)
+    assert not asked
+    response.write_text("wavelength_um,response\n3.5,0\n3.8,1\n3.9,0\n")
+    plan(bands=bands)
+    assert asked
+
+
+def test_other_code_is_found_out_anew(asked, monkeypatch):
+    plan()
+    asked.clear()
+    monkeypatch.setattr(kept_findings, "package_fingerprint", lambda _: "another")
+    plan()
+    assert asked
+
+
+def test_a_damaged_file_is_made_again(asked, tmp_path):
+    first = plan()
+    (kept,) = (tmp_path / "cache" / "plans").glob("*.npz")
+    kept.write_bytes(b"no archive")
+    asked.clear()
+    assert plan().skipped == first.skipped
+    assert asked
+    asked.clear()
+    plan()
+    assert not asked
+
+
+def test_a_plan_that_keeps_nothing_takes_nothing(asked):
+    scenario = plan().scenario
+    asked.clear()
+    make_plan(scenario, keeps_results=False)
+    assert asked
+
+
+def test_what_cannot_be_had_is_not_kept(monkeypatch):
+    def refuse(*_):
+        raise ScenarioError([])
+
+    monkeypatch.setattr(findings, "probe_particles", refuse)
+    for _ in range(2):
+        with pytest.raises(ScenarioError):
+            plan()
