@@ -1,9 +1,10 @@
-"""What the certificate costs: its share of whole runs of a shipped scenario, with and without kept tables.
+"""What the certificate costs: its share of whole runs of a shipped scenario, by what was kept from earlier runs.
 
     python benchmarks/certificate.py [--scenario stratus] [--pixels 24 300] [--rounds 3]
 
-Runs with and without take turns, and the share is that of a round; tables and cloud optics are kept in a folder of
-their own. The plan counts as part of the run, the start of Python does not.
+Runs with and without take turns, and the share is that of a round. What is kept lies in a folder of its own: nothing
+but cloud optics; or the tables of the scene, with another seed each time; or all of the same scene. The plan counts as
+part of the run, the start of Python does not.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.scene.simulate import run
 
 
-def seconds(name: str, pixels: int, output: Path) -> float:
+def seconds(name: str, pixels: int, seed: int, output: Path) -> float:
     """Time of a run from the scenario to the finished cube."""
     start = time.perf_counter()
-    run(make_plan(Scenario.load(name, {"output.certificate": pixels})), output)
+    run(make_plan(Scenario.load(name, {"output.certificate": pixels, "seed": seed})), output)
     return time.perf_counter() - start
 
 
@@ -39,21 +40,25 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HCSS_CACHE_DIR"] = str(Path(folder) / "cache")
         output = Path(folder) / "cube.nc"
-        seconds(given.scenario, 1, output)  # compiles kernels
+        seconds(given.scenario, 1, 0, output)  # compiles kernels
         for pixels in given.pixels:
-            for kept in (False, True):
+            for kept in ("nothing", "tables", "all"):
                 found = []
-                for _ in range(given.rounds):
+                for turn in range(given.rounds):
                     both = []
                     for number in (0, pixels):
-                        if not kept:
-                            shutil.rmtree(Path(folder) / "cache" / "tables", ignore_errors=True)
-                        both.append(seconds(given.scenario, number, output))
+                        seed = 2 * turn + (number > 0) if kept == "tables" else 0
+                        if kept == "nothing":
+                            for kind in ("tables", "plans", "references"):
+                                shutil.rmtree(Path(folder) / "cache" / kind, ignore_errors=True)
+                        elif kept == "all":
+                            seconds(given.scenario, number, seed, output)
+                        both.append(seconds(given.scenario, number, seed, output))
                     found.append(both)
                 without, with_it = (statistics.median(each) for each in zip(*found, strict=True))
                 share = statistics.median((b - a) / b for a, b in found)
                 print(
-                    f"{given.scenario}, {pixels} pixels, {'kept' if kept else 'new'} tables: {without:.2f} s without, "
+                    f"{given.scenario}, {pixels} pixels, {kept} kept: {without:.2f} s without, "
                     f"{with_it:.2f} s with the certificate, {100 * share:.0f} % of the run",
                     flush=True,
                 )
