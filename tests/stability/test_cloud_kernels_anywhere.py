@@ -178,7 +178,7 @@ def test_any_window_of_any_field_is_finite_and_a_part_of_the_whole(drawn, rows, 
 
 
 @pytest.mark.long
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=500, deadline=None)
 @given(skies(), st.integers(1, 30), st.integers(1, 30), st.integers(0, 9), st.integers(0, 9))
 def test_many_windows_of_fields(drawn, rows, columns, top, left):
     check = test_any_window_of_any_field_is_finite_and_a_part_of_the_whole.hypothesis.inner_test

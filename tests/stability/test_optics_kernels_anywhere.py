@@ -71,7 +71,7 @@ def test_any_cloud_has_an_albedo_between_0_and_1_and_a_phase_function_of_mean_1(
 
 
 @pytest.mark.long
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(
     st.sampled_from(["water", "ice"]),
     powers(-3, 2.69),
