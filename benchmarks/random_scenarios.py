@@ -275,7 +275,8 @@ def recompute(plan: Plan, thickness: np.ndarray, wanted: int, seed: int) -> Pixe
     radiance = np.empty((len(place), len(plan.bands)))
     for frame in np.unique(place[:, 0]):
         here = np.flatnonzero(place[:, 0] == frame)
-        sun = plan.sun_at(float(plan.frame_times_s[frame]))
+        # The real sun, also where its light is too faint for the accuracy to be computed with.
+        sun = plan.sun_up_at(float(plan.frame_times_s[frame]))
         clear = here[~np.any(metres[here] > 0, axis=1)]
         cloudy = np.setdiff1d(here, clear)
         if clear.size:
