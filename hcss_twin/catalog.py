@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import io
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -107,15 +107,24 @@ class Catalog:
         return self._record(own)
 
     def unchanged(self, used: Mapping[str, str]) -> bool:
-        """Record files that were read before, by the names in :attr:`used`; whether all are still the same."""
-        same = True
+        """Whether files that were read before, by the names in :attr:`used`, are still the same.
+
+        If all are, they are recorded as read; else none is.
+        """
+        now = Catalog(self.root, self.base)
         for name, digest in used.items():
             path = self.root / name if not Path(name).is_absolute() else Path(name)
             if not _is_file(path):
                 return False
-            self._record(path)
-            same = same and self._used.get(name) == digest
-        return same
+            now._record(path)
+            if now._used.get(name) != digest:
+                return False
+        self._used.update(now._used)
+        return True
+
+    def base_of(self, used: Iterable[str]) -> str:
+        """Return the folder that relative paths start from, if files of a user are among those used; else nothing."""
+        return str(self.base.resolve()) if any(Path(name).is_absolute() for name in used) else ""
 
     def toml(self, path: Path) -> dict[str, Any]:
         """Parse a TOML file found by :meth:`find` or :meth:`file`."""

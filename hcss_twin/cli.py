@@ -80,8 +80,9 @@ def run(
         for item in plan.filled_in:
             click.echo(f"  filled in: {item.field} = {item.value} ({item.why})")
         for certificate in found:
-            # The rest of its words are in the cube.
-            click.echo("\n    ".join(("  certificate", *certificate.lines[:3])))
+            click.echo("\n    ".join(("  certificate", *certificate.lines)))
+        if plan.needs_radiance and not found:
+            click.echo("  certificate\n    NONE: output.certificate is 0, no pixel was checked")
     for certificate in found:
         if not certificate.passed:
             click.echo(f"error: {output}: certificate {certificate.lines[0]}", err=True)

@@ -39,7 +39,7 @@ def cache(context: click.Context, as_json: bool) -> None:
     click.echo(f"{'no folder to keep anything in' if root is None else root}")
     for kind, files in found.items():
         most = f" of at most {limit / 1e6:g} MB" if kind == TABLES[0] else ""
-        click.echo(f"  {kind:<11}{len(files):5} files {sum(each.size for each in files) / 1e6:8.1f} MB{most}")
+        click.echo(f"  {kind:<11}{len(files):5} files {sum(each.size for each in files) / 1e6:9.2f} MB{most}")
 
 
 @cache.command()

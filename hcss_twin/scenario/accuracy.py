@@ -45,7 +45,8 @@ def _parse(value: Any) -> float | str:
         nearest = most if plain > most else least
         raise PydanticCustomError(
             "accuracy_range",
-            f"{shown(value)}; allowed: {least:g} to {most:g}{' K' if kelvin else ''}; closest valid choice is "
+            f"{shown(value)} is out of range; allowed: {LEAST:g} to {MOST:g} of the radiance, or text from "
+            f"'{LEAST_K:g} K' to '{MOST_K:g} K'; closest valid choice is "
             + (f"'{nearest:g} K'" if kelvin else f"{nearest:g}"),
         )
     return f"{plain:g} K" if kelvin else plain

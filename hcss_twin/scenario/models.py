@@ -378,7 +378,7 @@ class ScenarioModel(Section):
     accuracy: Accuracy = Field(
         1e-3,
         description="Error allowed to the engine: a share of the total radiance of the band (1e-6 to 0.1), or text "
-        'with kelvin of the brightness temperature (`"0.1 K"`; 0.001 to 10 K).',
+        'with a unit: % of the radiance, or K or mK of its brightness temperature (`"0.1 K"`; 0.001 to 10 K).',
     )
     time: Instant = Field(
         description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00."

@@ -14,7 +14,7 @@ from hcss_twin.providers import Sun
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.accuracy import LEAST, MOST, kelvin_of
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.brightness import HOTTEST_K
+from hcss_twin.scene.brightness import COLDEST_K, HOTTEST_K
 from hcss_twin.scene.building.assembly import Assembly
 
 Array = NDArray[np.float64]
@@ -24,6 +24,9 @@ WAVENUMBERS = 24
 
 MARGIN_K = 5.0
 """By which a pixel may be hotter than what was found."""
+
+WAVES_K = 60.0
+"""By which glint of waves may look hotter than that of the mean sea."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,14 @@ def requested_accuracy(
                 "sunlight does at short wavelengths; allowed: a share of the radiance"
             )
             raise ScenarioError([Problem("accuracy", message)])
+        if hottest - MARGIN_K < COLDEST_K:
+            message = (
+                f"{scenario.accuracy!r}: pixels of band '{name}' look colder than {COLDEST_K:g} K at every wavenumber; "
+                "allowed: a share of the radiance"
+            )
+            raise ScenarioError([Problem("accuracy", message)])
+        if scenario.sea.waves != "averaged":
+            hottest += WAVES_K
         shares.append(kelvin * _slope(grid, band, hottest))
     relative = min(shares)
     if relative < LEAST:

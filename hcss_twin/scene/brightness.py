@@ -50,3 +50,11 @@ class BrightnessTemperature:
                 )
             result[band] = 1.0 / np.interp(np.log(values), table, self._inverse_temperature)
         return result
+
+    def where_known(self, radiance: Array) -> Array:
+        """Return kelvin for ``radiance`` (B, N), NaN where it is that of no black body between 60 and 3000 K."""
+        result = np.full(radiance.shape, np.nan)
+        for values, kelvin, table in zip(radiance, result, self._ln_radiance, strict=True):
+            known = (values >= np.exp(table[0])) & (values <= np.exp(table[-1]))
+            kelvin[known] = 1.0 / np.interp(np.log(values[known]), table, self._inverse_temperature)
+        return result

@@ -129,7 +129,7 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
     if not plan.sun_matters or times.size == 1:
         return (float(times[middle]),), 0.0
     known = {frame: columns.probe(plan.sun_at(float(times[frame]))) for frame in (0, times.size - 1)}
-    change = float(np.max(np.abs(known[times.size - 1] / known[0] - 1.0)))
+    change = _largest_share(known[times.size - 1] - known[0], known[0])
     near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
     if 0.6 * change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, times.size - 1):
         # Half the change on either side; over less than an hour it is nearly linear.
@@ -142,7 +142,7 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
         middle = (low + high) // 2
         exact = columns.probe(plan.sun_at(float(times[middle])))
         weight = (times[middle] - times[low]) / (times[high] - times[low])
-        error = float(np.max(np.abs(((1 - weight) * known[low] + weight * known[high]) / exact - 1.0)))
+        error = _largest_share((1 - weight) * known[low] + weight * known[high] - exact, exact)
         # One agreement in the middle proves nothing over a day: noon, noon and noon agree.
         near = times[high] - times[low] <= LONGEST_TIME_STEP_S
         if error <= tolerance and near and _is_up(plan, low) == _is_up(plan, high):
@@ -151,6 +151,12 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
         known[middle] = exact
         pending += [(low, middle), (middle, high)]
     return tuple(float(times[frame]) for frame in sorted(known)), worst
+
+
+def _largest_share(difference: Array, whole: Array) -> float:
+    """Largest difference relative to the whole; what differs from nothing does by infinitely much."""
+    away, lit = np.abs(difference), whole != 0.0
+    return float(np.max(away[lit] / np.abs(whole[lit]), initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
 
 
 def _is_up(plan: Plan, frame: int) -> bool:

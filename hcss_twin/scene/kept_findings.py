@@ -9,9 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
-import numpy as np
-
-from hcss_twin.cache.fingerprint import package_fingerprint
+from hcss_twin.cache.fingerprint import package_fingerprint, top_level
 from hcss_twin.cache.kinds import PLANS
 from hcss_twin.cache.records import read_record, write_record
 from hcss_twin.cache.store import Store
@@ -22,6 +20,7 @@ from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.findings import Findings
 from hcss_twin.scene.ledger.entry import Skipped
 from hcss_twin.version import __version__
+from hcss_twin.versions import versions
 
 _FORMAT = 1
 """Raised when what is written here changes its meaning."""
@@ -29,11 +28,15 @@ _FORMAT = 1
 
 @dataclass(frozen=True)
 class KeptFindings:
-    """Findings, and the files that were read for them beside those the assembly had read."""
+    """Findings, and the files that were read for them beside those the assembly had read.
+
+    ``base`` is the folder of the scenario, if a user's files are among these.
+    """
 
     findings: Findings
     file_names: tuple[str, ...]
     file_sha256: tuple[str, ...]
+    base: str = ""
 
 
 _CLASSES: Mapping[str, type] = {
@@ -54,10 +57,11 @@ def kept_findings(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> F
         return None
     try:
         kept = read_record(path, _CLASSES)
-        if isinstance(kept, KeptFindings) and catalog.unchanged(
-            dict(zip(kept.file_names, kept.file_sha256, strict=True))
-        ):
-            return kept.findings
+        if isinstance(kept, KeptFindings):
+            if kept.base not in ("", catalog.base_of(["/"])):
+                return None  # of a scenario elsewhere, with files of its own
+            if catalog.unchanged(dict(zip(kept.file_names, kept.file_sha256, strict=True))):
+                return kept.findings
     except Exception:  # whatever is wrong with the file, it is made again
         pass
     store.forget(key)
@@ -77,7 +81,7 @@ def keep_findings(
     if isinstance(catalog, SecludedCatalog):
         return
     read = {name: digest for name, digest in catalog.used.items() if name not in before}
-    new = KeptFindings(findings, tuple(read), tuple(read.values()))
+    new = KeptFindings(findings, tuple(read), tuple(read.values()), catalog.base_of(read))
     Store(*PLANS).keep(_key(scenario, assembly, before), lambda draft: write_record(draft, new, _CLASSES))
 
 
@@ -89,12 +93,16 @@ def _key(scenario: Scenario, assembly: Assembly, files: Mapping[str, str]) -> st
     parts = {
         "format": _FORMAT,
         "version": __version__,
-        "numpy": np.__version__,
+        "libraries": versions(),
         "scenario": {name: value for name, value in text.items() if name != "title"},
         "filled_in": [dataclasses.asdict(each) for each in assembly.filled_in],
         "files": dict(files),
         "code": {
-            kind: [entry.qualified_name, entry.version, fingerprint(entry.spec.target.partition(".")[0])]
+            kind: [
+                entry.qualified_name,
+                entry.version,
+                fingerprint(top_level(entry.spec.target)),
+            ]
             for kind, entry in assembly.entries.items()
         },
         "engine": fingerprint(__name__.partition(".")[0]),

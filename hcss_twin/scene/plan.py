@@ -260,6 +260,8 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True) -> Plan:
     ProviderError
         If a selected provider is broken.
     """
+    if not isinstance(scenario, Scenario):
+        raise TypeError(f"a Scenario is needed, not {scenario!r}; Scenario.load reads names and files")
     try:
         catalog = Catalog if keeps_results else SecludedCatalog
         return _make_plan(scenario, catalog(base=scenario.base))

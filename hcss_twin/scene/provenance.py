@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import json
-import platform
-from importlib import metadata
 
 from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables.radiance_tables import RadianceTables
-
-LIBRARIES = ("numpy", "numba", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
+from hcss_twin.versions import versions
 
 
 def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | float | int]:
@@ -36,9 +33,10 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "hcss_skipped": json.dumps([vars(item) for item in plan.skipped]),
         "hcss_particles": json.dumps([told(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.notes),
-        "hcss_accuracy_requested": plan.accuracy.relative,
     }
-    if plan.accuracy.kelvin is not None:
+    if plan.needs_radiance:
+        attributes["hcss_accuracy_requested"] = plan.accuracy.relative
+    if plan.needs_radiance and plan.accuracy.kelvin is not None:
         attributes["hcss_accuracy_requested_kelvin"] = plan.accuracy.kelvin
     wave_height = getattr(plan.assembly.sea, "significant_wave_height_m", None)
     if wave_height is not None:
@@ -61,18 +59,3 @@ def _summary(plan: Plan) -> str:
         f"Band-integrated radiance at the sensor of {clouds} over sea in {bands}{averaged}, computed by hcss_twin with "
         f"the radiance model '{plan.scenario.radiance.model}'."
     )
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of this package, of Python and of the libraries that have a share in the numbers."""
-    found = {"hcss-twin": installed_version("hcss-twin"), "python": platform.python_version()}
-    found.update((name, installed_version(name)) for name in LIBRARIES)
-    return found
-
-
-def installed_version(distribution: str) -> str:
-    """Return the version of a distribution, or ``not installed``."""
-    try:
-        return metadata.version(distribution)
-    except metadata.PackageNotFoundError:
-        return "not installed"

@@ -35,8 +35,8 @@ def quantized(
     most = LARGEST_SHARE * accuracy.relative
     if asked > most:
         message = (
-            f"{asked:g} is more than {100 * LARGEST_SHARE:g} % of the accuracy, {accuracy}, which is for the whole "
-            f"number that the cube has; allowed: 0 to {most:.3g}; closest valid choice is {most:.3g}"
+            f"{asked:g} is more than {100 * LARGEST_SHARE:g} % of the accuracy ({accuracy}), the rest of which "
+            f"the radiance needs before it is rounded; allowed: 0 to {most:.3g}; closest valid choice is {most:.3g}"
         )
         raise ScenarioError([Problem("output.quantization", message)])
     bits = bits_for(asked)

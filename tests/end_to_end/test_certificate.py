@@ -15,8 +15,10 @@ from hcss_twin.errors import CertificateWarning, CubeError, ScenarioError
 from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.scene import simulate as simulation
 from hcss_twin.scene.certificate import kept_reference
+from hcss_twin.scene.certificate.certificate_pixels import PixelSample
 from hcss_twin.scene.certificate.certify import certify
 from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.stream import stream
 
 SMALL = CHEAP | {
     "bands": ["mwir-3.7", "lwir-10.8"],
@@ -345,3 +347,25 @@ def test_kept_columns_that_cannot_be_read_are_computed_again(monkeypatch, tmp_pa
     kept.write_bytes(b"")
     assert cube().attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
     assert kept.stat().st_size > 0
+
+
+def test_a_pixel_that_is_no_number_exceeds():
+    plan = make_plan(Scenario.load("stratus", SMALL))
+    tables, sample = compile_tables(plan), PixelSample(plan)
+    for _ in stream(plan, tables, sample):
+        pass
+    assert certify(plan, tables, sample.frames).passed
+    sample.frames[0].radiance[3] = np.nan
+    found = certify(plan, tables, sample.frames)
+    assert found.exceeding == 1
+    assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["achieved"]["mwir-3.7"] is None
+
+
+def test_kelvin_of_black_pixels_are_refused_before_anything_is_computed():
+    every = ["cloud_emission", "cloud_reflected_sun", "sea_emission", "sea_reflected_sun", "path_emission"]
+    every += ["reflected_air_emission", "path_scattered_sun"]
+    black = {"radiance.model": "physical-two-stream", "radiance.parameters.leave_out": every}
+    with pytest.raises(
+        ScenarioError, match=r"accuracy: '0.5 K': pixels of band 'mwir-3.7' look colder than 60 K"
+    ):
+        make_plan(Scenario.load("stratus", SMALL | black | {"accuracy": "0.5 K"}))

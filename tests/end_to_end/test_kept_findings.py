@@ -1,11 +1,16 @@
 """What a plan finds out is kept between runs, and found out anew where anything it depends on has changed."""
 
+import json
+
 import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan
+from hcss_twin.cache.fingerprint import top_level
+from hcss_twin.catalog import Catalog
 from hcss_twin.radiance.as_printed import AsPrinted
 from hcss_twin.scene import findings, kept_findings
+from hcss_twin.scene import plan as planning
 
 SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands": ["mwir-3.7", "lwir-10.8"]}
 
@@ -108,3 +113,49 @@ def test_what_cannot_be_had_is_not_kept(monkeypatch):
     for _ in range(2):
         with pytest.raises(ScenarioError):
             plan()
+
+
+def test_a_file_of_another_folder_is_not_taken_for_that_of_this_one(asked, monkeypatch, tmp_path):
+    """Of a provider that opens its file when it is first asked."""
+    clear = AsPrinted.clear
+
+    def lazily(self, wavenumber, sun):
+        catalog[0].file("factor.txt")
+        return clear(self, wavenumber, sun)
+
+    catalog = []
+    assemble = planning.assemble
+
+    def assembled(scenario, own, slant):
+        catalog[:] = [own]
+        return assemble(scenario, own, slant)
+
+    monkeypatch.setattr(planning, "assemble", assembled)
+    monkeypatch.setattr(AsPrinted, "clear", lazily)
+    used = []
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "factor.txt").write_text(name)
+        scenario = Scenario.load("stratus", SMALL)
+        made = Scenario.from_dict(json.loads(scenario.to_json()), base=tmp_path / name)
+        used.append([path for path in make_plan(made).catalog.used if "factor" in path])
+    assert used == [[str(tmp_path / name / "factor.txt")] for name in ("a", "b")]
+
+
+def test_files_that_changed_are_not_recorded_as_read(tmp_path):
+    same, changed = tmp_path / "same.csv", tmp_path / "changed.csv"
+    for path in (same, changed):
+        path.write_text("1")
+    first = Catalog(base=tmp_path)
+    for path in (same, changed):
+        first.file(path.name)
+    changed.write_text("2")
+    second = Catalog(base=tmp_path)
+    assert not second.unchanged(first.used)
+    assert not second.used
+    assert second.unchanged({name: digest for name, digest in first.used.items() if "same" in name})
+    assert [*second.used] == [str(same)]
+
+
+def test_the_package_of_a_target_is_known_by_its_first_part():
+    assert [top_level(each) for each in ("one.sea.rough:Sea", "one:Sea", "one.sea:Sea")] == ["one"] * 3

@@ -120,7 +120,7 @@ def test_the_command_says_what_is_kept_and_clears_it(folder):
     tables_of(plan())
     shown = CliRunner().invoke(cli, ["cache"])
     assert shown.exit_code == 0
-    assert "tables      1 files" in shown.output
+    assert "tables         1 files" in shown.output
     cleared = CliRunner().invoke(cli, ["cache", "clear", "tables"])
     assert cleared.output.startswith("tables: 1 files removed")
     assert not list(folder.iterdir())

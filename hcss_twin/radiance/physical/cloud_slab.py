@@ -126,7 +126,7 @@ class SlabMaker:
             else:  # outside the layer's range: without a table
                 operators = tuple(each[0] for each in self._solve(layer, np.array([thickness])))
             *rows, back, through, beam, turned = operators
-            emissivity, far, direct, reflection, transmission = _shares(*rows)
+            emissivity, far, direct, reflection, transmission = _closed(*rows)
             slabs.append(
                 CloudSlab(
                     base_m=float(tops[t] - thickness),
@@ -138,9 +138,9 @@ class SlabMaker:
                     direct=direct,
                     reflection=reflection,
                     transmission=transmission,
-                    sun_reflection=np.maximum(back, 0.0),
-                    sun_transmission=np.maximum(through, 0.0),
-                    sun_direct=np.maximum(beam, 0.0),
+                    sun_reflection=back,
+                    sun_transmission=through,
+                    sun_direct=beam,
                     beam_transmission=turned,
                 )
             )
@@ -232,12 +232,11 @@ class SlabMaker:
         return np.moveaxis(back, 1, -1), np.moveaxis(through, 1, -1), solved.direct[:, :, sun]
 
 
-def _shares(
+def _closed(
     emissivity: Array, far: Array, direct: Array, reflection: Array, transmission: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Rows without the less than nothing that polynomials leave where clouds are opaque; they still sum to one."""
-    shares = [np.maximum(each, 0.0) for each in (emissivity, far, direct, reflection, transmission)]
-    whole = shares[0] + shares[2] + np.sum(shares[3], axis=1) + np.sum(shares[4], axis=1)
-    emissivity, far, direct = (each / whole for each in shares[:3])
-    reflection, transmission = (each / whole[:, None] for each in shares[3:])
+    """Rows that sum to one again, from which the table took what polynomials leave below nothing: some 1e-7."""
+    whole = emissivity + direct + np.sum(reflection, axis=1) + np.sum(transmission, axis=1)
+    emissivity, far, direct = (each / whole for each in (emissivity, far, direct))
+    reflection, transmission = (each / whole[:, None] for each in (reflection, transmission))
     return emissivity, far, direct, reflection, transmission

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,11 @@ class OperatorTable:
     thickness_m: Array
     operators: tuple[Array, ...]
 
+    @cached_property
+    def floors(self) -> tuple[Array, ...]:
+        """The least of each operator, at most 0: polynomials swing below where a cloud turns opaque."""
+        return tuple(np.minimum(np.min(each, axis=0), 0.0) for each in self.operators)
+
     @property
     def least_m(self) -> float:
         """Smallest thickness with a full window around it."""
@@ -59,7 +65,10 @@ class OperatorTable:
         place = math.log2(thickness_m / float(self.thickness_m[0])) * PER_OCTAVE
         first = min(max(math.floor(place) - _WINDOW // 2 + 1, 0), self.thickness_m.size - _WINDOW)
         weights = _lagrange(place - first)
-        return tuple(np.tensordot(weights, each[first : first + _WINDOW], axes=1) for each in self.operators)
+        return tuple(
+            np.maximum(np.tensordot(weights, each[first : first + _WINDOW], axes=1), floor)
+            for each, floor in zip(self.operators, self.floors, strict=True)
+        )
 
 
 def _lagrange(position: float) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -133,8 +134,8 @@ class Certificate:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values for ``hcss run --json``."""
-        return {
+        """Plain values for ``hcss run --json``; None stands for what is no number."""
+        found: dict[str, Any] = {
             "passed": self.passed,
             "requested": self.requested.relative,
             "requested_K": self.requested.kelvin,
@@ -152,6 +153,7 @@ class Certificate:
             ],
             "text": "; ".join(self.lines),
         }
+        return {name: _finite(value) for name, value in found.items()}
 
     def attributes(self) -> dict[str, str | float | int]:
         """Global attributes of the cube."""
@@ -159,8 +161,8 @@ class Certificate:
         return {
             "hcss_certificate": plain["text"],
             "hcss_accuracy_achieved": json.dumps(plain["achieved"]),
-            **({"hcss_accuracy_achieved_kelvin": json.dumps(self.achieved_K)} if self.achieved_K else {}),
-            **({"hcss_certificate_terms": json.dumps(self.terms)} if self.terms else {}),
+            **({"hcss_accuracy_achieved_kelvin": json.dumps(plain["achieved_K"])} if self.achieved_K else {}),
+            **({"hcss_certificate_terms": json.dumps(plain["terms"])} if self.terms else {}),
             "hcss_certificate_pixels": self.checked,
             "hcss_certificate_strata": json.dumps(plain["strata"]),
         }
@@ -216,6 +218,15 @@ class Certificate:
             f"at {100 * CONFIDENCE:g} % confidence less than {alike} of pixels drawn alike, some of each kind, exceed "
             f"it (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of which these were drawn",
         )
+
+
+def _finite(value: Any) -> Any:
+    """JSON knows neither NaN nor infinity."""
+    if isinstance(value, dict):
+        return {name: _finite(each) for name, each in value.items()}
+    if isinstance(value, list):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _percent(share: float) -> str:

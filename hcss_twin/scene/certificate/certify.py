@@ -48,15 +48,17 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
     error = errors[:, 0]
     # The cube is in single precision: one step of its numbers is no error of the engine.
     rounding = np.spacing(np.abs(exact).astype(np.float32)).astype(np.float64)
-    over = away > plan.accuracy.relative * total + rounding
+    # So that what is no number exceeds.
+    over = ~(away <= plan.accuracy.relative * total + rounding)
     achieved_K: dict[str, float] = {}
     exceeding = np.any(over, axis=(1, 2))
     if plan.accuracy.kelvin is not None:
         away_K, rounding_K = _in_kelvin(plan, written[:, 0], exact[:, 0])
         # Kelvin say what the total may be; the terms keep the share of the radiance that stands for it.
-        exceeding = np.any(away_K > plan.accuracy.kelvin + rounding_K, axis=1) | np.any(
-            over[:, 1:], axis=(1, 2)
-        )
+        warm = np.isfinite(away_K)
+        over[:, 0] = np.where(warm, away_K > plan.accuracy.kelvin + rounding_K, over[:, 0])
+        exceeding = np.any(over, axis=(1, 2))
+        away_K = np.where(warm, away_K, 0.0)
         if away_K.size:
             worst_K = np.max(away_K, axis=0)
             achieved_K = {band.name: _rounded(each) for band, each in zip(plan.bands, worst_K, strict=True)}
@@ -112,11 +114,14 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
 
 
 def _in_kelvin(plan: Plan, written: Array, exact: Array) -> tuple[Array, Array]:
-    """Errors of the brightness temperature and one step of single precision of the radiance, both (M, B) in K."""
+    """Errors of the brightness temperature and one step of single precision of the radiance, both (M, B) in K.
+
+    NaN where either radiance is that of no black body: the share of the radiance decides there.
+    """
     temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
 
     def kelvin(radiance: Array) -> Array:
-        return np.asarray(temperature(radiance.T[:, :, None].astype(np.float32)), np.float64)[:, :, 0].T
+        return temperature.where_known(radiance.T).T
 
     if not exact.size:
         return exact, exact

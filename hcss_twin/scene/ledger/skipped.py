@@ -45,11 +45,13 @@ def skipped_parts(
     yield from _sunlight(sun, radiance, faint_sunlight)
     yield from _clouds(assembly)
     if not radiance:
-        yield from slant_skipped(assembly, sun, 0.0, radiance)
+        # Masks change by whole pixels, and no radiance is there to be bounded.
+        yield from slant_skipped(assembly, sun, None, radiance)
         return
     yield Skipped(
         "radiance of single pixels",
-        "tables of few wavenumbers, cloud thicknesses and instants stand for it; the run's certificate tries them",
+        "tables of few wavenumbers, cloud thicknesses and instants stand for it"
+        + ("; the run's certificate tries them" if scenario.output.certificate else ""),
         accuracy,
     )
     frames = sun.telling(assembly.view)

@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-import numpy as np
-
-from hcss_twin.cache.fingerprint import package_fingerprint
+from hcss_twin.cache.fingerprint import package_fingerprint, top_level
 from hcss_twin.cache.kinds import TABLES
 from hcss_twin.cache.records import read_record, write_record
 from hcss_twin.cache.store import Store
@@ -33,6 +31,7 @@ from hcss_twin.scene.tables.radiance_tables import (
 from hcss_twin.scene.tables.spectrum import Spectrum
 from hcss_twin.scene.tables.thickness_axis import ThicknessAxis
 from hcss_twin.version import __version__
+from hcss_twin.versions import versions
 
 _FORMAT = 2
 """Raised when what is written here changes its meaning."""
@@ -43,11 +42,15 @@ _INDEPENDENT = ("title", "seed", "image", "clouds", "output")
 
 @dataclass(frozen=True)
 class KeptTables:
-    """Tables, and the files that were read to compute them beside those the plan had read."""
+    """Tables, and the files that were read to compute them beside those the plan had read.
+
+    ``base`` is the folder of the scenario, if a user's files are among these.
+    """
 
     tables: RadianceTables
     file_names: tuple[str, ...]
     file_sha256: tuple[str, ...]
+    base: str = ""
 
 
 _CLASSES: Mapping[str, type] = {
@@ -78,17 +81,17 @@ def tables_of(plan: Plan) -> RadianceTables:
     if path is not None:
         try:
             kept = read_record(path, _CLASSES)
-            if isinstance(kept, KeptTables) and plan.catalog.unchanged(
-                dict(zip(kept.file_names, kept.file_sha256, strict=True))
-            ):
-                return kept.tables
+            if isinstance(kept, KeptTables):
+                own = kept.base in ("", plan.catalog.base_of(["/"]))
+                if own and plan.catalog.unchanged(dict(zip(kept.file_names, kept.file_sha256, strict=True))):
+                    return kept.tables
         except Exception:  # whatever is wrong with the file, it is made again
             pass
         store.forget(key)
     before = plan.catalog.used
     tables = compile_tables(plan)
     read = {name: digest for name, digest in plan.catalog.used.items() if name not in before}
-    new = KeptTables(tables, tuple(read), tuple(read.values()))
+    new = KeptTables(tables, tuple(read), tuple(read.values()), plan.catalog.base_of(read))
     store.keep(key, lambda draft: write_record(draft, new, _CLASSES))
     return tables
 
@@ -101,20 +104,24 @@ def table_key(plan: Plan) -> str:
     parts: dict[str, Any] = {
         "format": _FORMAT,
         "version": __version__,
-        "numpy": np.__version__,
+        "libraries": versions(),
         "scenario": {name: value for name, value in scenario.items() if name not in _INDEPENDENT},
         "accuracy": plan.accuracy.relative,
         "files": dict(plan.catalog.used),
         "terms": [spec.name for spec in plan.variables if spec.name.startswith(TERM_PREFIX)],
-        "sunlight": plan.sun_matters,
+        "sunlight": [plan.sun_matters, plan.faint_sunlight],
         "layers": [
             dataclasses.asdict(dataclasses.replace(layer, coverage=float(cloudy), edge_taper=0.0, name=""))
             for layer, cloudy in zip(plan.layers, plan.cloudy_layers, strict=True)
         ],
         "code": {
-            kind: [entry.qualified_name, entry.version, fingerprint(entry.spec.target.partition(".")[0])]
+            kind: [
+                entry.qualified_name,
+                entry.version,
+                fingerprint(top_level(entry.spec.target)),
+            ]
             for kind, entry in plan.assembly.entries.items()
-            if kind != Kind.CLOUDS
+            if entry.kind is not Kind.CLOUDS
         },
         "engine": fingerprint(__name__.partition(".")[0]),
     }

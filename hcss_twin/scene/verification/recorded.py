@@ -16,8 +16,8 @@ from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE
 from hcss_twin.errors import CubeError, ProviderError
 from hcss_twin.registry.discovery import Entry
 from hcss_twin.registry.registry import Registry
-from hcss_twin.scene.provenance import installed_version, versions
 from hcss_twin.scene.verification.verification import Change, FileChange
+from hcss_twin.versions import installed_version, versions
 
 _VERSIONS, _PROVIDERS, _FILES = "hcss_versions", "hcss_providers", "hcss_files_sha256"
 _TOLD_APART = (SCENARIO_ATTRIBUTE, _VERSIONS, _PROVIDERS, _FILES)

@@ -1,0 +1,23 @@
+"""Versions of what has a share in the numbers."""
+
+from __future__ import annotations
+
+import platform
+from importlib import metadata
+
+LIBRARIES = ("numpy", "numba", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of this package, of Python and of the libraries that have a share in the numbers."""
+    found = {"hcss-twin": installed_version("hcss-twin"), "python": platform.python_version()}
+    found.update((name, installed_version(name)) for name in LIBRARIES)
+    return found
+
+
+def installed_version(distribution: str) -> str:
+    """Return the version of a distribution, or ``not installed``."""
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return "not installed"
