@@ -38,7 +38,10 @@ def _parse(value: Any) -> float | str:
             )
     if isinstance(number, bool) or not isinstance(number, int | float):
         raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ALLOWED}")
-    plain = float(number) * _FACTORS[unit]
+    try:
+        plain = float(number) * _FACTORS[unit]
+    except OverflowError:  # a whole number beyond all others
+        plain = float("inf") if number > 0 else -float("inf")
     kelvin = unit.endswith("K")
     least, most = (LEAST_K, MOST_K) if kelvin else (LEAST, MOST)
     if not least <= plain <= most:
