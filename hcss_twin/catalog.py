@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import io
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -121,10 +121,6 @@ class Catalog:
                 return False
         self._used.update(now._used)
         return True
-
-    def base_of(self, used: Iterable[str]) -> str:
-        """Return the folder that relative paths start from, if files of a user are among those used; else nothing."""
-        return str(self.base.resolve()) if any(Path(name).is_absolute() for name in used) else ""
 
     def toml(self, path: Path) -> dict[str, Any]:
         """Parse a TOML file found by :meth:`find` or :meth:`file`."""

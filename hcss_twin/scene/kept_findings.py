@@ -19,6 +19,7 @@ from hcss_twin.scene.accuracy import RequestedAccuracy
 from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.findings import Findings
 from hcss_twin.scene.ledger.entry import Skipped
+from hcss_twin.scene.users_folder import of_the_same_folder, users_folder
 from hcss_twin.version import __version__
 from hcss_twin.versions import versions
 
@@ -58,7 +59,7 @@ def kept_findings(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> F
     try:
         kept = read_record(path, _CLASSES)
         if isinstance(kept, KeptFindings):
-            if kept.base not in ("", catalog.base_of(["/"])):
+            if not of_the_same_folder(catalog, kept.base):
                 return None  # of a scenario elsewhere, with files of its own
             if catalog.unchanged(dict(zip(kept.file_names, kept.file_sha256, strict=True))):
                 return kept.findings
@@ -81,7 +82,7 @@ def keep_findings(
     if isinstance(catalog, SecludedCatalog):
         return
     read = {name: digest for name, digest in catalog.used.items() if name not in before}
-    new = KeptFindings(findings, tuple(read), tuple(read.values()), catalog.base_of(read))
+    new = KeptFindings(findings, tuple(read), tuple(read.values()), users_folder(catalog, read))
     Store(*PLANS).keep(_key(scenario, assembly, before), lambda draft: write_record(draft, new, _CLASSES))
 
 

@@ -30,6 +30,7 @@ from hcss_twin.scene.tables.radiance_tables import (
 )
 from hcss_twin.scene.tables.spectrum import Spectrum
 from hcss_twin.scene.tables.thickness_axis import ThicknessAxis
+from hcss_twin.scene.users_folder import of_the_same_folder, users_folder
 from hcss_twin.version import __version__
 from hcss_twin.versions import versions
 
@@ -82,7 +83,7 @@ def tables_of(plan: Plan) -> RadianceTables:
         try:
             kept = read_record(path, _CLASSES)
             if isinstance(kept, KeptTables):
-                own = kept.base in ("", plan.catalog.base_of(["/"]))
+                own = of_the_same_folder(plan.catalog, kept.base)
                 if own and plan.catalog.unchanged(dict(zip(kept.file_names, kept.file_sha256, strict=True))):
                     return kept.tables
         except Exception:  # whatever is wrong with the file, it is made again
@@ -91,7 +92,7 @@ def tables_of(plan: Plan) -> RadianceTables:
     before = plan.catalog.used
     tables = compile_tables(plan)
     read = {name: digest for name, digest in plan.catalog.used.items() if name not in before}
-    new = KeptTables(tables, tuple(read), tuple(read.values()), plan.catalog.base_of(read))
+    new = KeptTables(tables, tuple(read), tuple(read.values()), users_folder(plan.catalog, read))
     store.keep(key, lambda draft: write_record(draft, new, _CLASSES))
     return tables
 
