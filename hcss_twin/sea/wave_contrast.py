@@ -69,7 +69,10 @@ def thermal_contrast_bound(
     for sign in (-1.0, 1.0):
         view = np.minimum(np.abs(zenith + sign * tilt), _STEEPEST_VIEW)
         greatest = np.maximum(greatest, np.abs(sea.emissivity(wavenumber_cm1, np.cos(view)) - level))
-    return np.asarray(greatest * (1.0 - sky_share) / (level + (1.0 - level) * sky_share), dtype=np.float64)
+    change, whole = greatest * (1.0 - sky_share), level + (1.0 - level) * sky_share
+    # A sea that sends nothing, as under foam of emissivity 0, changes by nothing or by infinitely much.
+    black = np.where(change > 0.0, np.inf, 0.0)
+    return np.asarray(np.divide(change, whole, out=black, where=whole > 0.0), dtype=np.float64)
 
 
 def glint_contrast_bound(mirror_slope: Array, mean_square_slope: float, slope: float) -> Array:

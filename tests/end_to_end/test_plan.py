@@ -118,3 +118,10 @@ def test_a_band_narrower_than_the_atmosphere_resolves_is_told():
     told = [note for note in plan.notes if "not resolved" in note]
     assert len(told) == 1
     assert "'10.8-10.81um' is 0.857 cm-1 wide" in told[0]
+
+
+def test_a_sea_that_sends_nothing_has_a_plan():
+    foam = {"sea.model": "rough-sea", "sea.wind_speed": 38.0, "sea.parameters": {"foam_emissivity": 0.0}}
+    calm = {"sea.parameters": {**foam.pop("sea.parameters"), "re_reflection": False, "shadowing": "none"}}
+    scenario = Scenario.load("stratus", {**TINY, **foam, **calm, "bands": ["mwir-3.7"], "view.zenith": 0.0})
+    assert make_plan(scenario).skipped
