@@ -157,7 +157,7 @@ class TestAnyAllowedScenarioGivesASoundCubeOrAClearError:
         check_cube(raw)
 
     @pytest.mark.long
-    @_settings(40)
+    @_settings(25)
     @given(scenarios())
     def test_many(self, raw):
         check_cube(raw)
@@ -168,7 +168,7 @@ class TestAnyAllowedScenarioGivesASoundCubeOrAClearError:
         check_cube(raw)
 
     @pytest.mark.long
-    @_settings(8)
+    @_settings(2)
     @given(scenarios(PHYSICAL))
     def test_more_of_the_default_models(self, raw):
         check_cube(raw)
@@ -188,13 +188,13 @@ class TestAnyAllowedSurroundingsAndShapesOfImagesDoToo:
         check_cube(raw, files)
 
     @pytest.mark.long
-    @_settings(100)
+    @_settings(35)
     @given(raw=wide_scenarios(PAPER, particles=True))
     def test_many(self, raw, files):
         check_cube(raw, files)
 
     @pytest.mark.long
-    @_settings(20)
+    @_settings(5)
     @given(raw=wide_scenarios(PHYSICAL, particles=True))
     def test_many_of_the_default_models(self, raw, files):
         check_cube(raw, files)
@@ -207,7 +207,7 @@ class TestAnyOtherScenarioIsRefusedWithAMessage:
         check_refusal(raw)
 
     @pytest.mark.long
-    @_settings(1000)
+    @_settings(300)
     @given(mutated())
     def test_many(self, raw):
         check_refusal(raw)
