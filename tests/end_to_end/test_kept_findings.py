@@ -9,7 +9,7 @@ from hcss_twin import Scenario, ScenarioError, make_plan
 from hcss_twin.cache.fingerprint import top_level
 from hcss_twin.catalog import Catalog
 from hcss_twin.radiance.as_printed import AsPrinted
-from hcss_twin.scene import findings, kept_findings
+from hcss_twin.scene import findings, kept_findings, kept_results
 from hcss_twin.scene import plan as planning
 
 SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands": ["mwir-3.7", "lwir-10.8"]}
@@ -81,7 +81,7 @@ def test_a_changed_file_is_found_out_anew(asked, tmp_path):
 def test_other_code_is_found_out_anew(asked, monkeypatch):
     plan()
     asked.clear()
-    monkeypatch.setattr(kept_findings, "package_fingerprint", lambda _: "another")
+    monkeypatch.setattr(kept_results, "package_fingerprint", lambda _: "another")
     plan()
     assert asked
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cache.kinds import REFERENCES
-from hcss_twin.cache.records import read_record, write_record
-from hcss_twin.cache.store import Store
-from hcss_twin.catalog import SecludedCatalog
 from hcss_twin.radiance.reference import reference_terms
+from hcss_twin.scene.kept_results import KeptResults
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables.kept_tables import table_key
 
@@ -30,9 +27,6 @@ class KeptReference:
     terms: Array
 
 
-_CLASSES: Mapping[str, type] = {KeptReference.__name__: KeptReference}
-
-
 def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
     """Terms (N, K, B) of columns (N, L) at a time, computed at every wavenumber of the dense grid.
 
@@ -43,26 +37,16 @@ def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
     ProviderError
         If a provider breaks its contract.
     """
-
-    def compute() -> Array:
-        sun = plan.sun_up_at(time_s)
-        return reference_terms(plan.model, plan.spectral_grid, thickness_m, sun, COLUMNS_AT_ONCE)
-
-    if isinstance(plan.catalog, SecludedCatalog):
-        return compute()
     digest = hashlib.sha256(table_key(plan).encode())
     digest.update(repr((float(time_s), thickness_m.shape)).encode())
     digest.update(np.ascontiguousarray(thickness_m).tobytes())
-    store, key = Store(*REFERENCES), digest.hexdigest()
-    path = store.find(key)
-    if path is not None:
-        try:
-            kept = read_record(path, _CLASSES)
-            if isinstance(kept, KeptReference):
-                return kept.terms
-        except Exception:  # whatever is wrong with the file, it is made again
-            pass
-        store.forget(key)
-    terms = compute()
-    store.keep(key, lambda draft: write_record(draft, KeptReference(terms), _CLASSES))
-    return terms
+    results = KeptResults(REFERENCES, plan.catalog, KeptReference)
+    key, before = digest.hexdigest(), plan.catalog.used
+    kept = results.find(key)
+    if kept is None:
+        sun = plan.sun_up_at(time_s)
+        kept = KeptReference(
+            reference_terms(plan.model, plan.spectral_grid, thickness_m, sun, COLUMNS_AT_ONCE)
+        )
+        results.keep(key, kept, before)
+    return kept.terms
