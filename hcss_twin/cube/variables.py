@@ -76,6 +76,11 @@ class VariableSpec:
     may_be_missing: bool = False
     significant_bits: int | None = None
 
+    @property
+    def needs_radiance(self) -> bool:
+        """Whether the radiance of pixels has to be computed for it."""
+        return self.kind in ("radiance", "derived")
+
 
 VARIABLES: tuple[VariableSpec, ...] = (
     VariableSpec(

@@ -37,23 +37,6 @@ def planck(wavenumber_cm1: Array, temperature_K: Array | float) -> Array:
     return result
 
 
-def brightness_temperature(wavenumber_cm1: Array, radiance: Array) -> Array:
-    """Temperature of the black body with a spectral radiance, K: the inverse of :func:`planck`.
-
-    Parameters
-    ----------
-    wavenumber_cm1 : ndarray (..., V)
-        Wavenumbers, above 0.
-    radiance : ndarray (..., V)
-        W m-2 sr-1 (cm-1)-1, from 0; 0 is 0 K.
-    """
-    logarithm = np.log(radiance, out=np.full(np.shape(radiance), -np.inf), where=radiance > 0.0)
-    # ln(1 + ratio) of a ratio that may be beyond all numbers.
-    exponent = np.logaddexp(0.0, np.log(FIRST_RADIATION * wavenumber_cm1**3) - logarithm)
-    result: Array = SECOND_RADIATION * wavenumber_cm1 / exponent
-    return result
-
-
 def wavenumber_from_um(wavelength_um: Array | float) -> Array:
     """Convert wavelength in micrometres to wavenumber in cm-1 (or back: it is its own inverse)."""
     result: Array = 1e4 / np.asarray(wavelength_um, dtype=np.float64)

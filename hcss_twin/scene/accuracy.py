@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import Problem, ScenarioError
-from hcss_twin.physics.planck import brightness_temperature, planck
+from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Sun
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.accuracy import LEAST, MOST, kelvin_of
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.brightness import COLDEST_K, HOTTEST_K
+from hcss_twin.scene.brightness import COLDEST_K, HOTTEST_K, BrightnessTemperature
 from hcss_twin.scene.building.assembly import Assembly
+from hcss_twin.scene.ledger.few_columns import few_columns
 
 Array = NDArray[np.float64]
 
@@ -76,15 +77,15 @@ def requested_accuracy(
     grid = assembly.spectral_grid
     shares = []
     names = [band.name for band in assembly.bands]
-    for band, name in enumerate(names):
-        hottest = _hottest_K(assembly, band, suns) + MARGIN_K
+    for band, (name, found) in enumerate(zip(names, _hottest_K(assembly, suns), strict=True)):
+        hottest = found + MARGIN_K
         if hottest > HOTTEST_K:
             message = (
                 f"{scenario.accuracy!r}: pixels of band '{name}' look hotter than {HOTTEST_K:g} K, as reflected "
                 "sunlight does at short wavelengths; allowed: a share of the radiance"
             )
             raise ScenarioError([Problem("accuracy", message)])
-        if hottest - MARGIN_K < COLDEST_K:
+        if found < COLDEST_K:
             message = (
                 f"{scenario.accuracy!r}: pixels of band '{name}' look colder than {COLDEST_K:g} K at every wavenumber; "
                 "allowed: a share of the radiance"
@@ -104,19 +105,16 @@ def requested_accuracy(
     return RequestedAccuracy(min(relative, MOST), kelvin)
 
 
-def _hottest_K(assembly: Assembly, band: int, suns: Sequence[Sun | None]) -> float:
-    own = assembly.spectral_grid.nodes[band]
-    picked = own[np.unique(np.linspace(0, own.size - 1, WAVENUMBERS).round().astype(np.intp))]
-    wavenumber = assembly.spectral_grid.wavenumber_cm1[picked]
-    found = []
-    for sun in dict.fromkeys(suns):
-        clear = assembly.model.clear(wavenumber, sun)
-        found.append(np.sum([clear[name] for name in assembly.model.terms], axis=0)[None])
-        if assembly.has_cloud:
-            cloudy = assembly.model.cloudy(wavenumber, assembly.extreme_thicknesses_m, sun)
-            found.append(np.sum([cloudy[name] for name in assembly.model.terms], axis=0))
-    brightest = np.max(np.concatenate(found), axis=0)
-    return float(np.max(brightness_temperature(wavenumber, brightest)))
+def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
+    """Brightness temperature of the brightest column of each band; infinite or 0 beyond those that are known."""
+    columns = few_columns(assembly, WAVENUMBERS)
+    brightest = np.max(
+        [columns.total(assembly.model, sun).max(axis=0) for sun in dict.fromkeys(suns)], axis=0
+    )
+    black = BrightnessTemperature(assembly.spectral_grid, [band.name for band in assembly.bands])
+    kelvin = black.where_known(brightest[:, None])[:, 0]
+    beyond = np.where(brightest > black.highest_radiance, np.inf, 0.0)
+    return [float(each) for each in np.where(np.isnan(kelvin), beyond, kelvin)]
 
 
 def _slope(grid: SpectralGrid, band: int, temperature_K: float) -> float:

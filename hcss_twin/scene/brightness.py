@@ -51,6 +51,11 @@ class BrightnessTemperature:
             result[band] = 1.0 / np.interp(np.log(values), table, self._inverse_temperature)
         return result
 
+    @property
+    def highest_radiance(self) -> Array:
+        """Radiance of each band that is hotter than all known temperatures, (B,)."""
+        return np.exp(self._ln_radiance[:, -1])
+
     def where_known(self, radiance: Array) -> Array:
         """Return kelvin for ``radiance`` (B, N), NaN where it is that of no black body between 60 and 3000 K."""
         result = np.full(radiance.shape, np.nan)

@@ -33,4 +33,4 @@ def cube_variables(
 
 def wants_radiance(variables: tuple[VariableSpec, ...]) -> bool:
     """Whether any of the variables needs radiance."""
-    return any(spec.kind in ("radiance", "derived") for spec in variables)
+    return any(spec.needs_radiance for spec in variables)

@@ -3,7 +3,7 @@ import pytest
 from scipy import constants, integrate
 
 from hcss_twin.physics.constants import BOLTZMANN_J_K, PLANCK_J_S, SPEED_OF_LIGHT_M_S
-from hcss_twin.physics.planck import brightness_temperature, planck, wavenumber_from_um
+from hcss_twin.physics.planck import planck, wavenumber_from_um
 
 
 @pytest.mark.parametrize("temperature", [150.0, 288.15, 350.0, 5772.0])
@@ -37,12 +37,3 @@ def test_cold_and_short_gives_zero_without_warning():
 
 def test_constants_are_those_of_codata():
     assert (constants.h, constants.c, constants.k) == (PLANCK_J_S, SPEED_OF_LIGHT_M_S, BOLTZMANN_J_K)
-
-
-def test_the_brightness_temperature_of_a_black_body_is_its_temperature():
-    wavenumber = np.array([700.0, 2500.0, 14000.0])
-    for temperature in (150.0, 300.0, 3000.0):
-        np.testing.assert_allclose(
-            brightness_temperature(wavenumber, planck(wavenumber, temperature)), temperature
-        )
-    assert np.all(brightness_temperature(wavenumber, np.zeros(3)) == 0.0)

@@ -40,7 +40,7 @@ def skipped_parts(
     accuracy : float
         Relative to the radiance.
     """
-    radiance = any(spec.kind in ("radiance", "derived") for spec in variables)
+    radiance = any(spec.needs_radiance for spec in variables)
     yield from unrequested(variables, possible, scenario.output.certificate > 0)
     yield from _sunlight(sun, radiance, faint_sunlight)
     yield from _clouds(assembly)

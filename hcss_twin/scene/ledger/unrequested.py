@@ -22,7 +22,7 @@ def unrequested(
     """
     names = {spec.name for spec in requested}
     left = [spec for spec in possible if spec.name not in names]
-    radiance = any(spec.kind in ("radiance", "derived") for spec in requested)
+    radiance = any(spec.needs_radiance for spec in requested)
     if not radiance:
         yield Skipped("all radiance", "no requested variable needs it", 0.0)
     elif not certificate:

@@ -37,7 +37,7 @@ class ValueComparison:
         if np.dtype(spec.dtype).kind != "f":
             self._relative_to = "exact"
         else:
-            self._relative_to = "value" if spec.kind in ("radiance", "derived") else "largest"
+            self._relative_to = "value" if spec.needs_radiance else "largest"
         self._values = self._unequal = self._beyond = 0
         self._largest = 0.0
         self._largest_at: Place | None = None
