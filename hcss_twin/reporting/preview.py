@@ -32,6 +32,9 @@ DRAWN = ("radiance", "brightness_temperature", "cloud_thickness", "cloud_mask")
 _SUFFIXES = {"brightness_temperature": "kelvin"}
 _FORBIDDEN = re.compile(r"[^A-Za-z0-9.]+")
 
+MISSING = "#9dc3e6"
+"""Where a variable has no value, in contact sheets: no shade of grey."""
+
 LABEL_PIXELS = 12
 """Size of the letters above each frame of an animation."""
 
@@ -165,6 +168,7 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
             cmap="gray",
             interpolation="nearest",
         )
+        axis.set_facecolor(MISSING)
         axis.set_title(f"frame {chosen[position]}, {time_label(frame['time'].to_numpy(), start)}", fontsize=9)
         axis.tick_params(labelsize=7)
         axis.locator_params(nbins=5)
@@ -175,7 +179,8 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     below, above = float(shown.min()) < low, float(shown.max()) > high
     extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
     bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend=extend)
-    bar.set_label(_label(shown))
+    missing = not bool(np.all(np.isfinite(shown.to_numpy())))
+    bar.set_label(_label(shown) + ("; blue: no value" if missing else ""))
     since = f"t from {np.datetime_as_string(start, unit='ms')}Z"
     title = f"{dataset.attrs.get('title', '')} — {band} — {since}"
     figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), fontsize=10)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
-from PIL import Image
+from PIL import Image, ImageColor
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.cli import cli
 from hcss_twin.errors import CubeError
-from hcss_twin.reporting.preview import draw_preview
+from hcss_twin.reporting.preview import MISSING, draw_preview
 
 SMALL = {**CHEAP, "image.rows": 40, "image.columns": 60, "frames.count": 2, "bands": ["mwir", "lwir"]}
 LAYERS = {"clouds.layers.0.coverage": 0.3, "clouds.layers.1.coverage": 0.5}
@@ -69,6 +69,9 @@ def test_a_variable_without_any_value_is_drawn(tmp_path):
     clear = {**SMALL, "clouds.coverage": 0.0, "output.variables": ["cloud_top_altitude"], "image.rows": 20}
     simulate(Scenario.load("stratus", clear), path).close()
     assert drawn(path, tmp_path, "cloud_top_altitude") == ["clear_cloud-top-altitude.png"]
+    with Image.open(tmp_path / "clear_cloud-top-altitude.png") as picture:
+        colours = np.asarray(picture.convert("RGB")).reshape(-1, 3)
+    assert np.mean(np.all(colours == ImageColor.getrgb(MISSING), axis=1)) > 0.1
     # Also where nothing is named and the cube has none of the usual ones.
     with pytest.raises(CubeError, match="name a variable; allowed: cloud_top_altitude"):
         drawn(path, tmp_path, None)
