@@ -130,6 +130,9 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 )
 @click.option("--kelvin", is_flag=True, help="Show brightness temperature instead of radiance.")
 @click.option(
+    "--variable", help="Show any variable of CUBE, for example radiance_sea_emission or cloud_thickness."
+)
+@click.option(
     "--frames", default=8, show_default=True, type=click.IntRange(1, 64), help="Frames per contact sheet."
 )
 @click.option(
@@ -137,12 +140,20 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 )
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def preview(
-    cube: Path, output: Path | None, kelvin: bool, frames: int, animation: bool, as_json: bool
+    cube: Path,
+    output: Path | None,
+    kelvin: bool,
+    variable: str | None,
+    frames: int,
+    animation: bool,
+    as_json: bool,
 ) -> None:
     """Draw CUBE: a contact sheet per band with a colour bar, and an animation."""
     from hcss_twin.reporting.preview import draw_preview
 
-    paths = draw_preview(cube, output or cube.parent, kelvin=kelvin, frames=frames, animation=animation)
+    paths = draw_preview(
+        cube, output or cube.parent, kelvin=kelvin, frames=frames, animation=animation, variable=variable
+    )
     click.echo(json.dumps([str(path) for path in paths]) if as_json else "\n".join(map(str, paths)))
 
 

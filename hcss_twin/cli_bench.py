@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -14,6 +15,22 @@ _ACCURACIES = ("1e-1", "1e-2", "1e-3", "1e-4", "1e-5")
 _PICTURES = (".png", ".svg", ".pdf")
 
 
+def _accuracies(
+    context: click.Context, option: click.Parameter, given: tuple[str, ...]
+) -> tuple[float | str, ...]:
+    """Read accuracies as scenarios have them."""
+    if not given:
+        return ()
+    from pydantic_core import PydanticCustomError
+
+    from hcss_twin.scenario.accuracy import parse_accuracy
+
+    try:
+        return tuple(map(parse_accuracy, given))
+    except PydanticCustomError as error:
+        raise click.BadParameter(str(error), context, option) from error
+
+
 @click.command()
 @click.argument("scenario", default="stratus")
 @set_option
@@ -21,9 +38,10 @@ _PICTURES = (".png", ".svg", ".pdf")
     "--accuracy",
     "accuracies",
     multiple=True,
-    type=click.FloatRange(1e-6, 0.1),
-    default=[float(each) for each in _ACCURACIES],
-    help=f"Of the tables; repeat. Default: {', '.join(_ACCURACIES)}.",
+    metavar="ACCURACY",
+    callback=_accuracies,
+    help="As in scenarios, such as 1e-3, '0.1 %' or '0.1 K'; repeat. Default: "
+    f"{', '.join(_ACCURACIES)}, and the scenario's own.",
 )
 @click.option(
     "--rounds",
@@ -61,7 +79,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 def bench(
     scenario: str,
     assignments: tuple[str, ...],
-    accuracies: tuple[float, ...],
+    accuracies: tuple[float | str, ...],
     rounds: int,
     pixels: int,
     folder: Path,
@@ -72,7 +90,8 @@ def bench(
     """Time SCENARIO (default: stratus) at several accuracies, and measure its error.
 
     Each stage, the whole run, writing the same bytes raw and integrating every pixel by itself take turns, so that
-    ratios hold also where others use the machine. Nothing kept from earlier runs is used. Takes a minute or two.
+    ratios hold also where others use the machine. Nothing kept from earlier runs is used. Takes a minute or two, and
+    says on stderr what it is doing.
     """
     printed = json_file is not None and str(json_file) == "-"
     _refuse([None if printed else json_file, plot], force)
@@ -84,7 +103,7 @@ def bench(
     from hcss_twin.benchmarking.bench import bench as measure
     from hcss_twin.reporting.bench_text import bench_text
 
-    found = measure(loaded, accuracies, rounds, pixels, folder, _tell)
+    found = measure(loaded, accuracies or None, rounds, pixels, folder, _teller())
     text = json.dumps(found.as_dict(), indent=1)
     click.echo(text if printed else bench_text(found))
     if json_file is not None and not printed:
@@ -99,9 +118,14 @@ def bench(
                 click.echo(str(path))
 
 
-def _tell(text: str) -> None:
-    if sys.stderr.isatty():
-        click.echo(text, err=True)
+def _teller() -> Callable[[str], None]:
+    """Tell what comes next, with the time since the start."""
+    start = time.monotonic()
+
+    def tell(text: str) -> None:
+        click.echo(f"{time.monotonic() - start:5.0f} s  {text}", err=True)
+
+    return tell
 
 
 def _refuse(paths: list[Path | None], force: bool) -> None:

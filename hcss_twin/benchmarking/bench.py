@@ -26,6 +26,7 @@ from hcss_twin.benchmarking.stages import (
     time_stages,
 )
 from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.scenario.accuracy import parse_accuracy
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.certificate.certificate import Certificate
 from hcss_twin.scene.plan import Plan, make_plan
@@ -45,10 +46,16 @@ class AccuracyResult:
 
     Attributes
     ----------
+    asked : str
+        The accuracy as it was asked for: a share of the radiance, or kelvin of its brightness temperature.
+    own : bool
+        Whether it is the scenario's own.
     accuracy, estimated : float
-        Asked for; what the tables found while they were placed.
+        What was asked for as a share of the radiance; what the tables found while they were placed.
     achieved : float or None
         Largest relative error of the checked pixels in any band; None where none could be checked.
+    achieved_K : float or None
+        The same in kelvin, where kelvin were asked for.
     checked, exceeding : int
         Pixels of the certificate, and those beyond the accuracy.
     seconds : dict of str to float
@@ -59,9 +66,12 @@ class AccuracyResult:
         Of the same: the time of integrating every pixel at every wavenumber over that of the run.
     """
 
+    asked: str
+    own: bool
     accuracy: float
     estimated: float
     achieved: float | None
+    achieved_K: float | None
     checked: int
     exceeding: int
     seconds: dict[str, float]
@@ -129,7 +139,7 @@ class BenchResult:
 
 def bench(
     scenario: Scenario,
-    accuracies: Sequence[float] = ACCURACIES,
+    accuracies: Sequence[float | str] | None = None,
     rounds: int = 3,
     pixels: int = 24,
     folder: Path | None = None,
@@ -139,8 +149,9 @@ def bench(
 
     Parameters
     ----------
-    accuracies : sequence of float
-        Put in place of the scenario's.
+    accuracies : sequence of float or str, optional
+        Put in place of the scenario's: shares of the radiance, or kelvin such as ``"0.1 K"``. By default
+        ``ACCURACIES`` and the scenario's own.
     rounds : int
         Times that everything is run, in turn; tables are compiled, and certificates made, in the first one only.
     pixels : int
@@ -153,38 +164,52 @@ def bench(
     Raises
     ------
     ScenarioError
-        If the scenario is wrong, or computes no radiance.
+        If the scenario is wrong, computes no radiance, or cannot have one of the accuracies.
     """
     say = tell or (lambda text: None)
     with tempfile.TemporaryDirectory(prefix=".hcss-bench-", dir=folder) as name:
         room = Path(name)
         with private_cache(room / "cache"):
-            return _bench(scenario, tuple(accuracies), rounds, pixels, room, say)
+            return _bench(scenario, asked_for(scenario, accuracies), rounds, pixels, room, say)
+
+
+def asked_for(scenario: Scenario, accuracies: Sequence[float | str] | None) -> tuple[float | str, ...]:
+    """Return the accuracies to measure: those given, or the default ones and the scenario's own."""
+    if accuracies is not None:
+        return tuple(parse_accuracy(each) for each in accuracies)
+    if scenario.accuracy in ACCURACIES:
+        return ACCURACIES
+    if isinstance(scenario.accuracy, str):
+        return (*ACCURACIES, scenario.accuracy)
+    return tuple(sorted((*ACCURACIES, scenario.accuracy), reverse=True))
 
 
 def _bench(
     scenario: Scenario,
-    accuracies: tuple[float, ...],
+    accuracies: tuple[float | str, ...],
     rounds: int,
     pixels: int,
     folder: Path,
     say: Callable[[str], None],
 ) -> BenchResult:
     times = Rounds()
-    say("compiling kernels")
-    plan = make_plan(_at(scenario, accuracies[0], 0))
+    say("planning the scene and compiling kernels")
+    # All plans first: an accuracy that the scene cannot have is refused before anything is measured.
+    plan, *_ = [make_plan(_at(scenario, accuracy, 0)) for accuracy in accuracies]
     if not plan.needs_radiance:
         message = "none of these needs radiance, so that there is nothing to measure; add radiance"
         raise ScenarioError([Problem("output.variables", message)], scenario.origin)
     time_stages(Rounds(), "", plan.scenario, folder, True)
+    say("some pixels by themselves, at all wavenumbers and at fewer")
     grids = {step: every_nth(plan, step) for step, _ in BRUTE_FORCE}
     columns = random_columns(plan, pixels)
     known = {step: integrate(plan, grid, columns, pixels) for step, grid in grids.items()}
-    checks: dict[float, Certificate] = {}
+    checks: dict[float | str, Certificate] = {}
     for number in range(rounds):
         raw = []
         for accuracy in accuracies:
-            say(f"round {number + 1} of {rounds}, accuracy {accuracy:g}")
+            what = "new tables, stages, whole run, certificate" if number == 0 else "stages and whole run"
+            say(f"round {number + 1} of {rounds}, accuracy {told(accuracy)}: {what}")
             # Tables and certificates take longest; once they are made they are the same in every round.
             time_stages(times, _name(accuracy), _at(scenario, accuracy, 0), folder, number == 0)
             raw.append(times.last(_name(accuracy) + RAW))
@@ -204,7 +229,10 @@ def _bench(
         rounds=rounds,
         points=points_of_scene(plan),
         timed_points=columns.shape[0],
-        accuracies=tuple(_accuracy(times, accuracy, check, scale) for accuracy, check in checks.items()),
+        accuracies=tuple(
+            _accuracy(times, accuracy, accuracy == scenario.accuracy, check, scale)
+            for accuracy, check in checks.items()
+        ),
         brute_force=tuple(
             BruteForceResult(
                 every=step,
@@ -220,12 +248,17 @@ def _bench(
     )
 
 
-def _accuracy(times: Rounds, accuracy: float, check: Certificate, scale: float) -> AccuracyResult:
+def _accuracy(
+    times: Rounds, accuracy: float | str, is_own: bool, check: Certificate, scale: float
+) -> AccuracyResult:
     own, every = _name(accuracy), _BRUTE.format(1, False)
     return AccuracyResult(
-        accuracy=accuracy,
+        asked=told(accuracy),
+        own=is_own,
+        accuracy=check.requested.relative,
         estimated=check.estimated,
         achieved=max(check.achieved.values(), default=None),
+        achieved_K=max(check.achieved_K.values(), default=None),
         checked=check.checked,
         exceeding=check.exceeding,
         seconds={stage: times.seconds(own + stage) for stage in (*STAGES, CERTIFICATE, *RUNS, RAW)},
@@ -234,13 +267,18 @@ def _accuracy(times: Rounds, accuracy: float, check: Certificate, scale: float) 
     )
 
 
-def _at(scenario: Scenario, accuracy: float, pixels: int) -> Scenario:
+def told(accuracy: float | str) -> str:
+    """Write an accuracy as a scenario would."""
+    return accuracy if isinstance(accuracy, str) else f"{accuracy:g}"
+
+
+def _at(scenario: Scenario, accuracy: float | str, pixels: int) -> Scenario:
     overrides = {"accuracy": accuracy, "output.certificate": pixels}
     return Scenario.from_dict(json.loads(scenario.to_json()), overrides, scenario.base, scenario.origin)
 
 
-def _name(accuracy: float) -> str:
-    return f"{accuracy:g}, "
+def _name(accuracy: float | str) -> str:
+    return f"{told(accuracy)}, "
 
 
 def _scene(plan: Plan) -> str:

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from hcss_twin.cube.attributes import COMPUTED, PROVENANCE, AttributeSpec
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.metadata import DEFAULTS
@@ -41,12 +42,8 @@ print(scenario_text("cube.nc"))
   `all` or `truth` where the scene has two layers (with one they would repeat `cloud_thickness`). Layers run from the
   lowest to the highest, whatever their order in the scenario, and can be selected by cloud type like bands:
   `cube.cloud_layer_thickness.sel(layer="cirrus")`.
-* Where radiance was computed, `hcss_certificate` says in words whether random pixels that were computed again without
-  tables keep the accuracy asked for, `hcss_accuracy_requested`; it begins with PASSED, FAILED or NOTHING CHECKED.
-  `hcss_accuracy_achieved` (JSON: error by band), `hcss_certificate_pixels` and `hcss_certificate_strata` (JSON) hold
-  its numbers beside `hcss_table_error_estimated` ([certificate](certificate.md)).
-* `hcss_skipped` (JSON, a list of `what`, `why` and `bound`) says what the run did without and how much radiance
-  that could have carried, relative to that of the band, as `hcss plan` does before it ([left out](skipped.md)).
+* Global attributes that begin with `hcss_` say what the cube was made from, what was left out and how far it can be
+  trusted; they are [listed below](#global-attributes-of-provenance).
 * Numbers are stored plainly by default, which is fastest. `output.compression` stores them in chunks of one plane with
   shuffled bytes and zlib; `output.quantization` rounds the mantissa of single-precision numbers to the fewest bits that
   keep the relative error given (`bitround` of CF-1.12). Each variable then states its bits and the largest error
@@ -105,12 +102,19 @@ def markdown() -> str:
         "## Coordinates\n",
         _HEADER,
         *(_row(spec) for spec in COORDINATES),
+        "\n## Global attributes of provenance\n",
+        _ATTRIBUTE_HEADER,
+        *map(_attribute_row, PROVENANCE),
+        '\nJSON is stored as text: `json.loads(cube.attrs["hcss_table_errors"])`.',
         "\n## Global attributes that can be replaced\n",
         "| attribute | default |\n|---|---|",
         *defaults,
         "\n`id` and `history` can be replaced as well; by default `id` is a hash of scenario and coordinates."
-        "\nCoverage in time and space and `date_created` are always computed; the environment variable\n"
-        "`SOURCE_DATE_EPOCH` fixes the date, and with it every byte of the file.",
+        "\n## Global attributes that are computed\n",
+        _ATTRIBUTE_HEADER,
+        *map(_attribute_row, COMPUTED),
+        "\nTwo runs of a scenario differ in `date_created` and `history`, which hold the time of writing. The\n"
+        "environment variable `SOURCE_DATE_EPOCH` (seconds since 1970) fixes it, and with it every byte of the file.",
     ]
     return "\n".join(parts) + "\n"
 
@@ -125,6 +129,12 @@ def main(arguments: Iterable[str] = ()) -> None:
 _HEADER = (
     "| name | dimensions | type | units | kind | standard name | meaning |\n|---|---|---|---|---|---|---|"
 )
+
+_ATTRIBUTE_HEADER = "| attribute | type | in cubes where | holds |\n|---|---|---|---|"
+
+
+def _attribute_row(spec: AttributeSpec) -> str:
+    return f"| `{spec.name}` | {spec.type} | {spec.when} | {spec.description} |"
 
 
 def _row(spec: VariableSpec) -> str:

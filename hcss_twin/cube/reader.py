@@ -14,6 +14,9 @@ from hcss_twin.errors import CubeError
 if TYPE_CHECKING:
     import xarray as xr
 
+_SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+"""First bytes of NetCDF-4 and of the older formats."""
+
 
 def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a finished cube; values are read from the file when they are used.
@@ -35,7 +38,7 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
         # xarray would keep a cached file open, and reuse it, if it had been replaced under the same name
         dataset = xr.open_dataset(path, engine="netcdf4", decode_coords="all", cache=False)
     except (OSError, ValueError, RuntimeError) as error:
-        raise CubeError(f"cannot read {os.fspath(path)}: {error}") from error
+        raise CubeError(f"cannot read {os.fspath(path)}: {_why_not(path, error)}") from error
     found = dataset.attrs.get(FORMAT_ATTRIBUTE)
     if found != FORMAT_VERSION:
         dataset.close()
@@ -50,6 +53,22 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     return dataset.assign_coords(
         {dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()}
     )
+
+
+def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
+    """Say why a file could not be opened: for most it is that they are no NetCDF at all."""
+    try:
+        with open(path, "rb") as file:
+            start = file.read(max(map(len, _SIGNATURES)))
+    except OSError:
+        return str(error)
+    if start.startswith(_SIGNATURES):
+        return f"it is NetCDF, but damaged, cut off or of another kind ({error})"
+    if not start:
+        return "it is empty; a cube is needed, as `hcss run` writes it"
+    if os.path.splitext(path)[1].lower() in (".toml", ".json"):
+        return f"it is no NetCDF file; if it is a scenario, `hcss run {os.fspath(path)}` makes a cube of it"
+    return "it is no NetCDF file; a cube is needed, as `hcss run` writes it"
 
 
 def scenario_text(path: str | os.PathLike[str]) -> str:

@@ -9,6 +9,8 @@ from hcss_twin.benchmarking.stages import CERTIFICATE, RAW, RUNS, STAGES
 
 _WIDTH = 34
 _CELL = 11
+_OWN = "*"
+_MISSED = "!"
 
 
 def bench_text(found: BenchResult) -> str:
@@ -24,7 +26,10 @@ def _lines(found: BenchResult) -> Iterator[str]:
         "trust ratios, seconds are this machine's of now"
     )
     yield ""
-    yield _row("accuracy asked for", [f"{each.accuracy:.0e}" for each in results])
+    yield _row("accuracy asked for", [_asked(each) for each in results])
+    if any(_is_kelvin(each) for each in results):
+        yield _row("as a share of the radiance", [f"{each.accuracy:.1e}" for each in results])
+        yield _row("error found, K", [_found_K(each) for each in results])
     yield _row("error found, any band", [_found(each) for each in results])
     yield _row("error the tables estimate", [f"{each.estimated:.1e}" for each in results])
     yield "seconds"
@@ -34,6 +39,10 @@ def _lines(found: BenchResult) -> Iterator[str]:
         yield title
         for run in RUNS:
             yield _row(f"  {run}", [_short(ratio(each)[run]) for each in results])
+    if any(each.own for each in results):
+        yield f"{_OWN} the scenario's own accuracy"
+    if any(each.exceeding for each in results):
+        yield f"{_MISSED} pixels that exceed the accuracy asked for"
     checked = sorted({each.checked for each in results})
     yield (
         f"error found: of {' to '.join(map(str, checked))} random pixels against the reference path; whole runs are "
@@ -65,10 +74,31 @@ def _row(name: str, cells: list[str]) -> str:
     return f"{name:<{_WIDTH}}" + "".join(f"{cell:>{_CELL}}" for cell in cells)
 
 
+def _is_kelvin(result: AccuracyResult) -> bool:
+    return result.asked.endswith("K")
+
+
+def _asked(result: AccuracyResult) -> str:
+    return (result.asked if _is_kelvin(result) else _power(result.accuracy)) + (_OWN if result.own else "")
+
+
+def _power(value: float) -> str:
+    """Write a power of ten as one, other numbers with the digits they have."""
+    return f"{value:.0e}" if float(f"{value:.0e}") == value else f"{value:.3g}"
+
+
+def _found_K(result: AccuracyResult) -> str:
+    if not _is_kelvin(result):
+        return "-"
+    if result.achieved_K is None:
+        return "unknown"
+    return f"{result.achieved_K:.1e}" + (_MISSED if result.exceeding else "")
+
+
 def _found(result: AccuracyResult) -> str:
     if result.achieved is None:
         return "unknown"
-    return f"{result.achieved:.1e}" + ("!" if result.exceeding else "")
+    return f"{result.achieved:.1e}" + (_MISSED if result.exceeding else "")
 
 
 def _short(value: float) -> str:

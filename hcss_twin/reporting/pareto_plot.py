@@ -59,7 +59,7 @@ class Reference:
 def draw_bench(found: BenchResult, path: Path) -> None:
     """Draw what ``hcss bench`` found; raises HcssError if the file cannot be written."""
     checked = [each for each in found.accuracies if each.achieved]
-    notes = [power(each.accuracy) for each in checked]
+    notes = [each.asked if each.asked.endswith("K") else power(each.accuracy) for each in checked]
     error = [each.achieved or 0.0 for each in checked]
     kept, new = ([each.over_raw[run] for each in checked] for run in (KEPT_RUN, NEW_RUN))
     curves = [
@@ -153,8 +153,9 @@ def fill_axes(axes: Axes, curves: Sequence[Curve], references: Sequence[Referenc
 
 
 def power(value: float) -> str:
-    """Write a power of ten as 1e-3."""
-    mantissa, exponent = f"{value:.0e}".split("e")
+    """Write a power of ten as 1e-3, and what is none with two digits."""
+    text = f"{value:.0e}"
+    mantissa, exponent = (text if float(text) == value else f"{value:.1e}").split("e")
     return f"{mantissa}e{int(exponent)}"
 
 

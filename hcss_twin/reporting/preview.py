@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.errors import CubeError
+from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
+from hcss_twin.errors import CubeError, choose_from
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,14 +26,29 @@ PIXELS_SHOWN = 800
 
 FRAME_DURATION_MS = 250
 
+DRAWN = ("radiance", "brightness_temperature", "cloud_thickness", "cloud_mask")
+"""What is drawn if nothing is named: the first that a cube holds."""
+
+_SUFFIXES = {"brightness_temperature": "kelvin"}
+_FORBIDDEN = re.compile(r"[^A-Za-z0-9.]+")
+
+MISSING = "#9dc3e6"
+"""Where a variable has no value, in contact sheets: no shade of grey."""
+
 LABEL_PIXELS = 12
 """Size of the letters above each frame of an animation."""
 
 
 def draw_preview(
-    cube: str | Path, folder: str | Path, *, kelvin: bool = False, frames: int = 8, animation: bool = True
+    cube: str | Path,
+    folder: str | Path,
+    *,
+    kelvin: bool = False,
+    frames: int = 8,
+    animation: bool = True,
+    variable: str | None = None,
 ) -> list[Path]:
-    """Draw every band of a cube.
+    """Draw a variable of a cube: each band or cloud layer of it, if it has any.
 
     Parameters
     ----------
@@ -45,6 +62,8 @@ def draw_preview(
         Frames per contact sheet, spread evenly over the cube.
     animation : bool
         Also write a GIF of all frames (at most 200) per band.
+    variable : str, optional
+        What to draw; by default radiance, or the first of ``DRAWN`` that the cube holds.
 
     Returns
     -------
@@ -54,46 +73,55 @@ def draw_preview(
     Raises
     ------
     CubeError
-        If the cube lacks the variable.
+        If the cube cannot be read or lacks the variable, or two are asked for.
     """
+    if kelvin and variable not in (None, "brightness_temperature"):
+        raise CubeError(f"'{variable}' in kelvin: allowed: one of both, a variable or kelvin")
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
     with open_cube(cube) as dataset:
-        name = _variable(dataset, kelvin)
-        data = dataset[name]
-        if "band" not in data.dims:
-            data = data.expand_dims(band=[name], axis=1)
-        for index, band in enumerate(data["band"].to_numpy()):
-            stem = f"{Path(cube).stem}_{re.sub(r'[^A-Za-z0-9.]+', '-', str(band))}"
+        name = _variable(dataset, "brightness_temperature" if kelvin else variable)
+        folder.mkdir(parents=True, exist_ok=True)
+        for part, data in _parts(dataset[name]):
+            words = [Path(cube).stem, part, "" if name == "radiance" else _SUFFIXES.get(name, name)]
+            stem = "_".join([words[0], *(_FORBIDDEN.sub("-", each) for each in words[1:] if each)])
             if any(
                 path.stem == stem for path in written
             ):  # names that differ only in what a file may not hold
-                stem += f"_{index}"
-            stem += "_kelvin" if name == "brightness_temperature" else ""
+                stem += f"_{len(written)}"
             sheet = folder / f"{stem}.png"
-            _contact_sheet(dataset, data.isel(band=index), str(band), frames, sheet)
+            _contact_sheet(dataset, data, part or name, frames, sheet)
             written.append(sheet)
             if animation and data.sizes["time"] > 1:
                 film = folder / f"{stem}.gif"
-                _animation(data.isel(band=index), film)
+                _animation(data, film)
                 written.append(film)
     return written
 
 
-def _variable(dataset: xr.Dataset, kelvin: bool) -> str:
-    wanted = (
-        ["brightness_temperature"]
-        if kelvin
-        else ["radiance", "brightness_temperature", "cloud_thickness", "cloud_mask"]
-    )
-    for name in wanted:
-        if name in dataset:
+def _variable(dataset: xr.Dataset, asked: str | None) -> str:
+    """Return the variable to draw."""
+    known = [str(name) for name, data in dataset.data_vars.items() if {"time", "y", "x"} <= set(data.dims)]
+    if asked in known:
+        return str(asked)
+    if asked is not None:
+        exists = asked.startswith(TERM_PREFIX) or asked in {spec.name for spec in VARIABLES}
+        run = f"; run the scenario with --set 'output.variables=[\"{asked}\"]'" if exists else ""
+        raise CubeError(f"the cube holds no '{asked}'; {choose_from(asked, known)}{run}")
+    for name in DRAWN:
+        if name in known:
             return name
-    raise CubeError(
-        f"the cube holds none of {', '.join(wanted)}; run the scenario with "
-        f"--set 'output.variables=[\"{wanted[0]}\"]'"
-    )
+    raise CubeError(f"the cube holds none of {', '.join(DRAWN)}; name a variable; {choose_from('', known)}")
+
+
+def _parts(data: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
+    """Yield each band or layer by its name, as (time, y, x); the whole without a name where there are none."""
+    others = [dim for dim in data.dims if dim not in ("time", "y", "x")]
+    if not others:
+        yield "", data
+        return
+    for index, name in enumerate(data[others[0]].to_numpy()):
+        yield str(name), data.isel({others[0]: index})
 
 
 def _thin(data: xr.DataArray) -> xr.DataArray:
@@ -102,7 +130,10 @@ def _thin(data: xr.DataArray) -> xr.DataArray:
 
 
 def _limits(sample: Array) -> tuple[float, float]:
-    low, high = (float(value) for value in np.nanpercentile(sample, (0.5, 99.5)))
+    known = sample[np.isfinite(sample)]
+    if not known.size:  # altitudes of cloud tops under clear sky
+        return 0.0, 1.0
+    low, high = (float(value) for value in np.percentile(known, (0.5, 99.5)))
     return (low, high) if high > low else (low, low + max(abs(low), 1.0) * 1e-3)
 
 
@@ -137,6 +168,7 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
             cmap="gray",
             interpolation="nearest",
         )
+        axis.set_facecolor(MISSING)
         axis.set_title(f"frame {chosen[position]}, {time_label(frame['time'].to_numpy(), start)}", fontsize=9)
         axis.tick_params(labelsize=7)
         axis.locator_params(nbins=5)
@@ -147,7 +179,8 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     below, above = float(shown.min()) < low, float(shown.max()) > high
     extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
     bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend=extend)
-    bar.set_label(_label(shown))
+    missing = not bool(np.all(np.isfinite(shown.to_numpy())))
+    bar.set_label(_label(shown) + ("; blue: no value" if missing else ""))
     since = f"t from {np.datetime_as_string(start, unit='ms')}Z"
     title = f"{dataset.attrs.get('title', '')} — {band} — {since}"
     figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), fontsize=10)

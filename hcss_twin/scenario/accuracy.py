@@ -23,7 +23,14 @@ def kelvin_of(accuracy: float | str) -> float | None:
     return float(accuracy.removesuffix(" K")) if isinstance(accuracy, str) else None
 
 
-def _parse(value: Any) -> float | str:
+def parse_accuracy(value: Any) -> float | str:
+    """Read an accuracy: a share of the radiance as a number, or kelvin as text, ``"0.1 K"``.
+
+    Raises
+    ------
+    PydanticCustomError
+        If it is none, or out of range.
+    """
     unit, number = "", value
     if isinstance(value, str):
         match = _TEXT.fullmatch(value)
@@ -57,7 +64,7 @@ def _parse(value: Any) -> float | str:
 
 Accuracy = Annotated[
     float | str,
-    BeforeValidator(_parse),
+    BeforeValidator(parse_accuracy),
     WithJsonSchema(
         {
             "anyOf": [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,14 +13,40 @@ from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, choose_from
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.scenario.band_entries import NARROWEST, ResponseBand, band_name
+from hcss_twin.scenario.wording import shown
 
 Array = NDArray[np.float64]
+
+_WAVELENGTH = re.compile(r"([a-z]+)-?([0-9]+(?:\.[0-9]+)?)(?: ?um)?")
 
 
 def named_bands(catalog: Catalog) -> Mapping[str, Mapping[str, Any]]:
     """Bands of the catalog by name."""
     bands: Mapping[str, Mapping[str, Any]] = catalog.toml(catalog.find("bands", "", ".toml"))["bands"]
     return bands
+
+
+def unknown_band(name: str, known: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say that there is no band of a name, which there are, and which is closest.
+
+    A name that ends in a number is taken for a wavelength in um: closest is the narrowest band around it whose name
+    begins alike, or else the one whose middle is nearest.
+    """
+    told = f"no band named {shown(name)}; {choose_from(name, known)}"
+    match = _WAVELENGTH.fullmatch(name)
+    alike = [each for each in known if match and each.startswith(f"{match[1]}-")]
+    if not match or not alike:
+        return told
+    wavelength = float(match[2])
+    limits = {each: known[each]["limits_um"] for each in alike}
+    around = [each for each in alike if limits[each][0] <= wavelength <= limits[each][1]]
+    guess = (
+        min(around, key=lambda each: limits[each][1] - limits[each][0])
+        if around
+        else min(alike, key=lambda each: abs(sum(limits[each]) / 2 - wavelength))
+    )
+    low, high = limits[guess]
+    return f"{told.partition('; closest is')[0]}; closest is '{guess}' ({low:g} to {high:g} um)"
 
 
 def spectral_band(band: str | tuple[float, float] | ResponseBand, catalog: Catalog) -> SpectralBand:
@@ -36,7 +63,7 @@ def spectral_band(band: str | tuple[float, float] | ResponseBand, catalog: Catal
     if isinstance(band, str):
         known = named_bands(catalog)
         if band not in known:
-            raise CatalogError(f"no band named '{band}'; {choose_from(band, known)}")
+            raise CatalogError(unknown_band(band, known))
         limits = known[band]["limits_um"]
     else:
         limits = band

@@ -354,12 +354,13 @@ class Output(Section):
     compression: Whole = Field(
         0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest."
     )
-    quantization: Number = Field(
+    quantization: Fraction = Field(
         0.0,
         ge=0,
         le=0.05,
-        description="Relative error that rounding of the stored numbers may make, at most three tenths of accuracy, so "
-        "that they compress better; 0 stores all digits. Temperatures are rounded sixteen times as finely.",
+        description="Relative error that rounding of the stored numbers may make, a share or text with %, at most "
+        "three tenths of accuracy, so that they compress better; 0 stores all digits. Temperatures are rounded sixteen "
+        "times as finely.",
     )
     certificate: Whole = Field(
         24,

@@ -13,10 +13,10 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.atmosphere.profile_file import STANDARD, load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.cube.variables import expand
-from hcss_twin.errors import CatalogError, HcssError, Problem, ScenarioError, choose_from
+from hcss_twin.errors import CatalogError, HcssError, Problem, ScenarioError
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import Registry
-from hcss_twin.scenario.bands import named_bands, read_response
+from hcss_twin.scenario.bands import named_bands, read_response, unknown_band
 from hcss_twin.scenario.cloud_types import (
     CloudType,
     Extent,
@@ -25,11 +25,10 @@ from hcss_twin.scenario.cloud_types import (
     load_cloud_type,
     overlap_problems,
 )
-from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, Sea, own, single_layer
+from hcss_twin.scenario.misplaced import SECTIONS, default_provider, provider_sections
+from hcss_twin.scenario.models import Layer, own, single_layer
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import problems_from
-from hcss_twin.scenario.section import Section
-from hcss_twin.scenario.wording import shown
 
 DEEPEST = 32
 """Levels of tables and lists; far more than any scenario has, far less than Python can walk."""
@@ -66,19 +65,11 @@ def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog)
 
     Works on raw data, so that names are checked even where other keys are wrong.
     """
-    sections: list[tuple[str, Any, str, Kind]] = [
-        ("atmosphere", data.get("atmosphere", {}), "provider", Kind.ATMOSPHERE),
-        ("sea", data.get("sea", {}), "model", Kind.SEA),
-        ("optics", data.get("optics", {}), "provider", Kind.OPTICS),
-        ("radiance", data.get("radiance", {}), "model", Kind.RADIANCE),
-    ]
     clouds = data.get("clouds", {})
     layers = clouds.get("layers", []) if isinstance(clouds, dict) else []
-    for index, layer in enumerate(layers if isinstance(layers, list) else []):
-        sections.append((f"clouds.layers[{index}]", layer, "generator", Kind.CLOUDS))
-    for path, section, key, kind in sections:
+    for path, section, kind in provider_sections(data):
         if isinstance(section, Mapping):
-            yield from _provider_problems(path, section, key, kind, registry)
+            yield from _provider_problems(path, section, SECTIONS[kind][1], kind, registry)
     yield from _catalog_problems(data, layers, catalog)
     yield from _variable_problems(data, registry, len(layers) if isinstance(layers, list) else 0)
 
@@ -86,7 +77,7 @@ def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog)
 def _provider_problems(
     path: str, section: Mapping[str, Any], key: str, kind: Kind, registry: Registry
 ) -> Iterator[Problem]:
-    name = section.get(key, own(_default(key, kind)))
+    name = section.get(key, own(default_provider(kind)))
     if not isinstance(name, str):
         return
     parameters = section.get("parameters", {})
@@ -113,7 +104,7 @@ def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) ->
     known = named_bands(catalog)
     for index, band in enumerate(bands if isinstance(bands, list) else []):
         if isinstance(band, str) and band not in known:
-            yield Problem(f"bands[{index}]", f"no band named {shown(band)}; {choose_from(band, known)}")
+            yield Problem(f"bands[{index}]", unknown_band(band, known))
         elif isinstance(band, Mapping) and isinstance(band.get("response"), str):
             file = band["response"]
             yield from _file_problems(f"bands[{index}].response", partial(read_response, file, catalog))
@@ -143,9 +134,7 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
     output, radiance, slant = (data.get(key, {}) for key in ("output", "radiance", "slant"))
     names = output.get("variables") if isinstance(output, Mapping) else None
     model = (
-        radiance.get("model", own(_default("model", Kind.RADIANCE)))
-        if isinstance(radiance, Mapping)
-        else None
+        radiance.get("model", own(default_provider(Kind.RADIANCE))) if isinstance(radiance, Mapping) else None
     )
     if (
         not isinstance(names, list)
@@ -214,16 +203,3 @@ def _file_problems(field: str, read: Callable[[], object]) -> Iterator[Problem]:
         yield Problem(field, str(error))
     except (OSError, RuntimeError, ValueError) as error:  # names no file can have, files nobody may read
         yield Problem(field, f"cannot be read: {getattr(error, 'strerror', error)}")
-
-
-def _default(key: str, kind: Kind) -> str:
-    """Name of the provider a section gets where it names none."""
-    models: dict[Kind, type[Section]] = {
-        Kind.ATMOSPHERE: Atmosphere,
-        Kind.SEA: Sea,
-        Kind.OPTICS: Optics,
-        Kind.RADIANCE: Radiance,
-        Kind.CLOUDS: Layer,
-    }
-    default: str = models[kind].model_fields[key].default
-    return default

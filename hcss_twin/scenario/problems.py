@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import typing
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -17,6 +18,8 @@ Location = tuple[int | str, ...]
 
 REPEATED = ("layers",)
 """Lists of sections whose keys may stand in the section around them."""
+
+ZERO_CELSIUS_K = 273.15
 
 _BOUNDS = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
 _RANGE_KINDS = {
@@ -83,7 +86,10 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
         return "is not a key; keys are text"
     if kind in _RANGE_KINDS:
         typed, number = _typed(value, location, raw)
-        return f"{typed} is out of range; {_range(model, location, number, detail)}"
+        celsius = (
+            _from_celsius(location, number, _bounds(model, location)) if typed == shown(number) else None
+        )
+        return f"{typed} is out of range; {_range(model, location, number, detail, celsius)}"
     if kind == "finite_number":
         return "; ".join(filter(None, (f"{shown(value)} is not a finite number", _range(model, location))))
     if kind == "literal_error":
@@ -110,14 +116,14 @@ def _unknown_key(model: type[BaseModel], location: Location) -> str:
     owner, key = _model_at(model, location[:-1]), str(location[-1])
     keys = list(owner.model_fields) if owner else []
     # The right key in the wrong section is nearer than another key of this section that is spelt alike.
-    homes = [repr(home) for home in dict.fromkeys(_homes(model, key))]
-    if not homes:
+    known = [repr(home) for home in dict.fromkeys(homes(model, key))]
+    if not known:
         return f"unknown key; {choose_from(key, keys)}"
-    where = " at the top level" if homes == [repr(key)] else ""
-    return f"unknown key; allowed: {', '.join(sorted(keys))}; closest is {' or '.join(homes)}{where}"
+    where = " at the top level" if known == [repr(key)] else ""
+    return f"unknown key; allowed: {', '.join(sorted(keys))}; closest is {' or '.join(known)}{where}"
 
 
-def _homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
+def homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
     """Yield the dotted paths at which a key of this name is known, nested sections after the one that has them."""
     if key in model.model_fields:
         yield f"{path}{key}"
@@ -125,7 +131,7 @@ def _homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
         for nested in _models_in(field.annotation):
             here = f"{path}{name}{'' if nested is field.annotation else '[0]'}."
             # The keys of a single layer may stand in [clouds] itself.
-            yield from _homes(nested, key, path if name in REPEATED else here)
+            yield from homes(nested, key, path if name in REPEATED else here)
 
 
 def _wrong_type(kind: str, value: object, model: type[BaseModel], location: Location) -> str:
@@ -168,9 +174,13 @@ def _typed(value: object, location: Location, raw: Any) -> tuple[str, object]:
 
 
 def _range(
-    model: type[BaseModel], location: Location, value: object = None, detail: ErrorDetails | None = None
+    model: type[BaseModel],
+    location: Location,
+    value: object = None,
+    detail: ErrorDetails | None = None,
+    meant: str | None = None,
 ) -> str:
-    """Allowed range of a number and the valid value closest to ``value``."""
+    """Allowed range of a number and the valid value closest to ``value``, or what it was meant to be."""
     bounds = _bounds(model, location)
     if not bounds and detail is not None:
         kept = {key: bound for key, bound in detail.get("ctx", {}).items() if isinstance(bound, int | float)}
@@ -179,8 +189,18 @@ def _range(
         return ""
     parts = [f"{sign} {_bound(bounds[key])}" for key, sign in _BOUNDS if key in bounds]
     sentence = f"allowed: {' and '.join(parts)}"
-    guess = _nearest(bounds, value, detail, _annotation(model, location) is int)
+    guess = meant or _nearest(bounds, value, detail, _annotation(model, location) is int)
     return f"{sentence}; closest valid choice is {guess}" if guess else sentence
+
+
+def _from_celsius(location: Location, value: object, bounds: Mapping[str, float]) -> str | None:
+    """Kelvin that a plain number may have been meant as in degrees Celsius, where temperatures are expected."""
+    if not location or "temperature" not in str(location[-1]) or not isinstance(value, int | float):
+        return None
+    kelvin = value + ZERO_CELSIUS_K
+    low = max(bounds.get("ge", -math.inf), bounds.get("gt", -math.inf))
+    high = min(bounds.get("le", math.inf), bounds.get("lt", math.inf))
+    return f"{kelvin:.6g}, which is {value:g} degC" if low <= kelvin <= high else None
 
 
 def _nearest(

@@ -13,6 +13,7 @@ from pydantic import PrivateAttr, ValidationError
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, Problem, ScenarioError, choose_from
 from hcss_twin.registry.registry import Registry
+from hcss_twin.scenario.misplaced import misplaced_parameters
 from hcss_twin.scenario.models import ScenarioModel, has_single_layer, selected
 from hcss_twin.scenario.names import name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
@@ -109,11 +110,16 @@ class Scenario(ScenarioModel):
             problems += problems_from(error, ScenarioModel, raw=data)
         reported = {problem.field for problem in problems}
         # Names are checked even where other keys are wrong, so that the user sees all at once.
-        names = name_problems(data, Registry.discover(), Catalog(base=base))
+        registry = Registry.discover()
+        names = name_problems(data, registry, Catalog(base=base))
         problems += [problem for problem in names if problem.field not in reported]
         if problems or scenario is None:
             typed = _short_fields(short, overrides or {})
-            raise ScenarioError([Problem(typed(each.field), each.message) for each in problems], origin)
+            better = {each.field: each.message for each in misplaced_parameters(data, registry, typed)}
+            raise ScenarioError(
+                [Problem(typed(each.field), better.get(each.field, each.message)) for each in problems],
+                origin,
+            )
         scenario._base = base
         scenario._short = short
         scenario._origin = origin

@@ -101,7 +101,9 @@ def test_existing_files_are_refused_before_anything_is_measured(tmp_path):
     ("arguments", "told"),
     [
         (["--plot", "front.gif"], ".svg"),
-        (["--accuracy", "1"], "1e-06<=x<=0.1"),
+        (["--accuracy", "1"], "allowed: 1e-06 to 0.1"),
+        (["--accuracy", "0.1 C"], "closest is 'K'"),
+        (["--accuracy", "1 %"], "twice"),
         (["--accuracy", "1e-2"], "twice"),
         (["--plot", "nowhere/front.png"], "no folder"),
     ],
@@ -111,6 +113,48 @@ def test_wrong_options_are_named(tmp_path, monkeypatch, arguments, told):
     done = bench(*arguments)
     assert done.exit_code != 0
     assert told in done.output
+
+
+def test_every_accuracy_of_the_default_list_is_told_beside_the_scenarios_own(monkeypatch):
+    from hcss_twin import Scenario
+    from hcss_twin.benchmarking.bench import ACCURACIES, asked_for
+
+    def of(accuracy):
+        return asked_for(Scenario.load("stratus", {"accuracy": accuracy}), None)
+
+    assert of(1e-3) == ACCURACIES
+    assert of("2 %") == (1e-1, 2e-2, 1e-2, 1e-3, 1e-4, 1e-5)
+    assert of("100 mK") == (*ACCURACIES, "0.1 K")
+    assert asked_for(Scenario.load("stratus"), ["1 %", "50 mK"]) == (1e-2, "0.05 K")
+
+
+def test_kelvin_are_kept_the_scenarios_own_is_marked_and_progress_goes_to_stderr(tmp_path):
+    scene = ("--set", 'accuracy="0.5 K"', "--set", 'bands=["lwir"]')
+    asked = ("--accuracy", "1e-3", "--accuracy", "500 mK")
+    files = ("--folder", str(tmp_path), "--json", str(tmp_path / "found.json"))
+    done = CliRunner().invoke(cli, ["bench", *SMALL[:-4], *scene, *asked, *files])
+    assert done.exit_code == 0, done.output
+    share, kelvin = json.loads((tmp_path / "found.json").read_text())["accuracies"]
+    assert (share["asked"], share["own"], share["achieved_K"]) == ("0.001", False, None)
+    assert (kelvin["asked"], kelvin["own"]) == ("0.5 K", True)
+    assert 0.0 < kelvin["achieved_K"] <= 0.5
+    # Wien's law: c2 / (lambda T^2) per kelvin, between 14 um at 310 K and 8 um at 280 K.
+    assert 0.5 * 14388 / (14 * 310**2) < kelvin["accuracy"] < 0.5 * 14388 / (8 * 280**2)
+    lines = {line[:34].strip(): line[34:].split() for line in done.stdout.splitlines()}
+    assert lines["accuracy asked for"] == ["1e-03", "0.5", "K*"]
+    assert "* the scenario's own accuracy" in done.stdout.splitlines()
+    told = done.stderr.splitlines()
+    assert any("round 1 of 1, accuracy 0.5 K" in line for line in told)
+    assert not any("round" in line and "accuracy 0.5 K:" in line for line in done.stdout.splitlines())
+
+
+def test_an_accuracy_that_the_scene_cannot_have_is_refused_before_anything_is_measured(tmp_path, monkeypatch):
+    monkeypatch.setattr("hcss_twin.scene.accuracy.LEAST", 1e-4)
+    done = bench("--folder", str(tmp_path), "--accuracy", "1 mK")
+    assert "'0.001 K'" in str(done.exception)
+    assert isinstance(done.exception, ScenarioError)
+    assert "round 1" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_scene_without_radiance_is_refused_by_field(tmp_path):

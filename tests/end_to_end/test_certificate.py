@@ -229,12 +229,14 @@ def test_pixels_in_the_shadow_of_clouds_are_left_out_and_told():
         slant__shadows=True,
         clouds__coverage_mode="field",
         image__pixel_size=100.0,
-        output__variables=["radiance", "shadow_mask"],
+        output__variables=["radiance", "shadow_mask", "cloud_mask"],
         frames__count=1,
     )
     strata, shaded = found_strata(made), int(made.shadow_mask.sum())
     assert shaded > 0
     assert sum(each["left_out"]["in the shadow of clouds"] for each in strata.values()) == shaded
+    # Shadows fall on clear pixels, which are counted whether they are left out or not.
+    assert strata["clear"]["pixels"] == int((made.cloud_mask == 0).sum()) >= shaded
     assert f"{shaded} clear pixels in the shadow of clouds" in made.attrs["hcss_certificate"]
     assert made.attrs["hcss_certificate"].startswith("PASSED")
 
@@ -246,6 +248,9 @@ def test_clear_pixels_with_drawn_waves_are_left_out_and_told():
     assert 0 < clear < 400
     assert found_strata(made)["clear"]["left_out"]["with drawn waves"] == clear
     assert found_strata(made)["clear"]["checked"] == 0
+    assert found_strata(made)["clear"]["pixels"] == clear
+    assert sum(each["pixels"] for each in found_strata(made).values()) == 400
+    assert f"clear 0 of {clear}" in made.attrs["hcss_certificate"]
     assert made.attrs["hcss_certificate"].startswith("PASSED")
     nothing = cube("cumulus", **waves, frames__count=1, image__rows=8, image__columns=8, clouds__coverage=0.0)
     assert nothing.attrs["hcss_certificate"].startswith("NOTHING CHECKED")

@@ -1,8 +1,7 @@
 """Twenty random valid scenarios: pixels of their cubes, computed again without tables, keep the accuracy asked for."""
 
-import importlib.util
+import importlib
 import statistics
-import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,8 +9,8 @@ import pytest
 
 import hcss_twin
 
-SCRIPT = Path(hcss_twin.__file__).parents[1] / "benchmarks" / "random_scenarios.py"
-pytestmark = pytest.mark.skipif(not SCRIPT.exists(), reason="not in an installed package")
+FOLDER = Path(hcss_twin.__file__).parents[1] / "benchmarks"
+pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="not in an installed package")
 
 NUMBERS = tuple(range(20))
 CHEAP_NUMBERS = (0, 1, 2, 5, 6, 8, 10, 11, 12, 14, 15, 18, 19)
@@ -19,12 +18,28 @@ CHEAP_NUMBERS = (0, 1, 2, 5, 6, 8, 10, 11, 12, 14, 15, 18, 19)
 
 
 @pytest.fixture(scope="module")
-def script():
-    spec = importlib.util.spec_from_file_location("random_scenarios", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["random_scenarios"] = module  # where its dataclasses look their annotations up
-    spec.loader.exec_module(module)
-    return module
+def benchmark():
+    """The modules of the benchmark, which find each other as they do beside the script that is run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(FOLDER))
+        yield {
+            part: importlib.import_module(f"random_scenario_{part}") for part in ("draws", "checks", "rows")
+        }
+
+
+@pytest.fixture(scope="module")
+def draws(benchmark):
+    return benchmark["draws"]
+
+
+@pytest.fixture(scope="module")
+def checks(benchmark):
+    return benchmark["checks"]
+
+
+@pytest.fixture(scope="module")
+def rows_file(benchmark):
+    return benchmark["rows"]
 
 
 @pytest.fixture
@@ -43,26 +58,26 @@ def require_kept(rows):
         assert row.agrees, row
 
 
-def test_scenarios_are_the_same_each_time_and_unlike_each_other(script, folder):
-    made = [script.scenario(number, 1e-3, folder) for number in (1, 5)]
-    assert made == [script.scenario(number, 1e-3, folder) for number in (1, 5)]
+def test_scenarios_are_the_same_each_time_and_unlike_each_other(draws, folder):
+    made = [draws.scenario(number, 1e-3, folder) for number in (1, 5)]
+    assert made == [draws.scenario(number, 1e-3, folder) for number in (1, 5)]
     assert made[0] != made[1]
 
 
 @pytest.mark.parametrize("number", CHEAP_NUMBERS)
-def test_cheap_scenarios_keep_a_thousandth(number, script, folder):
-    rows = script.check(number, [1e-3], folder)
+def test_cheap_scenarios_keep_a_thousandth(number, checks, folder):
+    rows = checks.check(number, [1e-3], folder)
     assert rows[0].model == "as-printed"
     require_kept(rows)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", NUMBERS)
-def test_twenty_scenarios_keep_three_accuracies(number, script, folder):
-    require_kept(script.check(number, script.ACCURACIES, folder))
+def test_twenty_scenarios_keep_three_accuracies(number, draws, checks, folder):
+    require_kept(checks.check(number, draws.ACCURACIES, folder))
 
 
-def test_an_error_in_the_tables_is_seen(script, folder, monkeypatch):
+def test_an_error_in_the_tables_is_seen(checks, folder, monkeypatch):
     """What recomputes the pixels is not what made them."""
     from dataclasses import replace
 
@@ -76,20 +91,20 @@ def test_an_error_in_the_tables_is_seen(script, folder, monkeypatch):
         return replace(tables, tables=tuple(changed))
 
     monkeypatch.setattr(simulation, "tables_of", wrong)
-    (row,) = script.check(2, [1e-3], folder)
+    (row,) = checks.check(2, [1e-3], folder)
     assert row.achieved == pytest.approx(3e-3, rel=0.05)
     assert row.exceeding > 0
     assert not row.certificate_passed
     assert row.agrees
 
 
-def test_the_committed_run_kept_every_accuracy_and_its_cost_grew_slowly(script):
-    rows = script.read_rows(script.RESULTS)
-    assert script.read_failed(script.RESULTS) == {}
+def test_the_committed_run_kept_every_accuracy_and_its_cost_grew_slowly(draws, rows_file):
+    rows = rows_file.read_rows(rows_file.RESULTS)
+    assert rows_file.read_failed(rows_file.RESULTS) == {}
     numbers = {row.scenario for row in rows}
     assert len(numbers) >= 20
     assert len(rows) == 3 * len(numbers)
     require_kept(rows)
     cost = {(row.scenario, row.accuracy): row.compile_cpu_s for row in rows}
-    for coarse, fine in pairwise(script.ACCURACIES):
+    for coarse, fine in pairwise(draws.ACCURACIES):
         assert statistics.median(cost[n, fine] / cost[n, coarse] for n in numbers) <= 3.0

@@ -33,6 +33,19 @@ WRONG = [
     ("coverage = 0.3", "coverage", "unknown key", "closest is 'clouds.coverage'"),
     ("view.coverage = 0.3", "view.coverage", "closest is 'clouds.coverage'"),
     ("temperature = 290", "temperature", "closest is 'clouds.temperature' or 'sea.temperature'"),
+    # parameters that stand beside `parameters`
+    ("clouds.gamma = 2", "clouds.gamma", "closest is 'clouds.parameters.gamma'", "cloud generator 'fractal'"),
+    ("clouds.gama = 2", "clouds.gama", "closest is 'clouds.parameters.gamma'"),
+    ("[[clouds.layers]]\ngamma = 2", "clouds.layers[0].gamma", "'clouds.layers[0].parameters.gamma'"),
+    ("clouds.image = 'x'", "clouds.image", "'clouds.parameters.image'", 'with clouds.generator = "imagery"'),
+    ("atmosphere.aerosol = 'none'", "atmosphere.aerosol", "closest is 'atmosphere.parameters.aerosol'"),
+    ("atmosphere.visibility = 5", "atmosphere.visibility", "'atmosphere.parameters.visibility_km'"),
+    ("sea.slopes = 'isotropic'", "sea.slopes", "closest is 'sea.parameters.slopes'"),
+    ("optics.phase_function = 'mie'", "optics.phase_function", "'optics.parameters.phase_function'"),
+    ("radiance.streams = 8", "radiance.streams", "closest is 'radiance.parameters.streams'"),
+    ("sea.coverage = 0.3", "sea.coverage", "closest is 'clouds.coverage'"),
+    ("sea.wind_sped = 3", "sea.wind_sped", "closest is 'wind_speed'"),
+    ("sea.model = 'cox-munk'\nsea.slopes = 'x'", "sea.slopes", "'sea.parameters.slopes'", '= "rough-sea"'),
     ("clouds.seed = 3", "clouds.seed", "closest is 'seed' at the top level"),
     ("response = 'x.csv'", "response", "closest is 'bands[0].response'"),
     # ranges
@@ -48,7 +61,15 @@ WRONG = [
     ("image.pixel_size = 0", "image.pixel_size", "> 0 and <= 100000", "just above 0"),
     ("image.rows = 99999", "image.rows", "choice is 16384"),
     ("seed = 9223372036854775808", "seed", "choice is 9223372036854775807"),
-    ("sea.temperature = 15", "sea.temperature", ">= 260 and <= 330", "choice is 260"),
+    ("sea.temperature = 15", "sea.temperature", ">= 260 and <= 330", "choice is 288.15, which is 15 degC"),
+    ("clouds.temperature = -20", "clouds.temperature", "choice is 253.15, which is -20 degC"),
+    ("sea.temperature = 200", "sea.temperature", "choice is 260"),
+    ("sea.temperature = '15 K'", "sea.temperature", "choice is 260"),
+    (
+        "optics.parameters.water_temperature_K = 5",
+        "optics.parameters.water_temperature_K",
+        "choice is 278.15, which is 5 degC",
+    ),
     ("optics.parameters.radius_nodes = 3", "optics.parameters.radius_nodes", "choice is 50"),
     ("motion.evolution_time = 0", "motion.evolution_time", "0.001 to 1e12 s", "choice is 0.001"),
     ("motion.evolution_time = inf", "motion.evolution_time", "choice is 'frozen'"),
@@ -87,6 +108,15 @@ WRONG = [
     ("motion.evolution_time = true", "motion.evolution_time", "true is not a duration"),
     # bands
     ("bands = [[5, 3]]", "bands[0]", "upside down", "choice is [3, 5]"),
+    (
+        "bands = ['lwir-11']",
+        "bands[0]",
+        "no band named 'lwir-11'",
+        "closest is 'lwir-10.8' (10.3 to 11.3 um)",
+    ),
+    ("bands = ['mwir-4']", "bands[0]", "closest is 'mwir-3.4-4.1' (3.4 to 4.1 um)"),
+    ("bands = ['mwir5.5um']", "bands[0]", "closest is 'mwir-4.5-4.8' (4.5 to 4.8 um)"),
+    ("output.quantization = '6 %'", "output.quantization", "'6 %' = 0.06 is out of range", "choice is 0.05"),
     ("bands = ['mwr']", "bands[0]", "no band named 'mwr'", "closest is 'mwir'"),
     ("bands = []", "bands", "is empty", "at least 1 entry"),
     ("bands = 'mwir'", "bands", "'mwir' is not a list", 'choice is ["mwir"]'),
@@ -158,6 +188,21 @@ WRONG = [
     ("clouds.layers.type = 'stratus'", "clouds.layers", "is not a list", "[[clouds.layers]]"),
     ("clouds.layers = [3]", "clouds.layers[0]", "3 is not a table"),
 ]
+
+
+def test_a_parameter_of_a_provider_that_is_not_selected_is_told_with_its_provider():
+    line = "clouds.generator = 'imagery'\nclouds.parameters.image = 'x.png'\nclouds.gamma = 2"
+    told = refusal(TIME + PLACE + line)["clouds.gamma"]
+    assert "closest is 'clouds.parameters.gamma', a parameter of cloud generator 'fractal'" in told
+    assert told.endswith('with clouds.generator = "fractal"')
+
+
+def test_a_misplaced_parameter_given_on_the_command_line_is_named_as_it_was_typed():
+    assert "'clouds.parameters.gamma'" in refusal(TIME + PLACE, {"clouds.gamma": 2})["clouds.gamma"]
+
+
+def test_rounding_may_be_given_in_percent():
+    assert Scenario.load("stratus", {"output.quantization": "0.02 %"}).output.quantization == 0.02 / 100
 
 
 @pytest.mark.parametrize(("line", "field", "parts"), [(line, field, parts) for line, field, *parts in WRONG])

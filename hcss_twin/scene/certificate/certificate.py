@@ -30,7 +30,7 @@ class StratumCheck:
     ----------
     name : str
     pixels : int
-        Pixels of the stratum in the checked frames that could have been drawn.
+        Pixels of the stratum in the checked frames, those that are left out among them.
     checked, exceeding : int
         How many were, and how many of these err by more than was asked for in some band.
     error : tuple of float (B,)
@@ -110,9 +110,7 @@ class Certificate:
     def lines(self) -> tuple[str, ...]:
         """The certificate in words, the verdict first."""
         achieved = ", ".join(f"{band} {error:.{DIGITS}g}" for band, error in self.achieved.items())
-        told = ", ".join(
-            f"{each.name} {each.checked} of {each.pixels}" for each in self.strata if each.pixels
-        )
+        told = ", ".join(f"{each.name} {each.checked} of {each.pixels}" for each in self.strata)
         return (
             self._verdict,
             *self._in_kelvin,

@@ -76,8 +76,8 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
             "in the shadow of clouds": sum(int(pixels.in_shadow[number]) for pixels in frames),
             "with drawn waves": sum(int(pixels.with_waves[number]) for pixels in frames),
         }
-        pixels_of = int(np.sum(size[:, number]))
-        if pixels_of or any(left_out.values()):
+        pixels_of = int(np.sum(size[:, number])) + sum(left_out.values())
+        if pixels_of:
             worst = tuple(_rounded(each) for each in np.max(error[own], axis=0)) if np.any(own) else ()
             found.append(
                 StratumCheck(name, pixels_of, int(np.sum(own)), int(np.sum(exceeding[own])), worst, left_out)

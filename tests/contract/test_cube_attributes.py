@@ -1,0 +1,53 @@
+"""Every global attribute of a cube stands in its reference, with the type it has, and no other does."""
+
+import json
+
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import Scenario, simulate
+from hcss_twin.cube.attributes import ALWAYS, COMPUTED, PROVENANCE
+from hcss_twin.cube.document import markdown
+from hcss_twin.cube.metadata import DEFAULTS
+
+SMALL = {**CHEAP, "image.rows": 16, "image.columns": 20, "frames.count": 1, "bands": ["lwir"]}
+SPECS = {spec.name: spec for spec in (*PROVENANCE, *COMPUTED)}
+REPLACEABLE = {*DEFAULTS, "id", "history"}
+TYPES = {"text": str, "JSON": str, "number": float, "integer": int}
+
+
+@pytest.fixture(scope="module")
+def all_that_is_told():
+    """Of a cube with all attributes: terms, an accuracy in kelvin, and a sea that knows its waves."""
+    asked = {"accuracy": "0.5 K", "output.variables": ["all"], "sea.model": "rough-sea"}
+    return simulate(Scenario.load("stratus", {**SMALL, **asked})).attrs
+
+
+@pytest.fixture(scope="module")
+def least_that_is_told():
+    return simulate(Scenario.load("stratus", {**SMALL, "output.variables": ["cloud_mask"]})).attrs
+
+
+def test_every_attribute_that_a_cube_carries_is_documented_and_no_other(all_that_is_told):
+    assert set(all_that_is_told) == set(SPECS) | REPLACEABLE
+
+
+def test_what_every_cube_is_said_to_have_is_there_without_radiance_and_nothing_about_radiance(
+    least_that_is_told,
+):
+    always = {name for name, spec in SPECS.items() if spec.when == ALWAYS} | REPLACEABLE
+    assert set(least_that_is_told) - {"hcss_significant_wave_height_m"} == always
+
+
+def test_attributes_have_the_types_that_are_documented(all_that_is_told):
+    for name, spec in SPECS.items():
+        value = all_that_is_told[name]
+        assert isinstance(value.item() if hasattr(value, "item") else value, TYPES[spec.type]), name
+        if spec.type == "JSON":
+            json.loads(value)
+
+
+def test_the_reference_has_a_row_for_each():
+    text = markdown()
+    for name in (*SPECS, *DEFAULTS):
+        assert text.count(f"\n| `{name}` | ") == 1, name
