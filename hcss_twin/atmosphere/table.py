@@ -23,6 +23,7 @@ from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_sta
 from hcss_twin.physics.paths import SPACE, Path
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import AtmosphereInputs, Declares
+from hcss_twin.providers.notes import Note
 
 Array = NDArray[np.float64]
 
@@ -88,7 +89,10 @@ class TableTransmittance:
             resolution_cm1=table.resolution_cm1,
             notes=(
                 f"atmosphere table {parameters.file}: {table.source}",
-                "sun-target-sensor transmittance: one slant path of the same total air mass, not a product of legs",
+                Note(
+                    "sun-target-sensor transmittance: one slant path of the same total air mass, not a product of legs",
+                    sunlight=True,
+                ),
                 *_unverified(table),
             ),
         )

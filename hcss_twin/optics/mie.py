@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from hcss_twin.optics.parameters import MieParameters
 from hcss_twin.optics.spheres_of_a_cloud import ICE_NOTE, MOMENTS_NOTE, WATER_NOTES, CloudSpheres
 from hcss_twin.providers import Declares, Microphysics, OpticsInputs, SingleScattering
+from hcss_twin.providers.notes import Note
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ class MieOptics:
                 "ice particles are spheres, as in the HCSS paper; real ice crystals scatter less forward",
                 ICE_NOTE,
                 MOMENTS_NOTE,
-                "the forward peak of ice spheres needs more than 128 moments",
+                Note("the forward peak of ice spheres needs more than 128 moments", sunlight=True),
             ),
         },
     )

@@ -13,20 +13,22 @@ from hcss_twin.optics.bulk_table import VALID_UM, Accuracy, BulkTable
 from hcss_twin.optics.parameters import MieParameters
 from hcss_twin.optics.table_store import TableStore
 from hcss_twin.providers import Microphysics, SingleScattering
+from hcss_twin.providers.notes import Note
 from hcss_twin.refractive_index import RefractiveIndex, load_refractive_index, load_water_at
 
 Array = NDArray[np.float64]
 
 VALID_CM1 = (1e4 / VALID_UM[1], 1e4 / VALID_UM[0])
 
-MOMENTS_NOTE = (
-    "below 2.6 um single moments of the Mie phase function are known within 0.003, above within 0.0005"
+MOMENTS_NOTE = Note(
+    "below 2.6 um single moments of the Mie phase function are known within 0.003, above within 0.0005",
+    below_um=2.6,
 )
 
 WATER_NOTES = (
     "the refractive index of cloud droplets is for one temperature, as the provider's parameters say",
     MOMENTS_NOTE,
-    "128 moments carry the whole phase function of water clouds above about 3 um",
+    Note("128 moments carry the whole phase function of water clouds above about 3 um", below_um=3.0),
 )
 
 ICE_NOTE = "the refractive index of ice particles is for one temperature, -7 degC in the catalog's table"

@@ -26,6 +26,7 @@ from hcss_twin.physics.henyey_greenstein import henyey_greenstein
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun
+from hcss_twin.providers.notes import Note
 from hcss_twin.radiance.parameters import AsPrintedParameters
 
 Array = NDArray[np.float64]
@@ -250,10 +251,12 @@ def _notes(parameters: AsPrintedParameters, layers: int) -> tuple[str, ...]:
     if not parameters.literal_eq19:
         notes.append("as-printed radiance: emission of the air below a cloud is lost, however thin the cloud")
     if parameters.glint_scale != 1.0:
-        notes.append(f"sun glint scaled by {parameters.glint_scale:g}, which is a fit and not physics")
+        told = f"sun glint scaled by {parameters.glint_scale:g}, which is a fit and not physics"
+        notes.append(Note(told, sunlight=True))
     if parameters.cloud_sun_scale != 1.0:
         scale = parameters.cloud_sun_scale
-        notes.append(f"sunlight reflected by cloud scaled by {scale:g}, which is a fit and not physics")
+        told = f"sunlight reflected by cloud scaled by {scale:g}, which is a fit and not physics"
+        notes.append(Note(told, sunlight=True))
     literal = [name for name, on in parameters if name.startswith("literal_") and on]
     if literal:
         notes.append(f"literal forms that the paper's own tables exclude: {', '.join(literal)}")

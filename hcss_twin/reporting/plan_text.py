@@ -1,64 +1,159 @@
-"""The plan as text for a terminal."""
+"""The plan as text for a terminal: what is looked at, what comes out, and how far it can be trusted, on a screen."""
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 
 from hcss_twin.providers import CloudLayer
+from hcss_twin.registry.discovery import Entry
+from hcss_twin.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.reporting.left_out_text import left_out
 from hcss_twin.scene.budget import SHARES
 from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.quantization import quantization_lines
 
+WIDTH = 120
+_LABEL = 13
+_BOUND = 11
+
 
 def plan_text(plan: Plan) -> str:
     """Describe what a scene needs, what was filled in and what is left out."""
-    return "\n".join(_lines(plan))
+    title = plan.scenario.title or plan.scenario.origin
+    return "\n".join([title, *(_wrapped(label, text) for label, text in _rows(plan))])
 
 
-def _lines(plan: Plan) -> Iterator[str]:
-    scenario, grid = plan.scenario, plan.grid
-    yield scenario.title or scenario.origin
-    yield f"  frames      {plan.frame_times_s.size} x {grid.rows} x {grid.columns} pixels of {grid.pixel_size_m:g} m"
+def _wrapped(label: str, text: str) -> str:
+    start = f"  {label:<{_LABEL}}"
+    after = " " * (len(start) + (_BOUND if not label else 0))
+    return textwrap.fill(text, WIDTH, initial_indent=start, subsequent_indent=after, break_on_hyphens=False)
+
+
+def _rows(plan: Plan) -> Iterator[tuple[str, str]]:
+    yield from _scene(plan)
+    yield from _clouds(plan)
+    entries = plan.assembly.entries
+    if plan.needs_radiance:
+        sea = plan.scenario.sea
+        waves = "averaged" if plan.waves is None else "drawn"
+        yield (
+            "sea",
+            f"{plan.assembly.sea_temperature_K:.5g} K, wind {plan.assembly.sea_wind_speed_m_s:.4g} m/s from "
+            f"{sea.wind_from:g} deg, waves {waves}; {_named(entries['sea'])}",
+        )
+        yield "atmosphere", f"{plan.profile.name}; {_named(entries['atmosphere'])}"
+    if plan.needs_radiance or any("band" in spec.dims for spec in plan.variables):
+        bands = (f"{band.name} ({band.lower_um:g}-{band.upper_um:g} um)" for band in plan.bands)
+        yield "bands", ", ".join(bands)
+    if plan.needs_radiance:
+        optics = f", optics {_named(entries['optics'])}" if plan.layers else ""
+        known = plan.spectral_grid.wavenumber_cm1.size
+        yield "radiance", f"{_named(entries['radiance'])}{optics}; a few weighted wavenumbers of {known}"
+    yield from _output(plan)
+    for item in plan.filled_in:
+        yield "filled in", f"{item.field} = {item.value} ({item.why})"
+    yield "left out", "and the share of the radiance of any pixel that it is at most (more of each: --json)"
+    for bound, text in left_out(plan):
+        yield "", f"{bound:<{_BOUND}}{text}"
+    for note in plan.notes:
+        yield "note", note
+
+
+def _scene(plan: Plan) -> Iterator[tuple[str, str]]:
+    scenario, grid, place = plan.scenario, plan.grid, plan.scenario.place
+    north, east = "N" if place.latitude >= 0 else "S", "E" if place.longitude >= 0 else "W"
+    frames = scenario.frames
+    count = f"{frames.count} frames {frames.interval:g} s apart" if frames.count > 1 else "one frame"
+    first = f", the first at {plan.frame_times_s[0]:g} s" if frames.first else ""
+    yield (
+        "scene",
+        f"{abs(place.latitude):g} {north} {abs(place.longitude):g} {east}, {scenario.time.isoformat(' ')}; "
+        f"{count}{first}",
+    )
+    speed = scenario.motion.platform_speed
+    motion = f", moving {'east' if speed > 0 else 'west'} at {abs(speed):g} m/s" if speed else ""
+    size = f"{grid.columns * grid.pixel_size_m / 1e3:.4g} x {grid.rows * grid.pixel_size_m / 1e3:.4g} km"
+    yield "image", f"{grid.rows} rows x {grid.columns} columns of {grid.pixel_size_m:g} m ({size}){motion}"
     points = plan.samples_per_pixel
     if points > 1:
-        yield f"  pixel       mean of {points} x {points} points, {grid.pixel_size_m / points:g} m apart"
-    for band in plan.bands:
-        yield f"  band        {band.name}: {band.lower_um:g}-{band.upper_um:g} um"
-    yield f"  view        zenith {plan.view.zenith_deg:g} deg, azimuth {plan.view.azimuth_deg:g} deg"
+        yield "pixel", f"mean of {points} x {points} points, {grid.pixel_size_m / points:g} m apart"
+    yield "view", f"zenith {plan.view.zenith_deg:g} deg, azimuth {plan.view.azimuth_deg:g} deg"
+    zenith, azimuth = plan.sun_zenith_deg, plan.sun_azimuth_deg
+    down = int((zenith >= 90.0).sum())
+    where = "" if not down else f"; below the horizon in {down} of {zenith.size} frames"
+    faint = "; too faint to be computed" if plan.faint_sunlight is not None else ""
     yield (
-        f"  sun         zenith {plan.sun_zenith_deg[0]:.3f}..{plan.sun_zenith_deg[-1]:.3f} deg, "
-        f"azimuth {plan.sun_azimuth_deg[0]:.3f}..{plan.sun_azimuth_deg[-1]:.3f} deg"
+        "sun",
+        f"zenith {_span(zenith[0], zenith[-1])} deg, azimuth {_span(azimuth[0], azimuth[-1])} deg{where}{faint}",
     )
-    for layer in plan.layers if len(plan.layers) > 1 else ():
-        yield f"  layer       {layer.name}: {layer.base_m:g}-{layer.top_m:g} m, coverage {layer.coverage:g}"
-    for layer in plan.layers:
-        yield f"  particles   {_particles(layer)}"
-    for kind, entry in plan.assembly.entries.items():
-        yield f"  {kind:<11} {entry.name} [{entry.origin}]"
-    if plan.needs_radiance:
-        known = plan.spectral_grid.wavenumber_cm1.size
-        yield f"  accuracy    {plan.accuracy}; of it {_shares(plan)}"
-        yield f"  spectrum    a few weighted wavenumbers of {known}, chosen by the run"
-    yield f"  variables   {', '.join(spec.name for spec in plan.variables)}"
-    yield f"  cube        {_size(plan.uncompressed_bytes)} before compression"
-    for line in quantization_lines(plan.variables, plan.scenario.output.compression > 0):
-        yield f"  rounding    {line}"
-    for item in plan.filled_in:
-        yield f"  filled in   {item.field} = {item.value} ({item.why})"
-    for note in plan.notes:
-        yield f"  note        {note}"
-    for skipped in plan.skipped:
-        yield f"  skipped     {skipped.what}: {skipped.why}{_bound(skipped.bound)}"
 
 
-def _particles(layer: CloudLayer) -> str:
+def _span(first: float, last: float) -> str:
+    return f"{first:.3f}" if f"{first:.3f}" == f"{last:.3f}" else f"{first:.3f}..{last:.3f}"
+
+
+def _clouds(plan: Plan) -> Iterator[tuple[str, str]]:
+    if not plan.layers:
+        yield "clouds", "none"
+        return
+    entries = plan.assembly.entries
+    for index, (layer, generator) in enumerate(zip(plan.layers, plan.generators, strict=True)):
+        entry = entries["clouds" if len(plan.layers) == 1 else f"clouds[{index}]"]
+        of_image = getattr(generator, "image_coverage", None)
+        coverage = f"{layer.coverage:g}" + (
+            " of the sky in the mean" if layer.coverage_mode == "field" else ""
+        )
+        if of_image is not None:
+            coverage = f"{of_image:.3g}, as the image has it"
+        thickness = f"{layer.thickness_min_m:g} to {layer.thickness_max_m:g} m thick"
+        yield (
+            "clouds",
+            f"{layer.name}: coverage {coverage}, {layer.base_m:g}..{layer.top_m:g} m, {thickness}; {_named(entry)}",
+        )
+        if plan.needs_radiance or any("optical" in spec.name for spec in plan.variables):
+            yield "particles", _particles(layer, plan)
+    motion = plan.scenario.motion
+    shapes = "shapes are frozen"
+    if motion.evolution_time != "frozen":
+        shapes = f"shapes change in {motion.evolution_time:g} s"
+    if not any(generator.declares.evolves for generator in plan.generators):
+        shapes = "shapes are frozen"
+    yield "wind", f"carries clouds at {motion.wind_speed:g} m/s from {motion.wind_from:g} deg; {shapes}"
+
+
+def _particles(layer: CloudLayer, plan: Plan) -> str:
     about = told(layer)
+    if layer.temperature_K is None:
+        temperature = f"{float(plan.profile.temperature_at(layer.top_m)):.4g} K at the top"
+    else:
+        temperature = f"{layer.temperature_K:g} K"
     return (
         f"{about['name']}: {about['phase']}, effective radius {about['effective_radius_um']:.4g} um, variance "
-        f"{about['effective_variance']:.3g}, {about['water_content_g_m3']:.3g} g m-3; extinction "
-        f"{about['large_particle_extinction_m1']:.3g} m-1 of large particles"
+        f"{about['effective_variance']:.3g}, {about['water_content_g_m3']:.3g} g m-3, extinction "
+        f"{about['large_particle_extinction_m1']:.3g} m-1; {temperature}"
     )
+
+
+def _output(plan: Plan) -> Iterator[tuple[str, str]]:
+    output = plan.scenario.output
+    stored = f", compressed at level {output.compression}" if output.compression else ""
+    size = f"{_size(plan.uncompressed_bytes)}{' before compression' if stored else ''}{stored}"
+    checked = ""
+    if plan.needs_radiance:
+        pixels = output.certificate
+        checked = f"; certificate of {pixels} pixels" if pixels else "; no certificate"
+    yield "output", f"{', '.join(spec.name for spec in plan.variables)}: {size}{checked}"
+    for line in quantization_lines(plan.variables, output.compression > 0):
+        yield "rounding", line
+    if plan.needs_radiance:
+        yield "accuracy", f"{plan.accuracy}; of it {_shares(plan)}"
+
+
+def _named(entry: Entry) -> str:
+    """Name a provider, and who brought it if that is somebody else."""
+    return entry.name if entry.distribution == OWN_DISTRIBUTION else f"{entry.name} [{entry.origin}]"
 
 
 def _shares(plan: Plan) -> str:
@@ -79,12 +174,6 @@ def _shares(plan: Plan) -> str:
         if made.get(name, True)
     )
     return ", ".join(shares)
-
-
-def _bound(bound: float | None) -> str:
-    if bound is None:
-        return ""
-    return " (nothing lost)" if bound == 0 else f" (at most {bound:.1e} of the radiance)"
 
 
 def _size(count: int) -> str:

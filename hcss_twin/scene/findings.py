@@ -65,7 +65,8 @@ def find_out(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> tuple[Fi
         faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
     possible = cube_variables(scenario, assembly, drawn, ("all",))
     skipped = skipped_parts(scenario, assembly, variables, possible, sun, faint, drawn, accuracy.relative)
-    told = (*skipped, *(() if no_waves is None else (no_waves,)))
+    # A scene without radiance has no sea whose waves it could do without.
+    told = (*skipped, *((no_waves,) if no_waves is not None and radiance else ()))
     return Findings(accuracy, faint, told), waves
 
 

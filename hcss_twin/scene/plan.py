@@ -84,16 +84,23 @@ class Plan:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What users should know."""
+        """What users should know about what this scene makes use of."""
+        names = {spec.name for spec in self.variables}
+        notes = self.assembly.notes_where(
+            air="cloud_top_temperature" in names,
+            particles=self.needs_radiance or "cloud_optical_thickness" in names,
+            radiance=self.needs_radiance,
+            sunlight=self.sun_matters,
+        )
         resolution = self.assembly.transmittance.declares.resolution_cm1
         atmosphere = self.scenario.atmosphere.provider
         narrow = (
             f"band '{band.name}' is {band.width_cm1:.3g} cm-1 wide, but the atmosphere '{atmosphere}' knows means over "
             f"{resolution:g} cm-1: lines within it are not resolved, whatever the accuracy"
             for band in self.bands
-            if band.width_cm1 < resolution
+            if self.needs_radiance and band.width_cm1 < resolution
         )
-        return (*narrow, *self.assembly.notes, *(() if self.waves is None else (DRAWN_NOTE,)))
+        return (*narrow, *notes, *(() if self.waves is None else (DRAWN_NOTE,)))
 
     @property
     def bands(self) -> tuple[SpectralBand, ...]:

@@ -29,6 +29,7 @@ from hcss_twin.providers import (
     TransmittanceProvider,
     View,
 )
+from hcss_twin.providers.notes import applying
 from hcss_twin.radiance.solar_spectrum import SolarSpectrum
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid, dense_grid
@@ -74,6 +75,7 @@ class Assembly:
     model_toward: Callable[[View], RadianceModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
+    sea_wind_speed_m_s: float
     filled_in: tuple[FilledIn, ...]
     slant: SlantPaths
 
@@ -95,17 +97,30 @@ class Assembly:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What users should know about profile and providers, in order, each once.
+        """All that users should know about profile and providers, in order, each once."""
+        return self.notes_where(air=True, particles=True, radiance=True, sunlight=True)
+
+    def notes_where(self, *, air: bool, particles: bool, radiance: bool, sunlight: bool) -> tuple[str, ...]:
+        """What users should know about what a scene makes use of.
 
         A provider's notes on particles of a phase are told where a layer has them.
+
+        Parameters
+        ----------
+        air, particles, radiance, sunlight : bool
+            Whether temperatures of the air, optical properties of clouds, radiance and sunlight are computed.
         """
         phases = dict.fromkeys(layer.microphysics.phase for layer in self.layers)
-        notes: list[str] = [*self.profile.notes]
-        for declares in self.declarations:
+        own = [self.transmittance.declares, self.sea.declares, self.model.declares] if radiance else []
+        if particles and self.layers:
+            own.insert(0, self.optics.declares)
+        notes: list[str] = [*(self.profile.notes if air or radiance else ())]
+        for declares in (*(generator.declares for generator in self.generators), *own):
             notes += declares.notes
             for phase in phases:
                 notes += declares.notes_by_phase.get(phase, ())
-        return tuple(dict.fromkeys((*notes, *(self.slant.notes if self.layers else ()))))
+        notes += self.slant.notes if self.layers else ()
+        return applying(notes, sunlight, min(band.lower_um for band in self.bands))
 
     @property
     def own_errors(self) -> tuple[str, ...]:
@@ -169,9 +184,9 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         _require_view_inside(scenario, transmittance.declares)
     # Where the surroundings have problems the sea is made all the same, to find its own.
     temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
+    wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
     sea: SeaModel | None = None
     with builder.blaming("sea.model", scenario.sea.parameters):
-        wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
         sea_inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
         sea = builder.build(Kind.SEA, selected(scenario.sea, "model"), sea_inputs, scenario.sea.parameters)
         _require_bands_inside(bands, sea.declares, "sea")
@@ -232,6 +247,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         model_toward=lambda view: model_of(replace(radiance_inputs, view=view)),
         solar_irradiance=solar_irradiance,
         sea_temperature_K=temperature,
+        sea_wind_speed_m_s=wind,
         filled_in=around.filled_in,
         slant=slant,
     )

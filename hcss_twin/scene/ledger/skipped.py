@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.ledger.contrast import largest_contrast
@@ -41,6 +41,10 @@ def skipped_parts(
         Relative to the radiance.
     """
     radiance = any(spec.needs_radiance for spec in variables)
+    # Terms of sunlight that is not computed are nothing, whether they are looked up or not.
+    dark = not sun.up.size or faint_sunlight is not None
+    gone = {TERM_PREFIX + name for name in assembly.model.solar_terms} if dark else set()
+    possible = tuple(spec for spec in possible if spec.name not in gone)
     yield from unrequested(variables, possible, scenario.output.certificate > 0)
     yield from _sunlight(sun, radiance, faint_sunlight)
     yield from _clouds(assembly)

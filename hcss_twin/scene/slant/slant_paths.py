@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudLayer, Grid, View
+from hcss_twin.providers.notes import Note
 from hcss_twin.scenario.models import Slant
 
 Array = NDArray[np.float64]
@@ -125,9 +126,12 @@ class SlantPaths:
             )
         if self.shadows:
             notes.append(
-                "shadows: clear points lose the direct sunlight that the sea reflects, to clouds on the sun's path; "
-                "light that clouds scatter forward or sideways, sunlight in shaded air and shadows on or under other "
-                "clouds are left out"
+                Note(
+                    "shadows: clear points lose the direct sunlight that the sea reflects, to clouds on the sun's "
+                    "path; light that clouds scatter forward or sideways, sunlight in shaded air and shadows on or "
+                    "under other clouds are left out",
+                    sunlight=True,
+                )
             )
         return tuple(notes)
 
