@@ -15,7 +15,7 @@ import numpy as np
 
 from hcss_twin.compilation_notice import told_of_compilation
 from hcss_twin.cube.background_writer import BackgroundWriter
-from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo
+from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.errors import CertificateWarning
@@ -149,8 +149,8 @@ def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
         start=scenario.time,
         frame_times_s=plan.frame_times_s.tolist(),
         bands=tuple(BandInfo(b.name, b.lower_um, b.upper_um, b.central_um) for b in plan.bands),
-        rows=plan.grid.rows,
-        columns=plan.grid.columns,
+        rows=plan.pixels[0],
+        columns=plan.pixels[1],
         pixel_size_m=plan.grid.pixel_size_m,
         latitude=scenario.place.latitude,
         longitude=scenario.place.longitude,
@@ -162,4 +162,12 @@ def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
         attributes=provenance(plan, tables),
         platform_speed_m_s=scenario.motion.platform_speed,
         layers=tuple(LayerInfo(layer.name, layer.base_m, layer.top_m) for layer in plan.layers),
+        window=_window(plan),
     )
+
+
+def _window(plan: Plan) -> WindowInfo | None:
+    if not plan.is_window:
+        return None
+    rows, columns = plan.extent
+    return WindowInfo(rows.start, columns.start, plan.grid.rows, plan.grid.columns)
