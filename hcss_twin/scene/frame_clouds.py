@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudGenerator, Grid
+from hcss_twin.scene.building.whole_frames import sums_up
 from hcss_twin.scene.footprint import Window, points_of
 from hcss_twin.scene.plan import Plan
 
@@ -47,7 +48,7 @@ class FrameClouds:
             if whole is not None:
                 found.append(whole[rows, columns])
             elif summary is not None:
-                found.append(generator.summed_up_thickness_m(self._time_s, rows, columns, summary))  # type: ignore[attr-defined]
+                found.append(generator.thickness_in_frame_m(self._time_s, rows, columns, summary))  # type: ignore[attr-defined]
             else:
                 found.append(generator.thickness_m(self._time_s, rows, columns))
         return found
@@ -62,11 +63,6 @@ def summaries_of(plan: Plan, time_s: float) -> list[Any]:
         generator.frame_summary(time_s) if _is_summed_up(plan, generator) else None  # type: ignore[attr-defined]
         for generator in plan.generators
     ]
-
-
-def sums_up(generator: CloudGenerator) -> bool:
-    """Whether a generator of whole frames can make windows of them, given a summary of the frame."""
-    return hasattr(generator, "frame_summary") and hasattr(generator, "summed_up_thickness_m")
 
 
 def _is_summed_up(plan: Plan, generator: CloudGenerator) -> bool:
