@@ -40,8 +40,25 @@ def cli() -> None:
 
 @cli.command()
 @scenario_options
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Cube to write; default: NAME.nc here.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Cube to write, NetCDF or a Zarr store NAME.zarr; default: NAME.nc here.",
+)
 @click.option("--force", is_flag=True, help="Replace an existing cube.")
+@click.option(
+    "--workers",
+    default=1,
+    show_default=True,
+    type=click.IntRange(1, 1024),
+    help="Processes that make frames, or tiles of large ones; the cube is the same.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Dask cluster that makes them instead, for example tcp://host:8786.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 @click.pass_context
 def run(
@@ -50,6 +67,8 @@ def run(
     assignments: tuple[str, ...],
     output: Path | None,
     force: bool,
+    workers: int,
+    scheduler: str | None,
     as_json: bool,
 ) -> None:
     """Simulate SCENARIO and write its cube.
@@ -61,22 +80,22 @@ def run(
     if output.exists() and not force:
         raise click.ClickException(f"{output} exists; give another name with -o, or --force")
     from hcss_twin.compilation_notice import told_of_compilation
+    from hcss_twin.cube.formats import cube_bytes
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.simulate import run as run_plan
 
     found: list[Any] = []
     with told_of_compilation(partial(click.echo, err=True)):
         plan = make_plan(loaded)
-        run_plan(plan, output, partial(progress, context.ensure_object(Stop)), found.append)
+        shown = partial(progress, context.ensure_object(Stop))
+        run_plan(plan, output, shown, found.append, workers, scheduler)
     if as_json:
         told = {
             "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None
         }
-        click.echo(
-            json.dumps({"cube": str(output), "bytes": output.stat().st_size, **told, **plan.as_dict()})
-        )
+        click.echo(json.dumps({"cube": str(output), "bytes": cube_bytes(output), **told, **plan.as_dict()}))
     else:
-        click.echo(f"{output}  {output.stat().st_size / 1e6:.1f} MB")
+        click.echo(f"{output}  {cube_bytes(output) / 1e6:.1f} MB")
         for item in plan.filled_in:
             click.echo(f"  filled in: {item.field} = {item.value} ({item.why})")
         for certificate in found:
@@ -124,7 +143,7 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 
 
 @cli.command()
-@click.argument("cube", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("cube", type=click.Path(exists=True, path_type=Path))
 @click.option(
     "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder; default: beside CUBE."
 )

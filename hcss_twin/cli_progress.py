@@ -1,4 +1,4 @@
-"""The bar over frames, and how Ctrl-C ends a command between them."""
+"""The bar over frames or tiles, and how Ctrl-C ends a command between them."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def progress(stop: Stop, frames: Iterable[Any], count: int) -> Iterator[Any]:
             stop.check()
             yield frame
         return
-    with click.progressbar(frames, length=count, label="frames", file=sys.stderr, show_pos=True) as bar:
+    with click.progressbar(frames, length=count, label="computing", file=sys.stderr, show_pos=True) as bar:
         for frame in bar:
             stop.check()
             yield frame

@@ -15,7 +15,7 @@ EXIT_DIFFERENT = 1
 
 
 @click.command()
-@click.argument("cube", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("cube", type=click.Path(exists=True, path_type=Path))
 @click.option(
     "--frames", type=click.IntRange(min=1), help="Check so many frames, spread over the cube; default: all."
 )

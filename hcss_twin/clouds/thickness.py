@@ -42,7 +42,7 @@ def frame_thickness(
     if lowest is None:
         return np.zeros(field.shape, dtype=np.float32)
     highest = float(field.max())
-    thickness = _thickness(field, layer, float(lowest), ndtr(-float(lowest)), ndtr(-highest), exponent)
+    thickness = scaled_thickness(field, layer, float(lowest), ndtr(-float(lowest)), ndtr(-highest), exponent)
     thickness.ravel()[surplus] = 0.0
     return thickness
 
@@ -71,10 +71,10 @@ def field_thickness(
     """
     if layer.coverage == 0.0:
         return np.zeros(field.shape, dtype=np.float32)
-    return _thickness(field, layer, float(-ndtri(layer.coverage)), layer.coverage, 0.0, exponent)
+    return scaled_thickness(field, layer, float(-ndtri(layer.coverage)), layer.coverage, 0.0, exponent)
 
 
-def _thickness(
+def scaled_thickness(
     field: NDArray[np.float32],
     layer: CloudLayer,
     lowest: float,
@@ -82,7 +82,17 @@ def _thickness(
     share_highest: float,
     exponent: float,
 ) -> NDArray[np.float32]:
-    """Map V >= ``lowest`` to thickness, by a power of its exceedance scaled between two values of that."""
+    """Map V >= ``lowest`` to thickness, by a power of its exceedance scaled between two values of that.
+
+    Parameters
+    ----------
+    field : ndarray of float32 (rows, columns)
+        The normal field V of any window.
+    lowest : float
+        Of cloudy pixels.
+    share_lowest, share_highest : float
+        Exceedance of the lowest and of the highest field value, where the scale begins and ends.
+    """
     _require_limits(layer.thickness_min_m, layer.thickness_max_m)
     thickness = np.empty(field.shape, dtype=np.float32)
     flat = np.ascontiguousarray(field).reshape(-1)

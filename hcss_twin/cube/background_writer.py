@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from numpy.typing import NDArray
 
 from hcss_twin.cube.writer import CubeWriter
+
+if TYPE_CHECKING:
+    from hcss_twin.cube.zarr_writer import ZarrWriter
 
 MOST_WAITING = 2
 """Frames handed over and not yet on their way to the disk, the one being written included."""
@@ -20,7 +23,7 @@ MOST_WAITING_BYTES = 256 * 2**20
 
 
 class BackgroundWriter:
-    """Context manager that hands frames to a :class:`CubeWriter` in the order given.
+    """Context manager that hands frames to the writer of a cube in the order given.
 
     A thread calls the writer, one frame after the other; nothing else may call it, or any netCDF function, between
     the first frame and the end of the block, because the library is not thread safe. What the writer raises is raised
@@ -29,11 +32,11 @@ class BackgroundWriter:
 
     Parameters
     ----------
-    writer : CubeWriter
+    writer : CubeWriter or ZarrWriter
         Open, and still open at the end of the block.
     """
 
-    def __init__(self, writer: CubeWriter) -> None:
+    def __init__(self, writer: CubeWriter | ZarrWriter) -> None:
         self._writer = writer
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="cube")
         self._waiting: deque[Future[None]] = deque()
@@ -49,12 +52,23 @@ class BackgroundWriter:
         CubeError
             If an earlier frame could not be written.
         """
+        self._hand_over(arrays, self._writer.write_frame, index, arrays)
+
+    def write_tile(
+        self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]
+    ) -> None:
+        """Hand over a part of a frame, as :meth:`write_frame` does a whole one."""
+        self._hand_over(arrays, self._writer.write_tile, index, place, arrays)
+
+    def _hand_over(
+        self, arrays: Mapping[str, NDArray[Any]], write: Callable[..., None], *arguments: Any
+    ) -> None:
         size = sum(array.nbytes for array in arrays.values())
         most = MOST_WAITING if size * MOST_WAITING <= MOST_WAITING_BYTES else 1
         while self._waiting and (len(self._waiting) >= most or self._waiting[0].done()):
             self._waiting[0].result()
             self._waiting.popleft()
-        self._waiting.append(self._thread.submit(self._writer.write_frame, index, arrays))
+        self._waiting.append(self._thread.submit(write, *arguments))
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -55,7 +55,8 @@ COORDINATES: tuple[VariableSpec, ...] = (
         ("y",),
         "m",
         "distance north of the image centre",
-        "Pixel centre in the local plane, relative to the centre of its own frame; grows with the row.",
+        "Pixel centre in the local plane, relative to the centre of its own frame (of the whole image, where the cube "
+        "is a window of it); grows with the row.",
         "projection_y_coordinate",
         axis="Y",
     ),
@@ -64,7 +65,8 @@ COORDINATES: tuple[VariableSpec, ...] = (
         ("x",),
         "m",
         "distance east of the image centre",
-        "Pixel centre in the local plane, relative to the centre of its own frame; grows with the column. "
+        "Pixel centre in the local plane, relative to the centre of its own frame (of the whole image, where the cube "
+        "is a window of it); grows with the column. "
         "The platform moves along +x.",
         "projection_x_coordinate",
         axis="X",
@@ -184,12 +186,12 @@ def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
 
     ``time`` is in seconds since the start. Coordinates of a dimension that no variable has are left out.
     """
-    extent = footprint(header)
+    extent, place = footprint(header), header.image_window
     times = np.array(header.frame_times_s, dtype=np.float64)
     values: dict[str, Any] = {
         "time": times,
-        "y": _pixel_centres_m(header.rows, header.pixel_size_m),
-        "x": _pixel_centres_m(header.columns, header.pixel_size_m),
+        "y": _pixel_centres_m(place.first_row, header.rows, place.image_rows, header.pixel_size_m),
+        "x": _pixel_centres_m(place.first_column, header.columns, place.image_columns, header.pixel_size_m),
         "band_name": np.array([band.name for band in header.bands], dtype=object),
         "wavelength": [band.central_um for band in header.bands],
         "wavelength_bounds": [(band.lower_um, band.upper_um) for band in header.bands],
@@ -252,5 +254,6 @@ def grid_mapping_attributes(header: CubeHeader) -> dict[str, str | float]:
     }
 
 
-def _pixel_centres_m(count: int, size_m: float) -> NDArray[np.float64]:
-    return (np.arange(count, dtype=np.float64) - 0.5 * (count - 1)) * np.float64(size_m)
+def _pixel_centres_m(first: int, count: int, whole: int, size_m: float) -> NDArray[np.float64]:
+    """Centres of so many pixels, of a row of ``whole`` pixels that has its middle at 0."""
+    return (np.arange(first, first + count, dtype=np.float64) - 0.5 * (whole - 1)) * np.float64(size_m)

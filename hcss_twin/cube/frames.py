@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,9 +13,71 @@ from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.errors import CubeError
 
+Place = tuple[slice, slice]
+"""Rows and columns of a part of a frame."""
 
-def check_frame(header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Check that a frame has exactly the header's variables and that each array obeys its spec.
+
+class WrittenFrames:
+    """Which parts of which frames of a cube were written.
+
+    Parameters
+    ----------
+    header : CubeHeader
+    """
+
+    def __init__(self, header: CubeHeader) -> None:
+        self._header = header
+        self._complete: set[int] = set()
+        self._begun: dict[int, list[Place]] = {}
+
+    def room_for(self, index: int, place: Place | None) -> Place:
+        """Return rows and columns of a part, all where ``place`` is None, after checking that it is yet to be written.
+
+        Raises
+        ------
+        CubeError
+            If there is no such part, or some of it was written.
+        """
+        header = self._header
+        if not 0 <= index < header.frames:
+            raise CubeError(f"frame {index}: 0 to {header.frames - 1} is allowed")
+        wanted = (slice(0, header.rows), slice(0, header.columns)) if place is None else place
+        for name, part, size in zip(("rows", "columns"), wanted, (header.rows, header.columns), strict=True):
+            if part.step not in (None, 1) or not 0 <= part.start < part.stop <= size:
+                raise CubeError(f"frame {index}, {name} {part}: slices inside 0 to {size} are allowed")
+        written = self._begun.get(index, ())
+        if index in self._complete or any(_meet(wanted, each) for each in written):
+            raise CubeError(f"frame {index}: already written{'' if place is None else ' in part'}")
+        return wanted
+
+    def add(self, index: int, place: Place) -> None:
+        """Take a part as written."""
+        parts = [*self._begun.pop(index, []), place]
+        # They do not meet, so that their areas say whether anything is left.
+        area = sum((rows.stop - rows.start) * (columns.stop - columns.start) for rows, columns in parts)
+        if area == self._header.rows * self._header.columns:
+            self._complete.add(index)
+        else:
+            self._begun[index] = parts
+
+    def require_all(self, path: object) -> None:
+        """Raise CubeError where a frame of the cube is not complete."""
+        missing = sorted(set(range(self._header.frames)) - self._complete)
+        if missing:
+            listed = ", ".join(map(str, missing[:10])) + (", ..." if len(missing) > 10 else "")
+            raise CubeError(
+                f"{path}: {len(missing)} of {self._header.frames} frames were not written: {listed}"
+            )
+
+
+def _meet(one: Place, other: Place) -> bool:
+    return all(a.start < b.stop and b.start < a.stop for a, b in zip(one, other, strict=True))
+
+
+def check_frame(
+    header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any]], place: Place | None = None
+) -> None:
+    """Check that a frame, or a part of it, has exactly the header's variables and that each array obeys its spec.
 
     Raises
     ------
@@ -29,12 +92,23 @@ def check_frame(header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any
             f"variables the cube does not have: {', '.join(unknown) or 'none'}"
         )
     for spec in header.variables:
-        _check_array(f"frame {index}, {spec.name}", spec, frame_shape(header, spec), arrays[spec.name])
+        shape = frame_shape(header, spec, place)
+        _check_array(f"frame {index}, {spec.name}", spec, shape, arrays[spec.name])
 
 
-def frame_shape(header: CubeHeader, spec: VariableSpec) -> tuple[int, ...]:
-    """Return the shape of one frame of a variable."""
-    return tuple(header.sizes[dim] for dim in spec.dims if dim != "time")
+def frame_shape(header: CubeHeader, spec: VariableSpec, place: Place | None = None) -> tuple[int, ...]:
+    """Return the shape of one frame of a variable, or of a part of it."""
+    sizes = header.sizes
+    if place is not None:
+        sizes |= {dim: part.stop - part.start for dim, part in zip(("y", "x"), place, strict=True)}
+    return tuple(sizes[dim] for dim in spec.dims if dim != "time")
+
+
+def plain_bytes(header: CubeHeader) -> int:
+    """Return the size of all frames without compression."""
+    return header.frames * sum(
+        math.prod(frame_shape(header, spec)) * np.dtype(spec.dtype).itemsize for spec in header.variables
+    )
 
 
 def _check_array(where: str, spec: VariableSpec, shape: tuple[int, ...], array: NDArray[Any]) -> None:

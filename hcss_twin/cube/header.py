@@ -37,6 +37,16 @@ class LayerInfo:
 
 
 @dataclass(frozen=True)
+class WindowInfo:
+    """Where a cube lies in a larger image: its first row and column, and the rows and columns of that image."""
+
+    first_row: int
+    first_column: int
+    image_rows: int
+    image_columns: int
+
+
+@dataclass(frozen=True)
 class CubeHeader:
     """Coordinates, geometry, variables and provenance of a cube.
 
@@ -67,6 +77,9 @@ class CubeHeader:
         Speed of the image centre over the ground along +x.
     layers : tuple of LayerInfo
         Cloud layers in the order of the ``layer`` dimension; needed where a variable has it.
+    window : WindowInfo or None
+        Where the cube lies in a larger image; None where it has all of it. ``rows`` and ``columns`` are those of the
+        cube, ``latitude`` and ``longitude`` those of the centre of the whole image.
 
     Raises
     ------
@@ -90,6 +103,7 @@ class CubeHeader:
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     platform_speed_m_s: float = 0.0
     layers: tuple[LayerInfo, ...] = ()
+    window: WindowInfo | None = None
 
     def __post_init__(self) -> None:
         if self.start.utcoffset() is None:
@@ -111,6 +125,11 @@ class CubeHeader:
         return self.start.astimezone(UTC)
 
     @property
+    def image_window(self) -> WindowInfo:
+        """Where the cube lies in its image, which it may fill."""
+        return self.window or WindowInfo(0, 0, self.rows, self.columns)
+
+    @property
     def sizes(self) -> dict[str, int]:
         """Length of each dimension of the data variables; ``layer`` only where one of them has it."""
         sizes = {"time": self.frames, "band": len(self.bands), "y": self.rows, "x": self.columns}
@@ -127,6 +146,13 @@ def _check_sizes(header: CubeHeader) -> None:
         count = len(getattr(header, name))
         if count != header.frames:
             raise CubeError(f"{name}: {count} values for {header.frames} frames")
+    place = header.image_window
+    for name, first, size, whole in (
+        ("rows", place.first_row, header.rows, place.image_rows),
+        ("columns", place.first_column, header.columns, place.image_columns),
+    ):
+        if not 0 <= first <= first + size <= whole:
+            raise CubeError(f"window: {size} {name} from {first} on; the image has {whole}")
     names = [spec.name for spec in header.variables]
     if not names:
         raise CubeError("variables: none; a cube holds at least one")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
@@ -62,6 +63,7 @@ def global_attributes(header: CubeHeader) -> dict[str, Attribute]:
         **_coverage_in_time(header),
         **_coverage_in_space(header, footprint(header)),
         **header.attributes,
+        **_window(header),
     }
 
 
@@ -84,6 +86,20 @@ def creation_time() -> datetime:
         ) from error
 
 
+def _window(header: CubeHeader) -> dict[str, Attribute]:
+    """Say which part of its image the cube is, where it is not all of it."""
+    place = header.window
+    if place is None:
+        return {}
+    told = {
+        "rows": [place.first_row, place.first_row + header.rows],
+        "columns": [place.first_column, place.first_column + header.columns],
+        "image_rows": place.image_rows,
+        "image_columns": place.image_columns,
+    }
+    return {"hcss_window": json.dumps(told)}
+
+
 def _identifier(header: CubeHeader) -> str:
     """Name the content: equal for equal scenarios and headers, whenever they are run."""
     scenario = str(header.attributes.get(SCENARIO_ATTRIBUTE, ""))
@@ -95,6 +111,7 @@ def _identifier(header: CubeHeader) -> str:
             repr(header.bands),
             repr((header.rows, header.columns, header.pixel_size_m, header.latitude, header.longitude)),
             " ".join(spec.name for spec in header.variables),
+            *([] if header.window is None else [repr(header.window)]),
         ]
     )
     return "hcss-" + hashlib.sha256(described.encode()).hexdigest()[:16]

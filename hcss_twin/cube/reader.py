@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hcss_twin.cube.bit_rounding import INFO
 from hcss_twin.cube.coordinates import COORDINATES
+from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.variables import LAYER
+from hcss_twin.cube.zarr_writer import require_zarr
 from hcss_twin.errors import CubeError
 
 if TYPE_CHECKING:
@@ -27,17 +29,22 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     CubeError
-        If the file is missing, is not NetCDF, is not a cube, or was not finished.
+        If the file is missing, is neither NetCDF nor a Zarr store, is not a cube, or was not finished.
     """
     # imported here because commands that read no cube should not wait for it
     import xarray as xr
 
-    if not os.path.isfile(path):
+    if is_zarr(path) and os.path.isdir(path):
+        require_zarr(path)
+        options: dict[str, Any] = {"engine": "zarr", "chunks": None}
+    elif os.path.isfile(path):
+        options = {"engine": "netcdf4"}
+    else:
         raise CubeError(f"cannot read {os.fspath(path)}: there is no such file")
     try:
         # xarray would keep a cached file open, and reuse it, if it had been replaced under the same name
-        dataset = xr.open_dataset(path, engine="netcdf4", decode_coords="all", cache=False)
-    except (OSError, ValueError, RuntimeError) as error:
+        dataset = xr.open_dataset(path, decode_coords="all", cache=False, **options)
+    except (OSError, ValueError, RuntimeError, KeyError) as error:
         raise CubeError(f"cannot read {os.fspath(path)}: {_why_not(path, error)}") from error
     found = dataset.attrs.get(FORMAT_ATTRIBUTE)
     if found != FORMAT_VERSION:

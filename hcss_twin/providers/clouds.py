@@ -182,3 +182,18 @@ class CloudGeneratorOptions(Protocol):
 
     skipped: Sequence[tuple[str, str]]
     image_coverage: float | None
+
+    def frame_summary(self, time_s: float) -> Any:
+        """Return what a window of the frame at ``time_s`` needs to know of the rest of it.
+
+        For generators that only make whole frames (``declares.tileable`` is False), together with
+        ``thickness_in_frame_m``: frames of more than 4096 x 4096 points are then made by windows. Its memory must not
+        grow with the frame. The result can be pickled and is handed back as it is.
+        """
+        ...
+
+    def thickness_in_frame_m(
+        self, time_s: float, rows: slice, columns: slice, summary: Any
+    ) -> NDArray[np.float32]:
+        """Return the thickness (y, x) of a window, to the bit what ``thickness_m`` has there in the whole frame."""
+        ...

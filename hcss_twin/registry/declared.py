@@ -109,6 +109,8 @@ def _is_names(value: Any) -> bool:
 _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "skipped": (_is_pairs, "a tuple of pairs of text: what is left out, and why"),
     "image_coverage": (lambda value: value is None or _is_number(value, 1.0), "None or a number from 0 to 1"),
+    "frame_summary": (callable, "a method"),
+    "thickness_in_frame_m": (callable, "a method"),
     "anisotropic": (lambda value: value in (True, False), "True or False"),
     "significant_wave_height_m": (lambda value: _is_number(value, math.inf), "a number of metres, 0 or more"),
     "mean_square_slope": (lambda value: _is_number(value, math.inf), "a number, 0 or more"),

@@ -127,15 +127,36 @@ class GuardedClouds(_Guard):
         self._layer = layer
         self._grid = grid
 
+    def __getattr__(self, name: str) -> Any:
+        # looked up here, not defined on the class, so that hasattr() tells whether the provider has it
+        checked = {"frame_summary": "_frame_summary", "thickness_in_frame_m": "_thickness_in_frame_m"}
+        found = super().__getattr__(name)
+        return object.__getattribute__(self, checked[name]) if name in checked else found
+
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return geometric thickness (y, x), within [0, the layer's greatest]."""
+        return self._thickness("thickness_m", time_s, rows, columns)
+
+    def _frame_summary(self, time_s: float) -> Any:
+        """Return what windows need to know of a frame."""
+        return self._call("frame_summary", self._provider.frame_summary, time_s)
+
+    def _thickness_in_frame_m(
+        self, time_s: float, rows: slice, columns: slice, summary: Any
+    ) -> NDArray[np.float32]:
+        """Return geometric thickness (y, x), checked likewise."""
+        return self._thickness("thickness_in_frame_m", time_s, rows, columns, summary)
+
+    def _thickness(
+        self, method: str, time_s: float, rows: slice, columns: slice, *summary: Any
+    ) -> NDArray[np.float32]:
         shape = (
             len(range(*rows.indices(self._grid.rows))),
             len(range(*columns.indices(self._grid.columns))),
         )
-        value = self._call("thickness_m", self._provider.thickness_m, time_s, rows, columns)
+        value = self._call(method, getattr(self._provider, method), time_s, rows, columns, *summary)
         most = self._layer.thickness_max_m * (1.0 + THICKNESS_TOLERANCE)
-        return self._array("thickness_m()", value, shape, 0.0, most, np.float32)
+        return self._array(f"{method}()", value, shape, 0.0, most, np.float32)
 
 
 class GuardedWaves(_Guard):

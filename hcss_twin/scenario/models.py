@@ -10,6 +10,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import (
     BeforeValidator,
     Field,
+    ValidationInfo,
+    field_validator,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
@@ -20,6 +22,7 @@ from hcss_twin.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.accuracy import Accuracy
 from hcss_twin.scenario.band_entries import Bands
 from hcss_twin.scenario.band_entries import ResponseBand as ResponseBand
+from hcss_twin.scenario.image_window import ImageWindow
 from hcss_twin.scenario.instant import Instant
 from hcss_twin.scenario.particle_limits import LARGEST_UM, MOST_WATER_KG_M3, NARROWEST, WIDEST
 from hcss_twin.scenario.section import Section
@@ -72,11 +75,15 @@ class View(Section):
     )
 
 
+MOST_PIXELS = 100_000
+"""Rows, and columns, of the largest image."""
+
+
 class Image(Section):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
-    rows: Whole = Field(800, ge=1, le=16384, description="Number of rows (y).")
-    columns: Whole = Field(800, ge=1, le=16384, description="Number of columns (x).")
+    rows: Whole = Field(800, ge=1, le=MOST_PIXELS, description="Number of rows (y).")
+    columns: Whole = Field(800, ge=1, le=MOST_PIXELS, description="Number of columns (x).")
     pixel_size: Length = Field(20.0, gt=0, le=100_000, description="Side of the square ground pixel, m.")
     samples_per_pixel: Whole = Field(
         1,
@@ -84,6 +91,18 @@ class Image(Section):
         le=64,
         description="n: each pixel is the mean over n x n points of its footprint; 1 takes the point at its centre.",
     )
+    window: ImageWindow | None = Field(
+        None,
+        description="Part of the image that is computed, for example {rows = [0, 400], columns = [200, 600]}; "
+        "default: all of it.",
+    )
+
+    @field_validator("window")
+    @classmethod
+    def _inside(cls, window: ImageWindow | None, info: ValidationInfo) -> ImageWindow | None:
+        rows, columns = info.data.get("rows"), info.data.get("columns")
+        # Where rows or columns are wrong themselves, that is told, and nothing can be said about the window.
+        return window.within(rows, columns) if window and rows and columns else window
 
 
 class Frames(Section):

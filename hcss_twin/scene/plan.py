@@ -27,6 +27,7 @@ from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.building.surroundings import FilledIn
 from hcss_twin.scene.cube_variables import cube_variables, wants_radiance
 from hcss_twin.scene.findings import find_out
+from hcss_twin.scene.footprint import Window, length
 from hcss_twin.scene.kept_findings import keep_findings, kept_findings
 from hcss_twin.scene.ledger.entry import Skipped
 from hcss_twin.scene.ledger.sun_frames import SunFrames
@@ -168,6 +169,23 @@ class Plan:
         return self.scenario.image.samples_per_pixel
 
     @property
+    def extent(self) -> Window:
+        """Rows and columns of the image that are computed."""
+        size, window = (self.grid.rows, self.grid.columns), self.scenario.image.window
+        return (slice(0, size[0]), slice(0, size[1])) if window is None else window.slices(*size)
+
+    @property
+    def pixels(self) -> tuple[int, int]:
+        """Rows and columns of the cube."""
+        rows, columns = self.extent
+        return length(rows), length(columns)
+
+    @property
+    def is_window(self) -> bool:
+        """Whether the cube is a part of the image."""
+        return self.pixels != (self.grid.rows, self.grid.columns)
+
+    @property
     def needs_radiance(self) -> bool:
         """Whether any requested variable needs radiance."""
         return wants_radiance(self.variables)
@@ -192,8 +210,8 @@ class Plan:
         sizes = {
             "time": self.frame_times_s.size,
             "band": len(self.bands),
-            "y": self.grid.rows,
-            "x": self.grid.columns,
+            "y": self.pixels[0],
+            "x": self.pixels[1],
             LAYER: len(self.layers),
         }
         return sum(
@@ -205,8 +223,9 @@ class Plan:
         """Plain values for ``hcss plan --json``."""
         return {
             "frames": int(self.frame_times_s.size),
-            "rows": self.grid.rows,
-            "columns": self.grid.columns,
+            "rows": self.pixels[0],
+            "columns": self.pixels[1],
+            "window_of": [self.grid.rows, self.grid.columns] if self.is_window else None,
             "samples_per_pixel": self.samples_per_pixel,
             "layers": [
                 {

@@ -15,20 +15,22 @@ import numpy as np
 
 from hcss_twin.compilation_notice import told_of_compilation
 from hcss_twin.cube.background_writer import BackgroundWriter
-from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo
+from hcss_twin.cube.formats import cube_writer
+from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.errors import CertificateWarning
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.certificate.certificate import Certificate
 from hcss_twin.scene.certificate.certificate_pixels import PixelSample
 from hcss_twin.scene.certificate.certify import certify
 from hcss_twin.scene.overlap import overlaps
+from hcss_twin.scene.parts import Part, parts_of, stream_parts
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.provenance import provenance
-from hcss_twin.scene.stream import stream
 from hcss_twin.scene.tables.kept_tables import tables_of
 from hcss_twin.scene.tables.radiance_tables import RadianceTables
+from hcss_twin.scene.tiles import tile_shape
+from hcss_twin.scene.workers import executor_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,18 +47,24 @@ def run(
     output: str | Path,
     progress: Progress[Any] | None = None,
     report: Callable[[Certificate], None] | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
 ) -> Path:
     """Compute a planned scene and write its cube, with its certificate.
 
     Parameters
     ----------
     output : path
-        Final name; it appears only when the cube is complete.
+        Final name; it appears only when the cube is complete. One that ends in ``.zarr`` is a Zarr store.
     progress : callable, optional
-        Wraps the iterable of frames, given their number, as ``tqdm`` and its like do.
+        Wraps the iterable of frames, or of the tiles of large ones, given their number, as ``tqdm`` and its like do.
     report : callable, optional
         Given the certificate, if there is one, once the cube has its name. By default one that failed is a
         :class:`CertificateWarning`.
+    workers : int
+        Processes that make the frames, or the tiles of large ones; the cube is the same.
+    scheduler : str, optional
+        Address of a Dask cluster that makes them instead.
 
     Returns
     -------
@@ -73,15 +81,18 @@ def run(
     tables = tables_of(plan) if plan.needs_radiance else None
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
     certificate: Certificate | None = None
-    frames: Iterable[Any] = stream(plan, tables, sample)
-    if progress is not None:
-        frames = progress(frames, plan.frame_times_s.size)
-    with CubeWriter(
-        output, cube_header(plan, tables), compression=plan.scenario.output.compression or None
-    ) as writer:
+    writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
+    header = cube_header(plan, tables)
+    with (
+        executor_of(workers, scheduler) as (executor, count),
+        writer_of(output, header, compression=compression, tile=tile_shape(plan)) as writer,
+    ):
+        parts: Iterable[Part] = stream_parts(plan, tables, sample, executor, count)
+        if progress is not None:
+            parts = progress(parts, parts_of(plan))
         with BackgroundWriter(writer) if overlaps(plan) else nullcontext(writer) as sink:
-            for index, frame in enumerate(frames):
-                sink.write_frame(index, frame)
+            for part in parts:
+                sink.write_tile(part.frame, part.place, part.arrays)
         if tables is not None and sample is not None:
             certificate = certify(plan, tables, sample.frames)
             writer.set_attributes(certificate.attributes())
@@ -149,8 +160,8 @@ def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
         start=scenario.time,
         frame_times_s=plan.frame_times_s.tolist(),
         bands=tuple(BandInfo(b.name, b.lower_um, b.upper_um, b.central_um) for b in plan.bands),
-        rows=plan.grid.rows,
-        columns=plan.grid.columns,
+        rows=plan.pixels[0],
+        columns=plan.pixels[1],
         pixel_size_m=plan.grid.pixel_size_m,
         latitude=scenario.place.latitude,
         longitude=scenario.place.longitude,
@@ -162,4 +173,12 @@ def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
         attributes=provenance(plan, tables),
         platform_speed_m_s=scenario.motion.platform_speed,
         layers=tuple(LayerInfo(layer.name, layer.base_m, layer.top_m) for layer in plan.layers),
+        window=_window(plan),
     )
+
+
+def _window(plan: Plan) -> WindowInfo | None:
+    if not plan.is_window:
+        return None
+    rows, columns = plan.extent
+    return WindowInfo(rows.start, columns.start, plan.grid.rows, plan.grid.columns)

@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 from hcss_twin.cube.bit_rounding import round_bits
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.scene.brightness import BrightnessTemperature
-from hcss_twin.scene.certificate.certificate_pixels import FrameSample, PixelSample
-from hcss_twin.scene.footprint import points_of, windows
+from hcss_twin.scene.certificate.certificate_pixels import PixelSample
+from hcss_twin.scene.certificate.part_sample import PartSample
+from hcss_twin.scene.footprint import Window, length, relative, windows
+from hcss_twin.scene.frame_clouds import FrameClouds
 from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.slant.shadows import Shadows
+from hcss_twin.scene.slant.shadows import InstantShadows, Shadows
 from hcss_twin.scene.tables.look_up import LookUp
 from hcss_twin.scene.tables.radiance_tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.scene.truth import Truth
 from hcss_twin.scene.waves.waves import WaveStage
 
 Frame = dict[str, NDArray[Any]]
-Thickness = NDArray[np.float32]
 
 
 def stream(
@@ -43,13 +44,27 @@ def stream(
     frames : sequence of int, optional
         Numbers of the frames wanted, from 0, by default all; they are those of the whole sequence.
     """
-    maker = _FrameMaker(plan, tables)
+    maker = PartMaker(plan, tables)
     for index in range(plan.frame_times_s.size) if frames is None else frames:
-        time_s = float(plan.frame_times_s[index])
-        yield maker.frame(time_s, None if sample is None else sample.of_frame(index))
+        part = None if sample is None else sample.of_part(index)
+        frame, radiance = maker.part(index, plan.extent, part)
+        of_frame = None if sample is None else sample.of_frame(index)
+        if part is not None and of_frame is not None:
+            of_frame.add(part.drawn(radiance))
+            of_frame.finish()
+        yield frame
 
 
-class _FrameMaker:
+class PartMaker:
+    """Makes parts of frames; those of one frame are best asked for one after the other.
+
+    Parameters
+    ----------
+    plan : Plan
+    tables : RadianceTables or None
+        None where no requested variable needs radiance.
+    """
+
     def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
         self._plan = plan
         self._quantities = () if tables is None else tables.quantities.names
@@ -70,56 +85,61 @@ class _FrameMaker:
             if "brightness_temperature" in self._names
             else None
         )
+        # Of the frame in hand: its number, look-up, shadows and clouds.
+        self._instant: tuple[int, LookUp | None, InstantShadows | None, FrameClouds] | None = None
 
-    def frame(self, time_s: float, sample: FrameSample | None) -> Frame:
-        plan, bands = self._plan, len(self._plan.bands)
-        look_up = None if self._reader is None else LookUp(self._reader.at(time_s))
-        shape = len(self._quantities) * bands, plan.grid.rows, plan.grid.columns
-        radiance = np.empty(shape, dtype=np.float32)
-        self._truth.start_frame()
-        shadows = self._shadows.at(time_s)
-        whole = self._whole_frames(time_s)
-        for window in windows(plan.grid, plan.samples_per_pixel):
-            thickness = self._thickness(time_s, window, whole)
-            self._truth.fill(window, thickness)
+    def part(
+        self,
+        index: int,
+        extent: Window,
+        sample: PartSample | None = None,
+        summaries: Sequence[Any] | None = None,
+    ) -> tuple[Frame, NDArray[np.float32]]:
+        """Return the requested variables of a part of a frame, and its radiance (Q, B, y, x) as the cube has it.
+
+        A pixel has the same bits in every part.
+
+        Parameters
+        ----------
+        index : int
+            Number of the frame.
+        extent : (slice, slice)
+            Rows and columns of the image.
+        sample : PartSample, optional
+            Draws pixels.
+        summaries : sequence, optional
+            As :class:`FrameClouds` takes them.
+        """
+        plan, bands, time_s = self._plan, len(self._plan.bands), float(self._plan.frame_times_s[index])
+        if self._instant is None or self._instant[0] != index:
+            self._instant = None  # one whole frame of clouds at a time
+            look_up = None if self._reader is None else LookUp(self._reader.at(time_s))
+            self._instant = index, look_up, self._shadows.at(time_s), FrameClouds(plan, time_s, summaries)
+        _, look_up, shadows, clouds = self._instant
+        size = length(extent[0]), length(extent[1])
+        radiance = np.empty((len(self._quantities) * bands, *size), dtype=np.float32)
+        self._truth.start(*size)
+        for window in windows(plan.grid, plan.samples_per_pixel, inside=extent):
+            place = relative(window, extent)
+            thickness = clouds.thickness_m(window)
+            self._truth.fill(place, thickness)
             if look_up is not None:
-                corner = window[0].start, window[1].start
+                corner = place[0].start, place[1].start
                 look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
             if self._waves is not None:
-                self._waves.fill(radiance, self._truth.variables, window, thickness, time_s)
+                self._waves.fill(radiance, self._truth.variables, window, thickness, time_s, place)
             shaded = None
             if shadows is not None:
-                shaded = shadows.cast(window, thickness, radiance, self._truth.variables)
+                shaded = shadows.cast(window, thickness, radiance, self._truth.variables, place)
             if sample is not None:
-                sample.look(window, thickness, shaded)
+                sample.look(place, thickness, shaded)
         made: Frame = dict(self._truth.variables)
-        for index, name in enumerate(self._quantities):
-            values = radiance[index * bands : (index + 1) * bands]
+        for number, name in enumerate(self._quantities):
+            values = radiance[number * bands : (number + 1) * bands]
             made[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
         if self._temperature is not None:
             made["brightness_temperature"] = self._temperature(made[TOTAL])
         for name, bits in self._bits.items():
             round_bits(made[name], bits)
-        if sample is not None:
-            # of what the cube has
-            sample.finish(radiance.reshape(len(self._quantities), bands, *radiance.shape[1:]))
-        return {name: values for name, values in made.items() if name in self._names}
-
-    def _whole_frames(self, time_s: float) -> list[Thickness | None]:
-        """Frames of the generators that only make whole ones."""
-        plan, samples = self._plan, self._plan.samples_per_pixel
-        rows, columns = (slice(0, size * samples) for size in (plan.grid.rows, plan.grid.columns))
-        return [
-            None if generator.declares.tileable else generator.thickness_m(time_s, rows, columns)
-            for generator in plan.generators
-        ]
-
-    def _thickness(
-        self, time_s: float, window: tuple[slice, slice], whole: Sequence[Thickness | None]
-    ) -> list[Thickness]:
-        """Thickness of each layer at the points of a window."""
-        rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
-        return [
-            generator.thickness_m(time_s, rows, columns) if frame is None else frame[rows, columns]
-            for generator, frame in zip(self._plan.generators, whole, strict=True)
-        ]
+        found = {name: values for name, values in made.items() if name in self._names}
+        return found, radiance.reshape(len(self._quantities), bands, *size)

@@ -18,7 +18,7 @@ Thickness = NDArray[np.float32]
 
 
 class Truth:
-    """Computes the truth variables a plan asks for, window by window of one frame.
+    """Computes the truth variables a plan asks for, window by window of a part of one frame.
 
     Parameters
     ----------
@@ -27,43 +27,41 @@ class Truth:
     Attributes
     ----------
     variables : dict of str to ndarray
-        Each variable of the frame, without the time dimension.
+        Each variable of the part, without the time dimension.
     """
 
     def __init__(self, plan: Plan) -> None:
         self._layers = plan.layers
         self._profile = plan.profile
         self._samples = plan.samples_per_pixel
-        sizes = {
-            "band": len(plan.bands),
-            "y": plan.grid.rows,
-            "x": plan.grid.columns,
-            LAYER: len(plan.layers),
-        }
+        self._sizes = {"band": len(plan.bands), LAYER: len(plan.layers)}
         self._shapes = {
-            spec.name: (tuple(sizes[dim] for dim in spec.dims if dim != "time"), spec.dtype)
+            spec.name: (tuple(dim for dim in spec.dims if dim != "time"), spec.dtype)
             for spec in plan.variables
             if spec.kind == "truth"
         }
         needs_optics = "cloud_optical_thickness" in self._shapes
         self._extinction = [_band_extinction(plan, layer) for layer in plan.layers if needs_optics]
         self.variables: dict[str, NDArray[Any]] = {}
-        self.start_frame()
 
-    def start_frame(self) -> None:
-        """Make new arrays; what is not filled is clear sky."""
-        self.variables = {name: np.zeros(shape, dtype) for name, (shape, dtype) in self._shapes.items()}
+    def start(self, rows: int, columns: int) -> None:
+        """Make new arrays for a part of so many pixels; what is not filled is clear sky."""
+        sizes = {**self._sizes, "y": rows, "x": columns}
+        self.variables = {
+            name: np.zeros(tuple(sizes[dim] for dim in dims), dtype)
+            for name, (dims, dtype) in self._shapes.items()
+        }
         for name in ("cloud_top_altitude", "cloud_top_temperature"):
             if name in self.variables:
                 self.variables[name][:] = np.nan
 
     def fill(self, window: tuple[slice, slice], thickness_m: Sequence[Thickness]) -> None:
-        """Fill a window of the frame.
+        """Fill a window of the part.
 
         Parameters
         ----------
         window : (slice, slice)
-            Rows and columns, in pixels.
+            Rows and columns, in pixels of the part.
         thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
             Of each layer, at the points of the window.
         """

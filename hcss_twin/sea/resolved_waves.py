@@ -40,7 +40,7 @@ class ResolvedWaves:
     def slopes(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return slopes (2, y, x) along x and along y at the pixel centres of a window.
 
-        A pixel's value does not depend on the window, to the rounding of single precision.
+        A pixel's value does not depend on the window.
 
         Parameters
         ----------

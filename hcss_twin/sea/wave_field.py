@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.sea.wave_spectrum import GRAVITY_M_S2, WaveSpectrum
@@ -102,27 +103,46 @@ class WaveField:
             Where column 0 begins: a moving window.
         """
         # The derivative of a wave of elevation a cos(p) is -a k sin(p); sin(p) is the imaginary part.
-        return (
-            self._sum(-self._slope * self._unit(self._k_x), time_s, rows, columns, x_m).imag,
-            self._sum(-self._slope * self._unit(self._k_y), time_s, rows, columns, x_m).imag,
-        )
+        along = -self._slope * self._unit(self._k_x)
+        down = -self._slope * self._unit(self._k_y)
+        row, column = self._plane_waves(time_s, rows, columns, x_m)
+        found = np.zeros((2, row.shape[0], column.shape[1]))
+        _add_slopes(found, row, column, along, down)
+        return found[0], found[1]
 
     def elevation_m(self, time_s: float, rows: slice, columns: slice) -> Array:
         """Return the elevation (y, x) of the resolved waves, in metres; see :meth:`slopes`."""
-        return self._sum(self._slope * self._unit(np.ones_like(self._k_x)), time_s, rows, columns).real
+        row, column = self._plane_waves(time_s, rows, columns, 0.0)
+        height: Array = ((row * (self._slope / self._wavenumber)) @ column).real
+        return height
 
     def _unit(self, component: Array) -> Array:
         return np.asarray(component / self._wavenumber, dtype=np.float64)
 
-    def _sum(
-        self, amplitude: Array, time_s: float, rows: slice, columns: slice, x_m: float = 0.0
-    ) -> NDArray[np.complex128]:
-        """Sum amplitude exp(i (k.r - omega t + phase)) as a product of two matrices of plane waves."""
+    def _plane_waves(
+        self, time_s: float, rows: slice, columns: slice, x_m: float
+    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Factors (y, N) and (N, x) of exp(i (k.r - omega t + phase))."""
         y = (np.arange(rows.start, rows.stop) + 0.5) * self.pixel_size_m
         x = (np.arange(columns.start, columns.stop) + 0.5) * self.pixel_size_m
-        now = amplitude * np.exp(1j * (self._phase - self._omega * time_s + self._k_x * x_m))
+        now = np.exp(1j * (self._phase - self._omega * time_s + self._k_x * x_m))
         down = np.exp(1j * y[:, None] * self._k_y[None, :]) * now
-        return np.asarray(down @ np.exp(1j * self._k_x[:, None] * x[None, :]), dtype=np.complex128)
+        return down, np.exp(1j * self._k_x[:, None] * x[None, :])
+
+
+@njit(cache=True, nogil=True)
+def _add_slopes(found, row, column, along, down):  # type: ignore[no-untyped-def]
+    """Add both slopes to ``found`` (2, y, x), wave by wave: a product of matrices would round by the window's shape."""
+    waves, width = row.shape[1], column.shape[1]
+    real, imaginary = column.real.copy(), column.imag.copy()
+    for y in range(row.shape[0]):
+        of_x, of_y = found[0, y], found[1, y]
+        for n in range(waves):
+            a, b = row[y, n].real, row[y, n].imag
+            for x in range(width):
+                sine = a * imaginary[n, x] + b * real[n, x]
+                of_x[x] += along[n] * sine
+                of_y[x] += down[n] * sine
 
 
 def _scatter(share: Array) -> Array:

@@ -90,10 +90,12 @@ def drawn(plan, thickness, shaded=None):
     for index in range(plan.frame_times_s.size):
         frame = sample.of_frame(index)
         if frame is not None:
+            part_sample = sample.of_part(index)
             for rows in (slice(0, 4), slice(4, 6)):
                 part = None if shaded is None else shaded[rows]
-                frame.look((rows, slice(0, 9)), [thickness[rows]], part)
-            frame.finish(np.arange(3 * 54, dtype=np.float32).reshape(1, 3, 6, 9))
+                part_sample.look((rows, slice(0, 9)), [thickness[rows]], part)
+            frame.add(part_sample.drawn(np.arange(3 * 54, dtype=np.float32).reshape(1, 3, 6, 9)))
+            frame.finish()
     return sample.frames
 
 

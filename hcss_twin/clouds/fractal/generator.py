@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,14 @@ from pydantic import ValidationError
 from hcss_twin.clouds.fractal.field import FractalField, PixelWindow
 from hcss_twin.clouds.fractal.octaves import describe_skipped, merge_noise, separate_octaves
 from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.clouds.frame_summary import FrameSummary, summarise, thickness_in_frame
 from hcss_twin.clouds.thickness import field_thickness, frame_thickness
 from hcss_twin.clouds.windows import window_inside
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
+
+STRIP_PIXELS = 2**21
+"""Of the strips in which a large frame is summed up."""
 
 _EPSILON = float(np.finfo(np.float64).eps)
 
@@ -181,6 +185,45 @@ class FractalClouds:
             return field_thickness(self.field(time_s, *inside), layer, exponent)
         whole = self.field(time_s, slice(0, self._grid.rows), slice(0, self._grid.columns))
         return frame_thickness(whole, layer, exponent)[inside]
+
+    def frame_summary(self, time_s: float) -> FrameSummary:
+        """Return what windows of the frame at ``time_s`` need to know of it where coverage is that of the frame.
+
+        The field of the frame is made two or three times, strip by strip.
+        """
+        rows, columns = self._grid.rows, self._grid.columns
+        step = max(1, STRIP_PIXELS // columns)
+
+        def strips() -> Iterator[NDArray[np.float32]]:
+            buffer = np.empty((min(step, rows), columns), dtype=np.float32)
+            for row in range(0, rows, step):
+                stop = min(row + step, rows)
+                yield self.field(time_s, slice(row, stop), slice(0, columns), buffer[: stop - row])
+
+        return summarise(strips, rows * columns, self._layer.coverage)
+
+    def thickness_in_frame_m(
+        self, time_s: float, rows: slice, columns: slice, summary: FrameSummary
+    ) -> NDArray[np.float32]:
+        """Return what :meth:`thickness_m` does, without making the whole frame.
+
+        Parameters
+        ----------
+        summary : FrameSummary
+            Of the frame at ``time_s``.
+
+        Raises
+        ------
+        ValueError
+            If the window is not inside the image.
+        """
+        inside = (
+            window_inside("rows", rows, self._grid.rows),
+            window_inside("columns", columns, self._grid.columns),
+        )
+        first, width = inside[0].start * self._grid.columns + inside[1].start, self._grid.columns
+        exponent = self.parameters.brightness_exponent
+        return thickness_in_frame(self.field(time_s, *inside), first, width, summary, self._layer, exponent)
 
     def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
         if window.start is None or window.stop is None or window.step not in (None, 1):

@@ -15,13 +15,17 @@ from hcss_twin.clouds.imagery.single_clouds import single_clouds
 from hcss_twin.clouds.imagery.sky import FARTHEST_PIXEL, Sky
 from hcss_twin.clouds.imagery.whole_scene import size_notes
 from hcss_twin.errors import Problem, ScenarioError
-from hcss_twin.providers import CloudInputs, Declares
+from hcss_twin.providers import CloudInputs, Declares, Grid
 
 # 2**-40 of the sky is clear when this many layers have arrived, each of which covers half of what was left.
 _MOST_LAYERS = 40
 
 # From this share of the cloudy pixels on, copies of one cloud catch the eye.
 _CONSPICUOUS = 0.2
+
+
+MOST_FRAME_PIXELS = 2**26
+"""Of a frame (8192 x 8192) whose coverage is to be that asked for."""
 
 
 class ScatteredClouds:
@@ -46,7 +50,7 @@ class ScatteredClouds:
     CatalogError
         If the entry cannot be used or has no whole cloud.
     ScenarioError
-        If the pixel sizes differ.
+        If the pixel sizes differ, or the frame is too large to be matched in coverage.
     """
 
     image_coverage = None
@@ -80,6 +84,7 @@ class ScatteredClouds:
                 "Coverage 1 is the limit of infinitely many clouds: one sheet of their greatest thickness."
             )
         elif layer.coverage_mode == "frame":
+            _require_few_pixels(grid)
             self._density, found = self._frame_density(layer.coverage)
             notes.append(
                 f"{found:.4g} of the first frame's pixels are cloudy ({layer.coverage:g} was asked for; clouds are "
@@ -147,3 +152,14 @@ class ScatteredClouds:
         # A cloud is there for densities greater than its arrival.
         density = float(np.nextafter(arrived[counts[best] - 1], np.inf))
         return density, float(counts[best]) / pixels
+
+
+def _require_few_pixels(grid: Grid) -> None:
+    """Refuse to match the coverage of a frame that is too large to be looked at as a whole."""
+    pixels = grid.rows * grid.columns
+    if pixels > MOST_FRAME_PIXELS:
+        message = (
+            f'"frame" matches the coverage of the first frame, all {pixels} pixels of it at once; allowed: '
+            f'{MOST_FRAME_PIXELS} pixels, or "field"'
+        )
+        raise ScenarioError([Problem("clouds.coverage_mode", message)], origin="imagery clouds")

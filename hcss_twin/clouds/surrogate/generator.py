@@ -29,6 +29,10 @@ FROZEN_ITERATIONS = 200
 """Default limit for frozen clouds, which are iterated once."""
 
 
+MOST_PIXELS = 2**28
+"""Of the torus (16384 x 16384), whose spectrum is in memory as a whole."""
+
+
 class SurrogateClouds:
     """Surrogates of a measured cloud image, evolving in time.
 
@@ -229,6 +233,14 @@ def _period(grid: Grid, template: Template, parameters: SurrogateParameters) -> 
                     f"allowed: {least} or more, closest is {least}",
                 )
             )
+    if sizes[0] * sizes[1] > MOST_PIXELS:
+        problems.append(
+            Problem(
+                "image.rows",
+                f"a torus of {sizes[0]} x {sizes[1]} pixels, which surrogate clouds make as a whole; allowed: "
+                f'{MOST_PIXELS} pixels, closest is {max(1, MOST_PIXELS // sizes[1])} rows; or generator = "fractal"',
+            )
+        )
     if problems:
         raise ScenarioError(problems, origin="surrogate clouds")
     return sizes[0], sizes[1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -18,11 +17,9 @@ from hcss_twin.scenario.models import Layer, selected
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.building.builder import Builder
 from hcss_twin.scene.building.surroundings import Surroundings
+from hcss_twin.scene.building.whole_frames import require_few_points, sums_up
 from hcss_twin.scene.slant.displaced_clouds import DisplacedClouds, require_one_sky, require_windows
 from hcss_twin.scene.slant.slant_paths import SlantPaths, enlarged
-
-MOST_POINTS = 2**26
-"""Points of one frame (8192 x 8192) for generators that only make whole ones."""
 
 _OF_PARTICLES = ("effective_radius", "effective_variance", "phase", "water_content")
 """Keys by which a layer may have brought particles that optics refuse, the likeliest first."""
@@ -77,8 +74,8 @@ def assemble_clouds(
             slant.require_short(resolved.layer, points.pixel_size_m, samples)
             name = selected(section, "generator")
             generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
-            if samples > 1 and not generator.declares.tileable:
-                _require_few_points(points, samples, resolved.layer, field)
+            if not (generator.declares.tileable or sums_up(generator)):
+                require_few_points(points, samples, resolved.layer, field)
             if margin != (0, 0):
                 require_windows(generator, resolved.layer, field)
                 shift = slant.of_view(resolved.layer, points.pixel_size_m)
@@ -119,22 +116,6 @@ def _worded_for(field: str, samples: int, margin: tuple[int, int]) -> Iterator[N
                 )
             problems.append(Problem(where, message))
         raise ScenarioError(problems, error.origin) from error
-
-
-def _require_few_points(points: Grid, samples: int, layer: CloudLayer, field: str) -> None:
-    """Refuse frames that are too large for a generator that only makes whole ones."""
-    count = points.rows * points.columns
-    if count <= MOST_POINTS:
-        return
-    # One point per pixel is as large as the image itself, which is the user's choice.
-    fitting = max(1, math.floor(samples * math.sqrt(MOST_POINTS / count)))
-    remedy = f'; or {field}.coverage_mode = "field", which needs no whole frames'
-    message = (
-        f"{samples} makes {points.rows} x {points.columns} points of each frame, which the cloud generator of "
-        f"'{layer.name}' makes at once; allowed: {MOST_POINTS} points, so that the closest valid choice is {fitting}"
-        f"{remedy if layer.coverage_mode == 'frame' else ''}"
-    )
-    raise ScenarioError([Problem("image.samples_per_pixel", message)])
 
 
 def _require_top_inside(layer: CloudLayer, profile: Profile, field: str) -> None:

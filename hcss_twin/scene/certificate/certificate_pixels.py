@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.scene.certificate.checked_frames import checked_frames
-from hcss_twin.scene.certificate.strata import strata, stratum_names
-from hcss_twin.scene.footprint import pixel_sums, points_of
+from hcss_twin.scene.certificate.part_sample import Counts, DrawnPixels, PartSample, Thickness, smallest
 from hcss_twin.scene.plan import Plan
-
-Array = NDArray[np.float64]
-Counts = NDArray[np.int64]
-Thickness = NDArray[np.float32]
 
 PIXELS_PER_FRAME = 24
 """Frames are as many as there are so many pixels: each has a sun of its own, which costs the model most."""
 
 POINTS_PER_PIXEL = 4
 """Points that a pixel may have on average; of pixels with more, fewer are checked."""
-
-_SEED_KEY = 2**17
-"""Keeps the draw apart from the seeds of clouds and waves."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +52,7 @@ class SampledPixels:
 
 
 class PixelSample:
-    """Draws pixels of a run, the same in every run of a plan.
+    """What is drawn from the frames of a run, the same in every run of a plan.
 
     Parameters
     ----------
@@ -82,71 +73,42 @@ class PixelSample:
         self._count = _per_frame(count, plan.frame_times_s.size)
 
     def of_frame(self, index: int) -> FrameSample | None:
-        """Return what draws from a frame; None if nothing is drawn from it."""
+        """Return what gathers the pixels of a frame; None if nothing is drawn from it."""
         count = self._count.get(index)
         return None if count is None else FrameSample(self._plan, index, count, self.frames)
 
+    def of_part(self, index: int, before: int = 0, corner: tuple[int, int] = (0, 0)) -> PartSample | None:
+        """Return what draws from a part of a frame, as in :class:`PartSample`; None if nothing is drawn from it."""
+        count = self._count.get(index)
+        return None if count is None else PartSample(self._plan, index, count, before, corner)
+
 
 class FrameSample:
-    """Draws pixels of one frame, window by window.
+    """Gathers what was drawn from the parts of one frame.
 
     Each pixel gets a random number, and those with the smallest are kept: of each stratum a simple random sample.
     """
 
     def __init__(self, plan: Plan, index: int, count: int, found: list[SampledPixels]) -> None:
         self._plan, self._index, self._count, self._found = plan, index, count, found
-        self._random = _random(plan.scenario.seed, 1 + index)
-        size, layers = len(stratum_names(len(plan.layers))), len(plan.layers)
-        self._pixels, self._in_shadow, self._with_waves = (np.zeros(size, dtype=np.int64) for _ in range(3))
-        self._key = np.empty(0)
-        self._place = np.empty((0, 3), dtype=np.int64)
-        self._points = np.empty((0, layers, plan.samples_per_pixel**2), dtype=np.float32)
+        self._drawn: list[DrawnPixels] = []
 
-    def look(
-        self,
-        window: tuple[slice, slice],
-        thickness_m: Sequence[Thickness],
-        shaded: NDArray[np.bool_] | None,
-    ) -> None:
-        """Draw from a window.
+    def add(self, drawn: DrawnPixels) -> None:
+        """Take what was drawn from a part; parts come in order."""
+        self._drawn.append(drawn)
 
-        Parameters
-        ----------
-        window : (slice, slice)
-            Rows and columns, in pixels.
-        thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
-            Of each layer.
-        shaded : ndarray of bool (window rows, window columns) or None
-            Pixels with a point in the shadow of a cloud.
-        """
-        samples = self._plan.samples_per_pixel
-        shape = window[0].stop - window[0].start, window[1].stop - window[1].start
-        stratum = strata(self._plan.layers, thickness_m, shape, samples)
-        free = np.ones(shape, dtype=np.bool_)
-        if shaded is not None:
-            self._in_shadow += self._count_of(stratum[shaded])
-            free &= ~shaded
-        if self._plan.waves is not None:
-            wavy = free & _clear_in_part(thickness_m, shape, samples)
-            self._with_waves += self._count_of(stratum[wavy])
-            free &= ~wavy
-        self._pixels += self._count_of(stratum[free])
-        key = self._random.random(shape)
-        for number in range(self._pixels.size):
-            rows, columns = np.nonzero(free & (stratum == number))
-            keys = key[rows, columns]
-            if keys.size > self._count:
-                kept = np.argpartition(keys, self._count - 1)[: self._count]
-                rows, columns, keys = rows[kept], columns[kept], keys[kept]
-            self._keep(number, keys, rows, columns, window, thickness_m)
-
-    def finish(self, radiance: NDArray[np.float32]) -> None:
-        """Keep what was drawn, with the radiance (Q, B, y, x) of the frame."""
-        taken = allot(self._count, self._pixels)
+    def finish(self) -> None:
+        """Keep as many as the certificate wants, once all parts are there."""
+        place = np.concatenate([each.place for each in self._drawn])
+        key = np.concatenate([each.key for each in self._drawn])
+        pixels = np.sum([each.pixels for each in self._drawn], axis=0)
         chosen = np.concatenate(
-            [np.flatnonzero(self._place[:, 0] == number)[:count] for number, count in enumerate(taken)]
+            [
+                smallest(key, place[:, 0] == number, count)
+                for number, count in enumerate(allot(self._count, pixels))
+            ]
         )
-        stratum, row, column = self._place[chosen].T
+        stratum, row, column = place[chosen].T
         self._found.append(
             SampledPixels(
                 frame=self._index,
@@ -154,44 +116,13 @@ class FrameSample:
                 stratum=stratum,
                 row=row,
                 column=column,
-                thickness_m=self._points[chosen],
-                radiance=np.ascontiguousarray(np.moveaxis(radiance[:, :, row, column], -1, 0)),
-                pixels=self._pixels,
-                in_shadow=self._in_shadow,
-                with_waves=self._with_waves,
+                thickness_m=np.concatenate([each.points for each in self._drawn])[chosen],
+                radiance=np.concatenate([each.radiance for each in self._drawn])[chosen],
+                pixels=pixels,
+                in_shadow=np.sum([each.in_shadow for each in self._drawn], axis=0),
+                with_waves=np.sum([each.with_waves for each in self._drawn], axis=0),
             )
         )
-
-    def _keep(
-        self,
-        number: int,
-        keys: Array,
-        rows: NDArray[np.intp],
-        columns: NDArray[np.intp],
-        window: tuple[slice, slice],
-        thickness_m: Sequence[Thickness],
-    ) -> None:
-        """Add pixels of one stratum, and let go of those whose numbers are too large; the rest by their numbers."""
-        samples = self._plan.samples_per_pixel
-        points = np.empty((keys.size, *self._points.shape[1:]), dtype=np.float32)
-        for pixel, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
-            at = points_of(slice(row, row + 1), samples), points_of(slice(column, column + 1), samples)
-            for layer, thickness in enumerate(thickness_m):
-                points[pixel, layer] = thickness[at].ravel()
-        place = np.stack(
-            (np.full(keys.size, number), rows + window[0].start, columns + window[1].start), axis=1
-        )
-        old = self._place[:, 0] == number
-        key = np.concatenate((self._key[old], keys))
-        order = np.argsort(key, kind="stable")[: self._count]
-        self._key = np.concatenate((self._key[~old], key[order]))
-        self._place = np.concatenate((self._place[~old], np.concatenate((self._place[old], place))[order]))
-        self._points = np.concatenate(
-            (self._points[~old], np.concatenate((self._points[old], points))[order])
-        )
-
-    def _count_of(self, stratum: NDArray[np.int8]) -> Counts:
-        return np.bincount(stratum, minlength=self._pixels.size)
 
 
 def allot(count: int, pixels: Counts) -> Counts:
@@ -221,18 +152,3 @@ def _per_frame(count: int, frames: int) -> dict[int, int]:
     parts = min(max(1, count // PIXELS_PER_FRAME), frames)
     chosen = checked_frames(parts, frames)
     return {frame: count // parts + (place < count % parts) for place, frame in enumerate(chosen)}
-
-
-def _random(seed: int, number: int) -> np.random.Generator:
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_SEED_KEY, number)))
-
-
-def _clear_in_part(
-    thickness_m: Sequence[Thickness], shape: tuple[int, int], samples: int
-) -> NDArray[np.bool_]:
-    """Pixels (y, x) with a point without any cloud."""
-    clear = np.ones((shape[0] * samples, shape[1] * samples), dtype=np.bool_)
-    for thickness in thickness_m:
-        clear &= thickness <= 0
-    found: NDArray[np.bool_] = pixel_sums(clear, samples) > 0
-    return found

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.cube.variables import SHADOW_MASK
 from hcss_twin.providers import Sun
-from hcss_twin.scene.footprint import points_of
+from hcss_twin.scene.footprint import Window, points_of
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.slant.sun_paths import SunPaths, sun_paths
 from hcss_twin.scene.tables.radiance_tables import RadianceTables, ShadowTables
@@ -82,37 +82,41 @@ class InstantShadows:
 
     def cast(
         self,
-        window: tuple[slice, slice],
+        window: Window,
         thickness_m: Sequence[Thickness],
         radiance: NDArray[np.float32],
         truth: dict[str, NDArray[Any]],
+        place: Window | None = None,
     ) -> NDArray[np.bool_]:
         """Take from a window of the image the sunlight that clouds keep from its clear points.
 
         Parameters
         ----------
         window : (slice, slice)
-            Rows and columns, in pixels.
+            Rows and columns, in pixels of the image.
         thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
             Of each layer, as it is seen from the points.
         radiance : ndarray of float32 (C, y, x)
-            Of the whole image; C may be 0.
+            Of a part of the image; C may be 0.
         truth : dict of str to ndarray
-            Truth variables of the whole image, among which the mask may be.
+            Truth variables of the same part, among which the mask may be.
+        place : (slice, slice), optional
+            Where the window lies in the part; by default the part is the whole image.
 
         Returns
         -------
         ndarray of bool (window rows, window columns)
             Pixels of which some part is in shadow.
         """
+        place = window if place is None else place
         mask = truth.get(SHADOW_MASK)
         if mask is None:
             mask = np.zeros(radiance.shape[1:], dtype=np.uint8)
         _cast(
             radiance,
             mask,
-            window[0].start,
-            window[1].start,
+            place[0].start,
+            place[1].start,
             self._plan.samples_per_pixel,
             ~np.any([each > 0 for each in thickness_m], axis=0),
             self._in_cloud(window),
@@ -120,10 +124,10 @@ class InstantShadows:
             self._depth,
             self._loss,
         )
-        shaded: NDArray[np.bool_] = mask[window] > 0
+        shaded: NDArray[np.bool_] = mask[place] > 0
         return shaded
 
-    def _in_cloud(self, window: tuple[slice, slice]) -> Thickness:
+    def _in_cloud(self, window: Window) -> Thickness:
         """Height in each layer's cloud of the sun's paths to the points of a window, (L, y, x)."""
         plan = self._plan
         rows, columns = (points_of(pixels, plan.samples_per_pixel) for pixels in window)

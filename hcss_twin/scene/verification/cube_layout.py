@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values
 from hcss_twin.cube.header import CubeHeader
+from hcss_twin.cube.raw_access import stored_arrays
 from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.errors import CubeError
 from hcss_twin.scene.verification.value_comparison import ValueComparison
@@ -61,10 +61,9 @@ class CubeLayout:
         CubeError
             If the file cannot be read, also while it is used.
         """
-        with _reading(self.path):
-            file = netCDF4.Dataset(self.path)
-        with file:
-            file.set_auto_mask(False)
+        with ExitStack() as stack:
+            with _reading(self.path):
+                file = stack.enter_context(stored_arrays(self.path))
             yield MatchedCube(self, header, file)
 
 
@@ -103,12 +102,16 @@ class MatchedCube:
         """What the cube does not have as its scenario makes it."""
         return tuple(self._changes)
 
-    def compare_frame(self, number: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Compare frame ``number`` of the cube with the recomputed variables of it."""
+    def compare_part(
+        self, number: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]
+    ) -> None:
+        """Compare frame ``number`` of the cube, or the rows and columns ``place`` of it, with the recomputation."""
+        index = number if place is None else (number, ..., *place)
+        corner = (0, 0) if place is None else (place[0].start, place[1].start)
         for name, check in self._checks.items():
             dims = [dim for dim in self._specs[name].dims if dim != "time"]
-            cube = self._read(name, number)
-            check.add(self._taken(cube, dims, 0), self._taken(arrays[name], dims, 1), dims, number)
+            cube = self._read(name, index)
+            check.add(self._taken(cube, dims, 0), self._taken(arrays[name], dims, 1), dims, number, corner)
 
     def results(self) -> tuple[VariableCheck, ...]:
         """Return what was found, coordinates first."""

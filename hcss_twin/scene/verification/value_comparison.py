@@ -44,8 +44,18 @@ class ValueComparison:
         self._first: Place | None = None
         self._first_beyond: Place | None = None
 
-    def add(self, cube: Values, recomputed: Values, dims: Sequence[str], frame: int | None = None) -> None:
-        """Compare two arrays of one shape with the dimensions ``dims``, those of a ``frame`` where they have one."""
+    def add(
+        self,
+        cube: Values,
+        recomputed: Values,
+        dims: Sequence[str],
+        frame: int | None = None,
+        corner: tuple[int, int] = (0, 0),
+    ) -> None:
+        """Compare two arrays of one shape with the dimensions ``dims``, those of a ``frame`` where they have one.
+
+        Those of a part of it begin at its row and column ``corner``.
+        """
         self._values += recomputed.size
         unequal = _unequal(cube, recomputed)
         if not unequal.any():
@@ -53,11 +63,13 @@ class ValueComparison:
         difference = self._difference(cube, recomputed)
         beyond = unequal & (difference > (0.0 if self._relative_to == "exact" else TOLERANCE))
 
+        offsets = dict(zip(("y", "x"), corner, strict=True))
+
         def place(flat: int) -> Place:
             index = np.unravel_index(flat, recomputed.shape)
             position: dict[str, int | str] = {} if frame is None else {"frame": frame}
             for dim, along in zip(dims, index, strict=True):
-                number = int(along)
+                number = int(along) + offsets.get(dim, 0)
                 position[_CALLED.get(dim, dim)] = self._labels[dim][number] if dim in self._labels else number
             return Place(position, float(cube[index]), float(recomputed[index]))
 

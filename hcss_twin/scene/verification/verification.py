@@ -86,8 +86,8 @@ class VariableCheck:
     ----------
     name : str
     relative_to : str
-        What differences are relative to: ``value``, ``largest`` (of the variable in the frame) or ``exact``
-        where any difference counts.
+        What differences are relative to: ``value``, ``largest`` (of the variable in the frame, or in the tile of a
+        large one) or ``exact`` where any difference counts.
     values, unequal, beyond : int
         Values compared, those that are not the same to the bit, and those beyond the tolerance.
     largest : float

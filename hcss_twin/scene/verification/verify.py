@@ -1,4 +1,4 @@
-"""Recompute a cube from its own provenance and compare it, frame by frame."""
+"""Recompute a cube from its own provenance and compare it, frame by frame, large frames tile by tile."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.parts import stream_parts
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.simulate import cube_header
-from hcss_twin.scene.stream import stream
+from hcss_twin.scene.tiles import tiles
 from hcss_twin.scene.verification.cube_layout import CubeLayout
 from hcss_twin.scene.verification.recorded import Recorded
 from hcss_twin.scene.verification.verification import Verification
@@ -103,11 +104,12 @@ def _compared(
             pairs = [
                 pairs[each] for each in np.unique(np.linspace(0, len(pairs) - 1, wanted).round().astype(int))
             ]
-        made: Iterable[Any] = stream(plan, tables, frames=[ours for _, ours in pairs])
+        made: Iterable[Any] = stream_parts(plan, tables, frames=[ours for _, ours in pairs])
+        count = len(tiles(plan))
         if progress is not None:
-            made = progress(made, len(pairs))
-        for (theirs, _), arrays in zip(pairs, made, strict=True):
-            matched.compare_frame(theirs, arrays)
+            made = progress(made, len(pairs) * count)
+        for position, part in enumerate(made):
+            matched.compare_part(pairs[position // count][0], part.place, part.arrays)
         return replace(
             found,
             frames_checked=len(pairs),

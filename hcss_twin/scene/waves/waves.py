@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hcss_twin.scene.footprint import pixel_sums, points_of
+from hcss_twin.scene.footprint import Window, pixel_sums, points_of
 from hcss_twin.scene.tables.radiance_tables import RadianceTables, WaveTables
 from hcss_twin.scene.waves.wave_choice import DrawnWaves
 
@@ -46,25 +46,29 @@ class WaveStage:
         self,
         radiance: NDArray[np.float32],
         truth: MutableMapping[str, NDArray[Any]],
-        window: tuple[slice, slice],
+        window: Window,
         thickness_m: Sequence[Thickness],
         time_s: float,
+        place: Window | None = None,
     ) -> None:
         """Add to a window of the radiance, and fill the slopes of the truth where they are asked for.
 
         Parameters
         ----------
         radiance : ndarray of float32 (C, y, x)
-            Of the whole image, every band and term; changed where the window lies.
+            Of a part of the image, every band and term; changed where the window lies.
         truth : mapping of str to ndarray (y, x)
-            Truth variables of the whole image.
+            Truth variables of the same part.
         window : (slice, slice)
-            Rows and columns, in pixels.
+            Rows and columns, in pixels of the image.
         thickness_m : sequence of ndarray
             Of each cloud layer at the points of the window. Points under any cloud stay as they are.
         time_s : float
             Time of the frame.
+        place : (slice, slice), optional
+            Where the window lies in the part; by default the part is the whole image.
         """
+        place = window if place is None else place
         wanted = [name for name in SLOPES if name in truth]
         if self._tables is None and not wanted:
             return
@@ -72,7 +76,7 @@ class WaveStage:
         slopes = self._shapes.slopes(time_s, rows, columns)
         for name in wanted:
             sums = pixel_sums(slopes[SLOPES.index(name)], self._samples)
-            truth[name][window] = sums / self._samples**2
+            truth[name][place] = sums / self._samples**2
         if self._tables is None:
             return
         clear = np.ones(slopes.shape[1:], dtype=np.bool_)
@@ -81,7 +85,7 @@ class WaveStage:
         # Upwind points to where the wind comes from; crosswind clockwise from it. x points east, y north.
         upwind = slopes[0] * self._sine + slopes[1] * self._cosine
         crosswind = slopes[0] * self._cosine - slopes[1] * self._sine
-        _add(radiance[:, window[0], window[1]], self._change(time_s), *self._tables.reach,
+        _add(radiance[:, place[0], place[1]], self._change(time_s), *self._tables.reach,
              upwind, crosswind, clear, self._samples)  # fmt: skip
 
     def _change(self, time_s: float) -> NDArray[np.float32]:

@@ -1,0 +1,178 @@
+"""The draw from one part of a frame: of each kind of pixels as many as the certificate may want."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.scene.certificate.strata import strata, stratum_names
+from hcss_twin.scene.footprint import Window, pixel_sums, points_of
+from hcss_twin.scene.plan import Plan
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+Thickness = NDArray[np.float32]
+
+_SEED_KEY = 2**17
+"""Keeps the draw apart from the seeds of clouds and waves."""
+
+
+@dataclass(frozen=True)
+class DrawnPixels:
+    """What was drawn from a part of a frame, of each stratum as many as the whole frame may need.
+
+    Attributes
+    ----------
+    key : ndarray (M,)
+        Random number of each pixel.
+    place : ndarray (M, 3)
+        Stratum, and row and column in the cube.
+    points : ndarray of float32 (M, L, P)
+    radiance : ndarray of float32 (M, Q, B)
+    pixels, in_shadow, with_waves : ndarray (S,)
+        Pixels of each stratum that could have been drawn, and those that the reference cannot follow.
+    """
+
+    key: Array
+    place: NDArray[np.int64]
+    points: Thickness
+    radiance: NDArray[np.float32]
+    pixels: Counts
+    in_shadow: Counts
+    with_waves: Counts
+
+
+class PartSample:
+    """Draws pixels of a part of one frame, window by window.
+
+    Parameters
+    ----------
+    plan : Plan
+    index : int
+        Number of the frame in the cube.
+    count : int
+        Pixels that may be drawn from the frame.
+    before : int
+        Pixels of the frame in parts that come before, whose random numbers are passed over: what is drawn does not
+        depend on who makes which part.
+    corner : (int, int)
+        First row and column of the part in the cube.
+    """
+
+    def __init__(
+        self, plan: Plan, index: int, count: int, before: int = 0, corner: tuple[int, int] = (0, 0)
+    ) -> None:
+        self._plan, self._count, self._corner = plan, count, corner
+        # One step of the generator for each number between 0 and 1.
+        self._random = np.random.Generator(_bits(plan.scenario.seed, 1 + index).advance(before))
+        size, layers = len(stratum_names(len(plan.layers))), len(plan.layers)
+        self._pixels, self._in_shadow, self._with_waves = (np.zeros(size, dtype=np.int64) for _ in range(3))
+        self._key = np.empty(0)
+        self._place = np.empty((0, 3), dtype=np.int64)
+        self._points = np.empty((0, layers, plan.samples_per_pixel**2), dtype=np.float32)
+
+    def look(
+        self,
+        window: Window,
+        thickness_m: Sequence[Thickness],
+        shaded: NDArray[np.bool_] | None,
+    ) -> None:
+        """Draw from a window.
+
+        Parameters
+        ----------
+        window : (slice, slice)
+            Rows and columns, in pixels of the part.
+        thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
+            Of each layer.
+        shaded : ndarray of bool (window rows, window columns) or None
+            Pixels with a point in the shadow of a cloud.
+        """
+        samples = self._plan.samples_per_pixel
+        shape = window[0].stop - window[0].start, window[1].stop - window[1].start
+        stratum = strata(self._plan.layers, thickness_m, shape, samples)
+        free = np.ones(shape, dtype=np.bool_)
+        if shaded is not None:
+            self._in_shadow += self._count_of(stratum[shaded])
+            free &= ~shaded
+        if self._plan.waves is not None:
+            wavy = free & _clear_in_part(thickness_m, shape, samples)
+            self._with_waves += self._count_of(stratum[wavy])
+            free &= ~wavy
+        self._pixels += self._count_of(stratum[free])
+        key = self._random.random(shape)
+        for number in range(self._pixels.size):
+            rows, columns = np.nonzero(free & (stratum == number))
+            keys = key[rows, columns]
+            if keys.size > self._count:
+                kept = np.argpartition(keys, self._count - 1)[: self._count]
+                rows, columns, keys = rows[kept], columns[kept], keys[kept]
+            self._keep(number, keys, rows, columns, window, thickness_m)
+
+    def drawn(self, radiance: NDArray[np.float32]) -> DrawnPixels:
+        """Return what was drawn, with the radiance (Q, B, y, x) of the part."""
+        row, column = self._place[:, 1], self._place[:, 2]
+        return DrawnPixels(
+            key=self._key,
+            place=self._place + np.array((0, *self._corner)),
+            points=self._points,
+            radiance=np.ascontiguousarray(np.moveaxis(radiance[:, :, row, column], -1, 0)),
+            pixels=self._pixels,
+            in_shadow=self._in_shadow,
+            with_waves=self._with_waves,
+        )
+
+    def _keep(
+        self,
+        number: int,
+        keys: Array,
+        rows: NDArray[np.intp],
+        columns: NDArray[np.intp],
+        window: Window,
+        thickness_m: Sequence[Thickness],
+    ) -> None:
+        """Add pixels of one stratum, and let go of those whose numbers are too large; the rest by their numbers."""
+        samples = self._plan.samples_per_pixel
+        points = np.empty((keys.size, *self._points.shape[1:]), dtype=np.float32)
+        for pixel, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+            at = points_of(slice(row, row + 1), samples), points_of(slice(column, column + 1), samples)
+            for layer, thickness in enumerate(thickness_m):
+                points[pixel, layer] = thickness[at].ravel()
+        place = np.stack(
+            (np.full(keys.size, number), rows + window[0].start, columns + window[1].start), axis=1
+        )
+        old = self._place[:, 0] == number
+        key = np.concatenate((self._key[old], keys))
+        order = smallest(key, np.ones(key.size, dtype=np.bool_), self._count)
+        self._key = np.concatenate((self._key[~old], key[order]))
+        self._place = np.concatenate((self._place[~old], np.concatenate((self._place[old], place))[order]))
+        self._points = np.concatenate(
+            (self._points[~old], np.concatenate((self._points[old], points))[order])
+        )
+
+    def _count_of(self, stratum: NDArray[np.int8]) -> Counts:
+        return np.bincount(stratum, minlength=self._pixels.size)
+
+
+def _bits(seed: int, number: int) -> np.random.PCG64:
+    return np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(_SEED_KEY, number)))
+
+
+def smallest(key: Array, among: NDArray[np.bool_], count: int) -> NDArray[np.intp]:
+    """Places of the smallest numbers, ascending, among those of a mask."""
+    places = np.flatnonzero(among)
+    return places[np.argsort(key[places], kind="stable")[:count]]
+
+
+def _clear_in_part(
+    thickness_m: Sequence[Thickness], shape: tuple[int, int], samples: int
+) -> NDArray[np.bool_]:
+    """Pixels (y, x) with a point without any cloud."""
+    clear = np.ones((shape[0] * samples, shape[1] * samples), dtype=np.bool_)
+    for thickness in thickness_m:
+        clear &= thickness <= 0
+    found: NDArray[np.bool_] = pixel_sums(clear, samples) > 0
+    return found

@@ -1,0 +1,80 @@
+"""The clouds of one instant, window by window, also of generators for which a pixel depends on its whole frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.providers import CloudGenerator, Grid
+from hcss_twin.scene.building.whole_frames import sums_up
+from hcss_twin.scene.footprint import Window, points_of
+from hcss_twin.scene.plan import Plan
+
+Thickness = NDArray[np.float32]
+
+WHOLE_POINTS = 2**24
+"""Points (4096 x 4096) up to which a frame is made whole by a generator that could also sum it up beforehand."""
+
+
+class FrameClouds:
+    """Thickness of every layer at the points of one instant.
+
+    Parameters
+    ----------
+    plan : Plan
+    time_s : float
+    summaries : sequence, optional
+        Those of :func:`summaries_of` at the same instant, where they are known already.
+    """
+
+    def __init__(self, plan: Plan, time_s: float, summaries: Sequence[Any] | None = None) -> None:
+        self._plan, self._time_s = plan, time_s
+        self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
+        self._whole = [
+            generator.thickness_m(time_s, *_all_points(plan)) if _is_made_whole(plan, generator) else None
+            for generator in plan.generators
+        ]
+
+    def thickness_m(self, window: Window) -> list[Thickness]:
+        """Thickness of each layer at the points of a window of the image."""
+        rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
+        found: list[Thickness] = []
+        for generator, whole, summary in zip(
+            self._plan.generators, self._whole, self._summaries, strict=True
+        ):
+            if whole is not None:
+                found.append(whole[rows, columns])
+            elif summary is not None:
+                found.append(generator.thickness_in_frame_m(self._time_s, rows, columns, summary))  # type: ignore[attr-defined]
+            else:
+                found.append(generator.thickness_m(self._time_s, rows, columns))
+        return found
+
+
+def summaries_of(plan: Plan, time_s: float) -> list[Any]:
+    """Return for each layer what windows need to know of their whole frame; None where that is nothing.
+
+    It takes as long as making the frame two to three times, without its memory.
+    """
+    return [
+        generator.frame_summary(time_s) if _is_summed_up(plan, generator) else None  # type: ignore[attr-defined]
+        for generator in plan.generators
+    ]
+
+
+def _is_summed_up(plan: Plan, generator: CloudGenerator) -> bool:
+    points = plan.grid.rows * plan.grid.columns * plan.samples_per_pixel**2
+    return not generator.declares.tileable and points > WHOLE_POINTS and sums_up(generator)
+
+
+def _is_made_whole(plan: Plan, generator: CloudGenerator) -> bool:
+    return not generator.declares.tileable and not _is_summed_up(plan, generator)
+
+
+def _all_points(plan: Plan) -> Window:
+    grid: Grid = plan.grid
+    rows, columns = (slice(0, size * plan.samples_per_pixel) for size in (grid.rows, grid.columns))
+    return rows, columns
