@@ -106,20 +106,29 @@ class _FrameMaker:
         return {name: values for name, values in made.items() if name in self._names}
 
     def _whole_frames(self, time_s: float) -> list[Thickness | None]:
-        """Frames of the generators that only make whole ones."""
+        """Frames of the generators that only make whole ones; of those whose layer has no cloud none are needed."""
         plan, samples = self._plan, self._plan.samples_per_pixel
         rows, columns = (slice(0, size * samples) for size in (plan.grid.rows, plan.grid.columns))
         return [
-            None if generator.declares.tileable else generator.thickness_m(time_s, rows, columns)
-            for generator in plan.generators
+            generator.thickness_m(time_s, rows, columns)
+            if cloudy and not generator.declares.tileable
+            else None
+            for generator, cloudy in zip(plan.generators, plan.cloudy_layers, strict=True)
         ]
 
     def _thickness(
         self, time_s: float, window: tuple[slice, slice], whole: Sequence[Thickness | None]
     ) -> list[Thickness]:
         """Thickness of each layer at the points of a window."""
-        rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
-        return [
-            generator.thickness_m(time_s, rows, columns) if frame is None else frame[rows, columns]
-            for generator, frame in zip(self._plan.generators, whole, strict=True)
-        ]
+        plan = self._plan
+        rows, columns = (points_of(pixels, plan.samples_per_pixel) for pixels in window)
+        found = []
+        for generator, cloudy, frame in zip(plan.generators, plan.cloudy_layers, whole, strict=True):
+            if not cloudy:
+                size = rows.stop - rows.start, columns.stop - columns.start
+                found.append(np.zeros(size, dtype=np.float32))
+            elif frame is None:
+                found.append(generator.thickness_m(time_s, rows, columns))
+            else:
+                found.append(frame[rows, columns])
+        return found

@@ -118,7 +118,7 @@ def test_notes_say_what_is_extrapolated_or_left_out():
 def test_repeated_views_give_the_same_and_do_not_pile_up():
     model, nu = sea(), np.array([900.0])
     first = model.emissivity(nu, np.array([0.5]))
-    for mu in np.linspace(0.1, 0.9, 40):
+    for mu in np.linspace(0.1, 0.9, 100):
         model.emissivity(nu, np.array([mu]))
     np.testing.assert_array_equal(model.emissivity(nu, np.array([0.5])), first)
-    assert len(model._folds) <= 16
+    assert len(model._folds) <= 64

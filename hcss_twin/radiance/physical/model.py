@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from typing import ClassVar
 
@@ -19,7 +19,7 @@ from hcss_twin.radiance.physical.cloud_slab import CloudSlab, SlabMaker, turned_
 from hcss_twin.radiance.physical.column import Column
 from hcss_twin.radiance.physical.directions import VIEW, Directions, make_directions
 from hcss_twin.radiance.physical.power_law_gas import PowerLawGas
-from hcss_twin.radiance.physical.sea_surface import SeaSurface, make_sea_surface
+from hcss_twin.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
 from hcss_twin.radiance.physical.terms import AIR_SUN, CLOUD_SUN, SEA_SUN, SEA_SUN_TERMS, SOLAR_TERMS, TERMS
 from hcss_twin.radiance.physical.tracing import Tracer
 from hcss_twin.radiance.physical.turned_glint import SeaModes, sea_modes, turned_glint
@@ -83,6 +83,7 @@ class Physical:
         # Solved clouds cost most; clear skies under other suns must not push them out.
         self._maker = lru_cache(maxsize=8)(self._make_maker)
         self._air = lru_cache(maxsize=2)(self._make_air)
+        self._sea = lru_cache(maxsize=4)(self._make_sea)
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
             notes=_notes(parameters, inputs, self.closed_form),
@@ -141,13 +142,8 @@ class Physical:
                 return None
             return sea_modes(inputs.sea, wavenumber, directions, most)
 
-        return _Shared(
-            air,
-            directions,
-            make_sea_surface(inputs.sea, wavenumber, directions),
-            received,
-            modes,
-        )
+        unlit = self._sea(wavenumbers, directions.wind_azimuth)
+        return _Shared(air, directions, sunlit(unlit, inputs.sea, wavenumber, directions), received, modes)
 
     def _make_maker(self, wavenumbers: bytes, sun: Sun | None) -> SlabMaker:
         shared, inputs = self._scene(wavenumbers, sun), self._inputs
@@ -159,6 +155,11 @@ class Physical:
             shared.received / (np.pi * shared.air.black_body(inputs.sea_temperature_K)),
             self.closed_form,
         )
+
+    def _make_sea(self, wavenumbers: bytes, wind_azimuth: float) -> SeaSurface:
+        inputs, wavenumber = self._inputs, np.frombuffer(wavenumbers, dtype=np.float64)
+        directions = make_directions(inputs.view, None, inputs.wind_from_deg, self._parameters.streams)
+        return unlit_sea_surface(inputs.sea, wavenumber, replace(directions, wind_azimuth=wind_azimuth))
 
     def _make_air(self, wavenumbers: bytes) -> Air:
         return Air(self._gas, self._inputs.profile, np.frombuffer(wavenumbers, dtype=np.float64))
