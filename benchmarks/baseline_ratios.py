@@ -217,8 +217,8 @@ def in_turn(calls: dict[str, Callable[[], object]], rounds: int) -> Rounds:
 
 
 def compute(scene: Scenario) -> None:
-    """Do all but write, with new tables."""
-    plan = make_plan(scene)
+    """Do all but write, with nothing kept from earlier runs."""
+    plan = make_plan(scene, keeps_results=False)
     for _ in stream(plan, compile_tables(plan)):
         pass
 

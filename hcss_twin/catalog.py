@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -198,7 +199,7 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
             raise CatalogError(f"{path}, line {number}: {error}") from error
         if len(values) != len(header):
             raise CatalogError(f"{path}, line {number}: {len(values)} fields, the header has {len(header)}")
-        if not np.all(np.isfinite(values)):
+        if not all(map(math.isfinite, values)):
             raise CatalogError(f"{path}, line {number}: a value is not finite")
         rows.append(values)
     if header is None or not rows:

@@ -71,8 +71,11 @@ class NativeWindow:
         """Interpolate from the native wavenumbers (P, M) to those requested, (P, V)."""
         if self.is_native:
             return values
-        above = np.minimum(self.lower + 1, values.shape[1] - 1)
-        result: Array = values[:, self.lower] * (1.0 - self.fraction) + values[:, above] * self.fraction
+        result: Array = np.take(values, self.lower, axis=1)
+        # Most are native, all but the edges of bands.
+        between = np.flatnonzero(self.fraction)
+        above, share = self.lower[between] + 1, self.fraction[between]
+        result[:, between] = result[:, between] * (1.0 - share) + values[:, above] * share
         return result
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
-from pathlib import Path
+import os
+from contextlib import suppress
 
 
 def top_level(target: str) -> str:
@@ -25,15 +26,17 @@ def package_fingerprint(module: str) -> str:
         return "absent"
     digest = hashlib.sha256()
     if found.submodule_search_locations is None:
-        files = [Path(found.origin)] if found.origin else []
+        files = [found.origin] if found.origin else []
     else:
         files = sorted(
-            path
+            os.path.join(folder, name)
             for root in found.submodule_search_locations
-            for path in Path(root).rglob("*")
-            if path.is_file() and "__pycache__" not in path.parts
+            for folder, _, names in os.walk(root)
+            if os.path.basename(folder) != "__pycache__"
+            for name in names
         )
     for path in files:
-        about = path.stat()
-        digest.update(f"{path}\0{about.st_size}\0{about.st_mtime_ns}\n".encode())
+        with suppress(FileNotFoundError):  # a link that leads nowhere
+            about = os.stat(path)
+            digest.update(f"{path}\0{about.st_size}\0{about.st_mtime_ns}\n".encode())
     return digest.hexdigest()

@@ -34,18 +34,23 @@ class FrameClouds:
         self._plan, self._time_s = plan, time_s
         self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
         self._whole = [
-            generator.thickness_m(time_s, *_all_points(plan)) if _is_made_whole(plan, generator) else None
-            for generator in plan.generators
+            generator.thickness_m(time_s, *_all_points(plan))
+            if cloudy and _is_made_whole(plan, generator)
+            else None
+            for generator, cloudy in zip(plan.generators, plan.cloudy_layers, strict=True)
         ]
 
     def thickness_m(self, window: Window) -> list[Thickness]:
         """Thickness of each layer at the points of a window of the image."""
         rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
         found: list[Thickness] = []
-        for generator, whole, summary in zip(
-            self._plan.generators, self._whole, self._summaries, strict=True
+        for generator, cloudy, whole, summary in zip(
+            self._plan.generators, self._plan.cloudy_layers, self._whole, self._summaries, strict=True
         ):
-            if whole is not None:
+            if not cloudy:
+                size = rows.stop - rows.start, columns.stop - columns.start
+                found.append(np.zeros(size, dtype=np.float32))
+            elif whole is not None:
                 found.append(whole[rows, columns])
             elif summary is not None:
                 found.append(generator.thickness_in_frame_m(self._time_s, rows, columns, summary))  # type: ignore[attr-defined]
@@ -55,13 +60,13 @@ class FrameClouds:
 
 
 def summaries_of(plan: Plan, time_s: float) -> list[Any]:
-    """Return for each layer what windows need to know of their whole frame; None where that is nothing.
+    """Return for each layer what windows need to know of their whole frame; None where that is nothing, or no cloud.
 
     It takes as long as making the frame two to three times, without its memory.
     """
     return [
-        generator.frame_summary(time_s) if _is_summed_up(plan, generator) else None  # type: ignore[attr-defined]
-        for generator in plan.generators
+        generator.frame_summary(time_s) if cloudy and _is_summed_up(plan, generator) else None  # type: ignore[attr-defined]
+        for generator, cloudy in zip(plan.generators, plan.cloudy_layers, strict=True)
     ]
 
 

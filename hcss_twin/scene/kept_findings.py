@@ -46,4 +46,4 @@ def _key(scenario: Scenario, assembly: Assembly, files: Mapping[str, str]) -> st
         "filled_in": [dataclasses.asdict(each) for each in assembly.filled_in],
         "files": dict(files),
     }
-    return key_of(parts, assembly.entries)
+    return key_of(parts, assembly.code)

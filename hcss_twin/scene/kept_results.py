@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -98,20 +98,45 @@ class KeptResults(Generic[_T]):
         return str(self._catalog.base.resolve())
 
 
-def key_of(parts: Mapping[str, Any], entries: Mapping[str, Entry]) -> str:
-    """Return a hash of parts, of the code of providers and of all that has a share in the numbers.
+@dataclass(frozen=True)
+class Code:
+    """All code that has a share in a scene's numbers.
+
+    Attributes
+    ----------
+    providers : mapping of str to tuple of str
+        By the names that the assembly gives them: name, version and fingerprint.
+    engine : str
+        Fingerprint.
+    libraries : mapping of str to str
+        Their versions.
+    """
+
+    providers: Mapping[str, tuple[str, str, str]]
+    engine: str
+    libraries: Mapping[str, str]
+
+
+def code_of(entries: Mapping[str, Entry]) -> Code:
+    """Return the code of an engine with some providers, as it lies on the disk now."""
+    # Most providers come from one package, whose many files are looked at once.
+    fingerprint = cache(package_fingerprint)
+    providers = {
+        name: (entry.qualified_name, entry.version, fingerprint(top_level(entry.spec.target)))
+        for name, entry in entries.items()
+    }
+    return Code(providers, fingerprint(top_level(__name__)), versions())
+
+
+def key_of(parts: Mapping[str, Any], code: Code, without: Collection[str] = ()) -> str:
+    """Return a hash of parts and of code.
 
     Parameters
     ----------
-    entries : mapping of str to Entry
-        The providers whose code counts.
+    without : collection of str
+        Providers that do not count.
     """
-    # Most providers come from one package, whose many files are looked at once.
-    fingerprint = cache(package_fingerprint)
-    code = {
-        kind: [entry.qualified_name, entry.version, fingerprint(top_level(entry.spec.target))]
-        for kind, entry in entries.items()
-    }
-    engine = {"format": FORMAT, "libraries": versions(), "engine": fingerprint(top_level(__name__))}
-    text = json.dumps({**parts, **engine, "code": code}, sort_keys=True, default=str)
+    providers = {name: each for name, each in code.providers.items() if name not in without}
+    engine = {"format": FORMAT, "libraries": code.libraries, "engine": code.engine}
+    text = json.dumps({**parts, **engine, "code": providers}, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()

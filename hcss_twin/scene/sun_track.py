@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +30,7 @@ class SunTrack:
 
     def at(self, time_s: float, aside_m: tuple[float, float] = (0.0, 0.0)) -> Sun:
         """Sun at seconds after the start, seen from a point east and north of the centre."""
-        zenith, azimuth, distance = self.positions(np.array([time_s]), aside_m)
-        return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))
+        return _sun(self, time_s, aside_m)
 
     def positions(
         self, time_s: Array, aside_m: tuple[float, float] = (0.0, 0.0)
@@ -40,3 +40,10 @@ class SunTrack:
         east = self.platform_speed_m_s * time_s + aside_m[0]
         place = to_geographic(east, np.full_like(east, aside_m[1]), self.latitude_deg, self.longitude_deg)
         return sun_position(instants, *place)
+
+
+@lru_cache(maxsize=1024)
+def _sun(track: SunTrack, time_s: float, aside_m: tuple[float, float]) -> Sun:
+    """Sun at a time; plan, tables and certificate ask for the same few again and again, a millisecond or two each."""
+    zenith, azimuth, distance = track.positions(np.array([time_s]), aside_m)
+    return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))

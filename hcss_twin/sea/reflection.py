@@ -7,6 +7,7 @@ wavelengths cost a matrix product (as in :mod:`hcss_twin.sea.visible_facets`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +30,7 @@ _STEEPEST_SIGMA = 4.5
 
 @dataclass(frozen=True, eq=False)
 class FirstHit:
-    """Folded first reflection: ``sky`` (M, N, K) escapes to the sky, ``sea`` (M, E, K) hits the sea again."""
+    """Folded first reflection of a view: ``sky`` (N, K) escapes to the sky, ``sea`` (E, K) hits the sea again."""
 
     sky: Array
     sea: Array
@@ -68,38 +69,38 @@ class Reflection:
 
     def first(
         self,
-        mu: Array,
+        mu: float,
         mu_nodes: Array,
         basis: Basis,
-        wind_azimuth: Array | None,
+        wind_azimuth: float | None,
         tilt: Tilt | None = None,
     ) -> FirstHit:
-        """Fold the first reflection for views (M,), optionally at wind azimuths (M,).
+        """Fold the first reflection for a view, optionally at a wind azimuth.
 
         Facets of a tilted part have its own slopes; whether their light escapes depends on all of the sea.
         """
-        sky = np.zeros((mu.size, mu_nodes.size, INCIDENCE_COUNT))
-        sea = np.zeros((mu.size, self._elevation.size, INCIDENCE_COUNT))
-        for i, cosine in enumerate(mu):
-            if wind_azimuth is not None:
-                azimuths = np.atleast_1d(wind_azimuth[i])
-            else:
-                azimuths = np.zeros(1) if self._slopes.isotropic or cosine == 1.0 else self._azimuths
-            for azimuth in azimuths:
-                # A mean over bearings evens out the errors of a coarser rule.
-                count = 96 if azimuths.size == 1 else 64
-                slopes, mean = self._slopes, (0.0, 0.0)
-                if tilt is not None:
-                    along, across = tilt.turned(float(azimuth))
-                    slopes, mean = tilt.rest, (float(along), float(across))
-                rays = seen_facets(float(cosine), float(azimuth), slopes, count, mean)
-                escapes = self._escaping(float(cosine), float(azimuth), rays)
-                to_sky = rays.share * escapes / azimuths.size
-                sky[i] += self._folded(rays, to_sky, basis_values(np.abs(rays.mu_away), mu_nodes, basis))
-                if self._re_reflection:
-                    to_sea = rays.share * (1.0 - escapes) / azimuths.size
-                    elevation = basis_values(np.arcsin(rays.mu_away), self._elevation, "linear")
-                    sea[i] += self._folded(rays, to_sea, elevation)
+        sky = np.zeros((mu_nodes.size, INCIDENCE_COUNT))
+        sea = np.zeros((self._elevation.size, INCIDENCE_COUNT))
+        if wind_azimuth is not None:
+            azimuths = np.array([wind_azimuth])
+        else:
+            azimuths = np.zeros(1) if self._slopes.isotropic or mu == 1.0 else self._azimuths
+        for azimuth in azimuths.tolist():
+            # A mean over bearings evens out the errors of a coarser rule.
+            count = 96 if azimuths.size == 1 else 64
+            slopes, mean = self._slopes, (0.0, 0.0)
+            if tilt is not None:
+                along, across = tilt.turned(azimuth)
+                slopes, mean = tilt.rest, (float(along), float(across))
+            rays = seen_facets(mu, azimuth, slopes, count, mean)
+            incidence = _incidence(rays)
+            escapes = self._escaping(mu, azimuth, rays)
+            to_sky = rays.share * escapes / azimuths.size
+            sky += self._folded(incidence, to_sky, basis_values(np.abs(rays.mu_away), mu_nodes, basis))
+            if self._re_reflection:
+                to_sea = rays.share * (1.0 - escapes) / azimuths.size
+                elevation = basis_values(np.arcsin(rays.mu_away), self._elevation, "linear")
+                sea += self._folded(incidence, to_sea, elevation)
         return FirstHit(sky, sea)
 
     def second(self, mu_nodes: Array, basis: Basis) -> Array:
@@ -111,7 +112,9 @@ class Reflection:
             return np.zeros((self._elevation.size, mu_nodes.size, INCIDENCE_COUNT))
         return np.stack(
             [
-                self._folded(rays, rays.share, basis_values(np.abs(rays.mu_away), mu_nodes, basis))
+                self._folded(
+                    _incidence(rays), rays.share, basis_values(np.abs(rays.mu_away), mu_nodes, basis)
+                )
                 for rays in (facets_hit_again(float(sine), self._round) for sine in np.sin(self._elevation))
             ]
         )
@@ -126,25 +129,29 @@ class Reflection:
         own = smith_lambda(np.array(mu), self._slopes.variance_along(wind_azimuth))
         return np.where(up, escape_share(own, smith_lambda(away, variance), self._shadowing), 0.0)
 
-    def _folded(self, rays: FacetRays, share: Array, elsewhere: Array) -> Array:
-        basis = chebyshev.chebvander(2.0 * rays.cos_incidence - 1.0, INCIDENCE_COUNT - 1)
-        return np.asarray((elsewhere * share[:, None]).T @ basis @ self._fit, dtype=np.float64)
+    def _folded(self, incidence: Array, share: Array, elsewhere: Array) -> Array:
+        return np.asarray((elsewhere * share[:, None]).T @ incidence @ self._fit, dtype=np.float64)
 
 
-def reflected(first: FirstHit, second: Array, reflectance: Array) -> Array:
+def _incidence(rays: FacetRays) -> Array:
+    """Chebyshev polynomials (P, K) of the cosine of incidence."""
+    return np.asarray(chebyshev.chebvander(2.0 * rays.cos_incidence - 1.0, INCIDENCE_COUNT - 1))
+
+
+def reflected(first: Sequence[FirstHit], second: Array, reflectance: Array) -> Array:
     """Return the share of the light (M, N, V) that came from the sky at each node.
 
     Parameters
     ----------
-    first : FirstHit
-        From :meth:`Reflection.first`.
+    first : sequence of FirstHit (M,)
+        From :meth:`Reflection.first`, of each view.
     second : ndarray (E, N, K)
         From :meth:`Reflection.second`.
     reflectance : ndarray (K, V)
         Fresnel's reflectance at the nodes of incidence.
     """
-    once = first.sky @ reflectance
-    again = first.sea @ reflectance
+    once = np.stack([view.sky for view in first]) @ reflectance
+    again = np.stack([view.sea for view in first]) @ reflectance
     size = second.shape[1]
     twice = np.einsum("mev,env->mnv", again, second @ reflectance, optimize=False) if size else 0.0
     return np.asarray(once + twice, dtype=np.float64)

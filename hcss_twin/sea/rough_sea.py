@@ -29,7 +29,8 @@ from hcss_twin.sea.wave_spectrum import WaveSpectrum
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
 _WIND_AZIMUTHS = 16
-_FOLDED_VIEWS = 16
+_FOLDED_VIEWS = 64
+"""Views and sets of nodes whose reflection is kept: a column asks for a view and its streams, with two sets."""
 
 
 class RoughSea:
@@ -78,7 +79,7 @@ class RoughSea:
         self._foam_emissivity = parameters.foam_emissivity
         self._reflection = Reflection(self._slopes, parameters.shadowing, parameters.re_reflection)
         self._spectrum = WaveSpectrum(parameters.spectrum, wind, parameters.fetch_m)
-        self._folds: dict[tuple[bytes, ...], FirstHit] = {}
+        self._folds: dict[tuple[float, float | None, bytes, Basis], FirstHit] = {}
         self._seconds: dict[tuple[bytes, str], Array] = {}
         self.anisotropic = not self._slopes.isotropic
         self.declares = Declares(
@@ -293,20 +294,26 @@ class RoughSea:
         foam = flux[:, None] * foam_reflectance(wavenumber_cm1, self._foam_emissivity)[None, :]
         return np.asarray((1.0 - self._foam) * water + self._foam * foam[None], dtype=np.float64)
 
-    def _folded(self, mu: Array, nodes: Array, basis: Basis, bearing: Array | None) -> tuple[FirstHit, Array]:
-        """Return the folded reflection, kept for the last views asked for: they repeat band after band."""
-        if bearing is not None and not self.anisotropic:
-            bearing = None
+    def _folded(
+        self, mu: Array, nodes: Array, basis: Basis, bearing: Array | None
+    ) -> tuple[list[FirstHit], Array]:
+        """Return the folded reflection of each view, kept for the last ones: they repeat band after band."""
         kept = (nodes.tobytes(), basis)
         second = self._seconds.get(kept)
         if second is None:
             second = self._reflection.second(nodes, basis)
             _keep(self._seconds, kept, second)
-        key = (mu.tobytes(), nodes.tobytes(), basis.encode(), b"" if bearing is None else bearing.tobytes())
-        first = self._folds.get(key)
-        if first is None:
-            first = self._reflection.first(mu, nodes, basis, bearing, self._tilt)
-            _keep(self._folds, key, first)
+        turns: list[float | None] = [None] * mu.size
+        if bearing is not None and self.anisotropic:
+            turns = list(bearing.tolist())
+        first = []
+        for view, turn in zip(mu.tolist(), turns, strict=True):
+            key = (view, turn, *kept)
+            fold = self._folds.get(key)
+            if fold is None:
+                fold = self._reflection.first(view, nodes, basis, turn, self._tilt)
+                _keep(self._folds, key, fold)
+            first.append(fold)
         return first, second
 
 

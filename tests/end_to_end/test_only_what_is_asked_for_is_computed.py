@@ -8,6 +8,7 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
+from hcss_twin.clouds.fractal.generator import FractalClouds
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.providers import Sun
 from hcss_twin.radiance.as_printed import AsPrinted
@@ -16,6 +17,7 @@ from hcss_twin.scene.compile import compile_tables
 from hcss_twin.scene.simulate import run
 from hcss_twin.scene.stream import stream
 from hcss_twin.scene.tables.radiance_tables import TableReader
+from hcss_twin.scene.tables.spectrum import choose_spectrum
 
 
 class Call(NamedTuple):
@@ -125,3 +127,46 @@ def test_plan_and_cube_tell_the_same_ledger(tmp_path):
     assert len(bounds) > 6
     assert np.all(np.isfinite(bounds))
     assert min(bounds) >= 0.0
+
+
+def test_a_layer_that_has_no_cloud_anywhere_is_not_generated(tmp_path, monkeypatch):
+    asked, thickness_m = [], FractalClouds.thickness_m
+
+    def counted(self, *where):
+        asked.append(where)
+        return thickness_m(self, *where)
+
+    monkeypatch.setattr(FractalClouds, "thickness_m", counted)
+    plan = make_plan(Scenario.load("stratus", {**SMALL, **CHEAP, "clouds.coverage": 0.0}))
+    asked.clear()
+    with open_cube(run(plan, tmp_path / "cube.nc")) as cube:
+        assert not cube.cloud_mask.any()
+    assert not asked
+
+
+def dense_clear_skies(asked, plan):
+    """Suns under which clear skies were asked for at all wavenumbers."""
+    every = plan.spectral_grid.wavenumber_cm1.size
+    return [call.sun for call in asked if not call.cloudy and call.columns == every]
+
+
+def test_a_sun_that_hardly_moves_takes_few_clear_skies_at_all_wavenumbers(asked):
+    """And what is chosen on them sums the clear sky of every frame."""
+    scene = {**SMALL, **CHEAP, "clouds.coverage": 0.0, "frames.count": 9}
+    plan = make_plan(Scenario.load("stratus", scene))
+    asked.clear()
+    nodes = choose_spectrum(plan, plan.budget.wavenumbers).nodes
+    assert len(dense_clear_skies(asked, plan)) <= 3
+    grid = plan.spectral_grid
+    assert nodes.wavenumber_cm1.size < grid.wavenumber_cm1.size
+    for time_s in plan.frame_times_s:
+        exact, few = (
+            np.sum(list(plan.model.clear(each.wavenumber_cm1, plan.sun_at(time_s)).values()), axis=0)
+            @ each.weights_cm1.T
+            for each in (grid, nodes)
+        )
+        np.testing.assert_allclose(few, exact, rtol=plan.budget.wavenumbers)
+    moving = make_plan(Scenario.load("stratus", {**scene, "frames.interval": 600.0}))
+    asked.clear()
+    choose_spectrum(moving, moving.budget.wavenumbers)
+    assert len(dense_clear_skies(asked, moving)) > 10

@@ -186,3 +186,38 @@ def test_a_table_of_operators_gives_back_smooth_functions_and_row_sums():
         through, rest = (float(each[0]) for each in table.at(thickness))
         assert through == pytest.approx(np.exp(-thickness / 300.0), rel=1e-6)
         assert through + rest == pytest.approx(1.0, abs=1e-14)
+
+
+@pytest.mark.parametrize(("gas_name", "order"), [("plain", 0), ("band-model", 1)])
+def test_a_column_is_the_same_whatever_was_asked_for_before(gas_name, order):
+    """Seas, legs and scattered sunlight are kept and shared by columns, suns on either side of the wind among them."""
+    inputs = scene(profile_at(None), gas_name, "rough-sea upwind-crosswind", "plain", 50.0, layers=2)
+    parameters = PhysicalParameters(closure_order=order, streams=2, sun_streams=2, azimuth_modes=3)
+    suns = [Sun(40.0, 200.0, 1.0), None, Sun(65.0, 30.0, 0.99)]
+    columns = np.array([[100.0, 300.0], [0.0, 500.0]])
+    used = Physical(inputs, parameters)
+    for sun in suns:
+        used.clear(NU, sun)
+        used.cloudy(NU, columns[::-1], sun)
+    for sun in suns:
+        alone = Physical(inputs, parameters)
+        for row, column in enumerate(columns):
+            found = total(used.cloudy(NU, columns, sun))[row]
+            np.testing.assert_allclose(found, total(alone.cloudy(NU, column[None], sun))[0], rtol=1e-12)
+        np.testing.assert_allclose(
+            total(used.clear(NU, sun)), total(Physical(inputs, parameters).clear(NU, sun)), rtol=1e-12
+        )
+
+
+def test_seas_are_asked_for_what_they_emit_once_for_all_suns(monkeypatch):
+    inputs = scene(profile_at(None), "band-model", "rough-sea", "bulk")
+    asked, emissivity = [], inputs.sea.emissivity
+    monkeypatch.setattr(
+        inputs.sea, "emissivity", lambda *what: asked.append(what) or emissivity(*what), raising=False
+    )
+    model = Physical(inputs, PhysicalParameters(streams=2, sun_streams=2, azimuth_modes=3))
+    for zenith in (None, 30.0, 40.0, 50.0, 60.0, 70.0):
+        sun = None if zenith is None else Sun(zenith, 200.0, 1.0)
+        model.clear(NU, sun)
+    model.cloudy(NU, ONE_LAYER[:1], sun)
+    assert len(asked) == 1

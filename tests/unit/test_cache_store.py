@@ -136,3 +136,17 @@ def test_a_changed_file_changes_the_fingerprint_of_its_package(tmp_path, monkeyp
     assert package_fingerprint("some_package") == before
     inner.write_text("a = 12\n")
     assert package_fingerprint("some_package") != before
+
+
+def test_a_link_that_leads_nowhere_does_not_hide_the_rest_of_a_package(tmp_path, monkeypatch):
+    package = tmp_path / "linked_package"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    try:
+        (package / "gone.py").symlink_to(tmp_path / "nowhere.py")
+    except OSError:
+        pytest.skip("no links here")
+    before = package_fingerprint("linked_package")
+    (package / "new.py").write_text("b = 2\n")
+    assert package_fingerprint("linked_package") != before

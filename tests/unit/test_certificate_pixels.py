@@ -167,3 +167,24 @@ def test_checked_frames_are_one_of_each_part_and_the_same_for_all_scenes():
         ends = [part * frames // parts for part in range(parts + 1)]
         assert all(low <= frame < high for low, frame, high in zip(ends, chosen, ends[1:], strict=False))
         assert len(chosen) == parts
+
+
+@pytest.mark.parametrize("rare", [0, 5, 200])
+def test_of_each_stratum_those_with_the_smallest_numbers_are_drawn(plan, rare):
+    """However few pixels a stratum has: the numbers are those that the generator of the frame gives in order."""
+    size = 300
+    thickness = np.full((size, size), 50.0, np.float32)
+    thickness[: size // 2] = 500.0
+    clear = np.random.default_rng(1).choice(size, rare, replace=False)
+    thickness[clear, clear] = 0.0
+    index = checked_frames(1, plan.frame_times_s.size)[0]
+    kind, window = strata(plan.layers, [thickness], (size, size), 1), (slice(0, size), slice(0, size))
+    sample = PixelSample(plan).of_frame(index)
+    number = PixelSample(plan).of_frame(index)._random.random((size, size))
+    sample.look(window, [thickness], None)
+    for stratum in range(len(stratum_names(1))):
+        places = np.argwhere(kind == stratum)
+        wanted = places[np.argsort(number[kind == stratum])][:24]
+        own = sample._place[:, 0] == stratum
+        np.testing.assert_array_equal(sample._place[own, 1:], wanted)
+        np.testing.assert_array_equal(sample._points[own, 0, 0], thickness[wanted[:, 0], wanted[:, 1]])

@@ -118,7 +118,24 @@ def test_notes_say_what_is_extrapolated_or_left_out():
 def test_repeated_views_give_the_same_and_do_not_pile_up():
     model, nu = sea(), np.array([900.0])
     first = model.emissivity(nu, np.array([0.5]))
-    for mu in np.linspace(0.1, 0.9, 40):
+    for mu in np.linspace(0.1, 0.9, 100):
         model.emissivity(nu, np.array([mu]))
     np.testing.assert_array_equal(model.emissivity(nu, np.array([0.5])), first)
-    assert len(model._folds) <= 16
+    assert len(model._folds) <= 64
+
+
+@pytest.mark.parametrize("slopes", ["isotropic", "upwind-crosswind"])
+def test_a_view_is_folded_once_and_reflects_the_same_alone_and_among_others(slopes, monkeypatch):
+    model, nu = sea(slopes=slopes), np.array([900.0, 2500.0])
+    mu, nodes, wind = np.array([0.3, 0.6, 0.95]), np.array([0.2, 0.5, 0.9]), np.array([0.1, 1.0, 2.0])
+    together = model.reflection_weights(nu, mu, nodes, "linear", wind)
+    alone = [
+        sea(slopes=slopes).reflection_weights(nu, mu[[i]], nodes, "linear", wind[[i]])[0] for i in range(3)
+    ]
+    np.testing.assert_allclose(together, alone, rtol=1e-12, atol=1e-15)
+    asked, first = [], model._reflection.first
+    monkeypatch.setattr(
+        model._reflection, "first", lambda view, *rest: asked.append(view) or first(view, *rest)
+    )
+    model.reflection_weights(nu, np.append(mu, 0.7), nodes, "linear", np.append(wind, 3.0))
+    assert asked == [0.7]

@@ -91,15 +91,15 @@ def read_coefficients(path: Path) -> BandModelCoefficients:
 
 
 def _from_dataset(path: Path, dataset: Any) -> BandModelCoefficients:
-    def sparse(name: str, needed: NDArray[np.bool_]) -> Array:
+    def sparse(name: str, needed: NDArray[np.bool_] | bool = True) -> Array:
         """Variable with missing values, which are NaN, where it is not needed."""
         filled: Array = np.ma.filled(dataset.variables[name][:].astype(np.float64), np.nan)
-        if not np.all(np.isfinite(filled[needed])):
+        if np.any(needed & ~np.isfinite(filled)):
             raise CatalogError(f"{path}: {name} has missing or infinite values")
         return filled
 
     def values(name: str) -> Array:
-        return sparse(name, np.ones(dataset.variables[name].shape, dtype=np.bool_))
+        return sparse(name)
 
     wavenumber = values("wavenumber_cm1")
     if not (wavenumber[0] > 0.0 and np.all(np.diff(wavenumber) > 0.0)):

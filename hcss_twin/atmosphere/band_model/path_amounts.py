@@ -94,14 +94,18 @@ class LayeredAir:
         known = self._by_leg
         if len(known) > _KEPT_LEGS:
             known = self._by_leg = {}  # other threads may still read the old one
-        new = {leg: None for path in paths for leg in path.legs if leg not in known}
+        legs = [leg for path in paths for leg in path.legs]
+        # Looked up once: hashing hundreds of legs takes as long as following their rays.
+        found = [known.get(leg) for leg in legs]
+        new = [leg for leg, amount in zip(legs, found, strict=True) if amount is None]
         if new:
-            self._compute(new, known)
+            self._compute(dict.fromkeys(new), known)
+        each = [known[leg] if amount is None else amount for leg, amount in zip(legs, found, strict=True)]
         result = np.zeros((len(paths), self.columns))
-        longest = max((len(path.legs) for path in paths), default=0)
-        for place in range(longest):
-            chosen = [row for row, path in enumerate(paths) if place < len(path.legs)]
-            result[chosen] += [known[paths[row].legs[place]] for row in chosen]
+        first = np.cumsum([0, *(len(path.legs) for path in paths)])
+        for place in range(int(np.max(np.diff(first), initial=0))):
+            chosen = np.flatnonzero(np.diff(first) > place)
+            result[chosen] += [each[start + place] for start in first[chosen].tolist()]
         return result
 
     def _compute(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
@@ -119,15 +123,16 @@ class LayeredAir:
             by_cell = self.slant(layers, lower, np.array(zenith))[:, :, None] * layers.amount
             upward = np.cumsum(by_cell, axis=1)
             tops = layers.radius_m[:, 2] - self.earth_radius_m
-            for leg in members:
-                row = zenith.index(leg.zenith_deg)
-                cells = tops.size
-                if between_levels is None:
-                    cells = int(np.searchsorted(tops, leg.upper_m - _SAME_ALTITUDE_M) + 1)
-                cells = min(cells, tops.size)
-                nothing = cells == 0 or leg.upper_m <= lower
-                amount = np.zeros(self.columns) if nothing else upward[row, cells - 1].copy()
-                known[leg] = amount
+            cells = [tops.size] * len(members)
+            if between_levels is None:
+                ends = np.array([leg.upper_m for leg in members]) - _SAME_ALTITUDE_M
+                cells = np.minimum(np.searchsorted(tops, ends) + 1, tops.size).tolist()
+            row = {zenith_deg: number for number, zenith_deg in enumerate(zenith)}
+            for leg, cell in zip(members, cells, strict=True):
+                nothing = cell == 0 or leg.upper_m <= lower
+                known[leg] = (
+                    np.zeros(self.columns) if nothing else upward[row[leg.zenith_deg], cell - 1].copy()
+                )
 
     def _index(self, altitude_m: float) -> float:
         refractivity = np.interp(altitude_m, self._state.altitude_m, np.log(self._state.refractivity))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -22,6 +22,10 @@ _DARK = 1e-30
 
 _COARSE_MASS, _COARSE_STEP_M = 0.05, 8e3
 """Layers of scattered light hold this share of the air's mass at least, or are this thick."""
+
+_KEPT_LOOKS = 16
+"""Legs seen through what is in front of them that are kept, about those of one column: the tracer and the closure look
+along the same ones, and so do clear skies under all suns."""
 
 _KEPT_LEGS, _KEPT_SOURCES = 2048, 256
 """Legs whose absorbers, and whose emission, are kept: columns share those below and above, suns share all."""
@@ -59,6 +63,20 @@ class LegView:
         )
 
 
+@dataclass(frozen=True)
+class _Look:
+    """What is asked of :meth:`Air.leg`; what is in front counts by its key."""
+
+    key: Hashable
+    zenith_deg: tuple[float, ...]
+    lower_m: float
+    upper_m: float
+    downward: bool
+    coarse: bool
+    front: Crossed = field(compare=False)
+    front_transmittance: Array = field(compare=False)
+
+
 class Air:
     """Legs of a spectrum through one profile.
 
@@ -76,6 +94,7 @@ class Air:
         self.wavenumber_cm1 = wavenumber_cm1
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
+        self._looks = lru_cache(maxsize=_KEPT_LOOKS)(self._look)
         self._pieces = lru_cache(maxsize=_KEPT_LEGS)(self._make_pieces)
         self._sources = lru_cache(maxsize=_KEPT_SOURCES)(self._make_sources)
 
@@ -85,13 +104,9 @@ class Air:
             self._black[temperature_K] = planck(self.wavenumber_cm1, temperature_K)
         return self._black[temperature_K]
 
-    def crossed(self, path: Path) -> Crossed:
-        """Return a path as the provider adds it."""
-        return self._crossing.of([path])
-
-    def transmittance_of(self, paths: Sequence[Path]) -> Array:
-        """Return transmittance (P, V) of paths given by their legs."""
-        return self._crossing.transmittance(self._crossing.of(paths))
+    def crossed(self, *paths: Path) -> Crossed:
+        """Return paths as the provider adds them."""
+        return self._crossing.of(paths)
 
     def transmittance(self, crossed: Crossed) -> Array:
         """Return transmittance (P, V) of composite paths."""
@@ -127,6 +142,15 @@ class Air:
         coarse : bool
             Whether thin layers high up may be joined: for light that is scattered afterwards.
         """
+        zeniths = tuple(zenith_deg)
+        return self._looks(
+            _Look(front.key, zeniths, lower_m, upper_m, downward, coarse, front, front_transmittance)
+        )
+
+    def _look(self, asked: _Look) -> LegView:
+        """Look along a leg that is not known."""
+        front, front_transmittance, zenith_deg = asked.front, asked.front_transmittance, asked.zenith_deg
+        lower_m, upper_m, downward, coarse = asked.lower_m, asked.upper_m, asked.downward, asked.coarse
         edges = self._edges(lower_m, upper_m, self._coarse_m if coarse else self._profile.altitude_m)
         count = len(edges) - 1
         if count < 1:

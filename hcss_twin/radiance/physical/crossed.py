@@ -7,7 +7,7 @@ leg once, and sums of amounts stand for paths from then on; for others a path st
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -35,6 +35,11 @@ class Crossed(ABC):
     def __add__(self, other: Self) -> Self:
         """Join paths row by row; a single one is joined to all."""
 
+    @property
+    @abstractmethod
+    def key(self) -> Hashable:
+        """Equal for equal paths of one provider."""
+
 
 @dataclass(frozen=True)
 class CrossedAmounts(Crossed):
@@ -52,6 +57,11 @@ class CrossedAmounts(Crossed):
     def __add__(self, other: Self) -> Self:
         """Join paths row by row; a single one is joined to all."""
         return type(self)(self.amounts + other.amounts)
+
+    @property
+    def key(self) -> Hashable:
+        """Equal for equal paths of one provider."""
+        return self.amounts.tobytes()
 
 
 @dataclass(frozen=True)
@@ -75,6 +85,11 @@ class CrossedPaths(Crossed):
         if len(others) == 1:
             return type(self)(tuple(path + others[0] for path in mine))
         return type(self)(tuple(a + b for a, b in zip(mine, others, strict=True)))
+
+    @property
+    def key(self) -> Hashable:
+        """Equal for equal paths of one provider."""
+        return self.paths
 
 
 class Crossing:

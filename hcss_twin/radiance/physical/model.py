@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from typing import ClassVar
 
@@ -19,10 +19,15 @@ from hcss_twin.radiance.physical.cloud_slab import CloudSlab, SlabMaker, turned_
 from hcss_twin.radiance.physical.column import Column
 from hcss_twin.radiance.physical.directions import VIEW, Directions, make_directions
 from hcss_twin.radiance.physical.power_law_gas import PowerLawGas
-from hcss_twin.radiance.physical.sea_surface import SeaSurface, make_sea_surface
+from hcss_twin.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
 from hcss_twin.radiance.physical.terms import AIR_SUN, CLOUD_SUN, SEA_SUN, SEA_SUN_TERMS, SOLAR_TERMS, TERMS
 from hcss_twin.radiance.physical.tracing import Tracer
-from hcss_twin.radiance.physical.turned_glint import SeaModes, sea_modes, turned_glint
+from hcss_twin.radiance.physical.turned_glint import (
+    SeaModes,
+    sunlit_modes,
+    turned_glint,
+    unlit_sea_modes,
+)
 
 Array = NDArray[np.float64]
 
@@ -38,13 +43,17 @@ _EARTH_RADIUS_M = 6356752.0
 
 @dataclass(frozen=True)
 class _Shared:
-    """What all columns have in common at some wavenumbers and for one position of the sun."""
+    """What all columns have in common at some wavenumbers and for one position of the sun.
+
+    ``scattered`` gives the sunlight (V,) that the air scatters once into the view from above an altitude, sr-1.
+    """
 
     air: Air
     directions: Directions
     sea: SeaSurface
     received: Array
     modes: Callable[[], SeaModes | None]
+    scattered: Callable[[float], Array]
 
 
 class Physical:
@@ -83,6 +92,8 @@ class Physical:
         # Solved clouds cost most; clear skies under other suns must not push them out.
         self._maker = lru_cache(maxsize=8)(self._make_maker)
         self._air = lru_cache(maxsize=2)(self._make_air)
+        self._sea = lru_cache(maxsize=4)(self._make_sea)
+        self._sea_modes = lru_cache(maxsize=2)(self._make_sea_modes)
         self.declares = Declares(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
             notes=_notes(parameters, inputs, self.closed_form),
@@ -139,15 +150,11 @@ class Physical:
         def modes() -> SeaModes | None:
             if directions.sun is None or self.closed_form or most < 2:
                 return None
-            return sea_modes(inputs.sea, wavenumber, directions, most)
+            return sunlit_modes(self._sea_modes(wavenumbers), inputs.sea, wavenumber, directions)
 
-        return _Shared(
-            air,
-            directions,
-            make_sea_surface(inputs.sea, wavenumber, directions),
-            received,
-            modes,
-        )
+        unlit = self._sea(wavenumbers, directions.wind_azimuth)
+        sea = sunlit(unlit, inputs.sea, wavenumber, directions)
+        return _Shared(air, directions, sea, received, modes, self._scattered_in_air(wavenumber, directions))
 
     def _make_maker(self, wavenumbers: bytes, sun: Sun | None) -> SlabMaker:
         shared, inputs = self._scene(wavenumbers, sun), self._inputs
@@ -159,6 +166,30 @@ class Physical:
             shared.received / (np.pi * shared.air.black_body(inputs.sea_temperature_K)),
             self.closed_form,
         )
+
+    def _scattered_in_air(self, wavenumber: Array, where: Directions) -> Callable[[float], Array]:
+        """Sunlight (V,) scattered once into the view above an altitude, sr-1, where the provider knows it; else 0."""
+        own, sun = getattr(self._inputs.transmittance, "solar_path_radiance", None), where.sun
+        if own is None or sun is None or self._sun_is_too_low(sun, where):
+            return lambda altitude_m: np.zeros_like(wavenumber)
+        view, azimuth_deg = where.zenith_deg[VIEW], float(np.degrees(where.relative_azimuth))
+
+        @cache
+        def above(altitude_m: float) -> Array:
+            found: Array = own(wavenumber, [to_space(altitude_m, view)], sun.zenith_deg, azimuth_deg)[0]
+            return found
+
+        return above
+
+    def _make_sea_modes(self, wavenumbers: bytes) -> SeaModes:
+        inputs, wavenumber = self._inputs, np.frombuffer(wavenumbers, dtype=np.float64)
+        directions = make_directions(inputs.view, None, inputs.wind_from_deg, self._parameters.streams)
+        return unlit_sea_modes(inputs.sea, wavenumber, directions, turned_modes(self._parameters))
+
+    def _make_sea(self, wavenumbers: bytes, wind_azimuth: float) -> SeaSurface:
+        inputs, wavenumber = self._inputs, np.frombuffer(wavenumbers, dtype=np.float64)
+        directions = make_directions(inputs.view, None, inputs.wind_from_deg, self._parameters.streams)
+        return unlit_sea_surface(inputs.sea, wavenumber, replace(directions, wind_azimuth=wind_azimuth))
 
     def _make_air(self, wavenumbers: bytes) -> Air:
         return Air(self._gas, self._inputs.profile, np.frombuffer(wavenumbers, dtype=np.float64))
@@ -193,7 +224,7 @@ class Physical:
 
     def _terms(self, shared: _Shared, column: Column) -> dict[str, Array]:
         found = Tracer(column, self._parameters.closure_order).radiance()
-        found[AIR_SUN] += self._scattered_in_air(column)
+        found[AIR_SUN] += _seen_scattered(column, shared.scattered)
         modes = shared.modes() if len(column.slabs) == 1 else None
         if modes is not None:
             by_cloud, by_sea = turned_glint(column, modes)
@@ -213,27 +244,21 @@ class Physical:
         )
         return max(sun.zenith_deg, highest) > _LARGEST_SUN_DEG
 
-    def _scattered_in_air(self, column: Column) -> Array:
-        """Sunlight scattered once into the view, where the provider knows it.
 
-        What the air below a cloud scatters passes the cloud directly, there and back.
-        """
-        own = getattr(self._inputs.transmittance, "solar_path_radiance", None)
-        where = column.directions
-        result = np.zeros_like(column.received)
-        if own is None or where.sun is None or self._sun_is_too_low(where.sun, where):
-            return result
-        lower = [*(slab.top_m for slab in column.slabs), 0.0]
-        paths = [to_space(altitude, where.zenith_deg[VIEW]) for altitude in lower]
-        azimuth_deg = float(np.degrees(where.relative_azimuth))
-        above = own(column.air.wavenumber_cm1, paths, where.sun.zenith_deg, azimuth_deg)
-        through = np.ones_like(result)
-        for index, scattered in enumerate(np.diff(above, axis=0, prepend=0.0)):
-            result += through * np.maximum(scattered, 0.0)
-            if index < len(column.slabs):
-                slab = column.slabs[index]
-                through = through * slab.direct[VIEW] * slab.sun_direct
-        return result * column.received / where.mu_sun
+def _seen_scattered(column: Column, scattered: Callable[[float], Array]) -> Array:
+    """Sunlight (V,) scattered once into the view; what the air below a cloud scatters passes it directly, twice."""
+    result = np.zeros_like(column.received)
+    if column.directions.sun is None:
+        return result
+    lower = [*(slab.top_m for slab in column.slabs), 0.0]
+    above = np.stack([scattered(altitude) for altitude in lower])
+    through = np.ones_like(result)
+    for index, between in enumerate(np.diff(above, axis=0, prepend=0.0)):
+        result += through * np.maximum(between, 0.0)
+        if index < len(column.slabs):
+            slab = column.slabs[index]
+            through = through * slab.direct[VIEW] * slab.sun_direct
+    return result * column.received / column.directions.mu_sun
 
 
 def _own_errors(parameters: PhysicalParameters, closed_form: bool) -> tuple[str, ...]:

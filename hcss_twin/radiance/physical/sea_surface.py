@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,8 +43,13 @@ class SeaSurface:
     defect: float
 
 
-def make_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
-    """Ask a sea model for everything one column needs.
+def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
+    """Return a surface with the sunlight that it sends under the sun of ``directions``."""
+    return replace(surface, sun=_sunlight(sea, wavenumber_cm1, directions))
+
+
+def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
+    """Ask a sea model for what it emits and reflects of the sky, whatever the sun; sunlight is left 0.
 
     A provider may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes) -> (M, N, V)``, the share of the light
     seen in each direction that came from the sky at each node. Otherwise its BRDF is integrated over a fine grid of
@@ -84,7 +89,7 @@ def make_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Direction
             weights[row, node] = np.where(nothing[row], 1.0, weights[row, node])
         total = weights.sum(axis=1)
     weights = weights * (left / np.where(total > 0.0, total, 1.0))[:, None, :]
-    return SeaSurface(emissivity, weights, _sunlight(sea, wavenumber_cm1, directions), defect)
+    return SeaSurface(emissivity, weights, np.zeros_like(emissivity), defect)
 
 
 def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> Array:
@@ -127,10 +132,10 @@ def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> A
         **_wind(sea, directions),
     )[0]
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
-    for row in directions.stream_indices:
-        many = np.full(azimuth.size, directions.mu[row])
-        into = np.full(azimuth.size, directions.mu_sun)
-        result[row] = sea.brdf(wavenumber_cm1, many, into, azimuth).mean(axis=0)
+    streams = directions.streams.mu
+    many, turn = np.repeat(streams, azimuth.size), np.tile(azimuth, streams.size)
+    brdf = sea.brdf(wavenumber_cm1, many, np.full(many.size, directions.mu_sun), turn)
+    result[list(directions.stream_indices)] = brdf.reshape(streams.size, azimuth.size, -1).mean(axis=1)
     return result
 
 

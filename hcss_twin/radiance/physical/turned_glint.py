@@ -12,7 +12,7 @@ with streams j and k weighted by 2 pi mu w, direct transmissions t, and the air 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,32 +46,37 @@ class SeaModes:
     between: Array
 
 
-def sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: Directions, modes: int) -> SeaModes:
-    """Ask a sea model for the modes of its BRDF from 1 to ``modes`` - 1."""
+def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: Directions, modes: int) -> SeaModes:
+    """Ask a sea model for the modes of its BRDF from 1 to ``modes`` - 1, whatever the sun; its own are left 0."""
     streams = directions.streams.mu
-    azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
-    cosine = np.cos(np.arange(1, modes)[:, None] * azimuth) / _AZIMUTHS
-
-    def expand(mu_out: Array, mu_in: Array) -> Array:
-        """Modes (M, P, V) for pairs of directions (P,)."""
-        many = mu_out.size
-        brdf = sea.brdf(
-            wavenumber_cm1,
-            np.repeat(mu_out, _AZIMUTHS),
-            np.repeat(mu_in, _AZIMUTHS),
-            np.tile(azimuth, many),
-        )
-        result: Array = np.einsum("ma,pav->mpv", cosine, brdf.reshape(many, _AZIMUTHS, -1))
-        return result
-
     count = streams.size
     first, second = (each.ravel() for each in np.meshgrid(streams, streams, indexing="ij"))
-    between = expand(first, second).reshape(modes - 1, count, count, -1)
-    return SeaModes(
-        expand(np.full(count, directions.mu[VIEW]), streams),
-        expand(streams, np.full(count, directions.mu_sun)),
-        between,
+    between = _expanded(sea, wavenumber_cm1, first, second, modes)
+    view = _expanded(sea, wavenumber_cm1, np.full(count, directions.mu[VIEW]), streams, modes)
+    return SeaModes(view, np.zeros_like(view), between.reshape(modes - 1, count, count, -1))
+
+
+def sunlit_modes(unlit: SeaModes, sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaModes:
+    """Return modes with those toward the streams from the sun of ``directions``."""
+    streams = directions.streams.mu
+    toward_sun = np.full(streams.size, directions.mu_sun)
+    sun = _expanded(sea, wavenumber_cm1, streams, toward_sun, unlit.view.shape[0] + 1)
+    return replace(unlit, sun=sun)
+
+
+def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, modes: int) -> Array:
+    """Modes (M, P, V) of a sea's BRDF for pairs of directions (P,)."""
+    azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
+    cosine = np.cos(np.arange(1, modes)[:, None] * azimuth) / _AZIMUTHS
+    many = mu_out.size
+    brdf = sea.brdf(
+        wavenumber_cm1,
+        np.repeat(mu_out, _AZIMUTHS),
+        np.repeat(mu_in, _AZIMUTHS),
+        np.tile(azimuth, many),
     )
+    result: Array = np.einsum("ma,pav->mpv", cosine, brdf.reshape(many, _AZIMUTHS, -1))
+    return result
 
 
 def turned_glint(column: Column, modes: SeaModes) -> tuple[Array, Array]:
@@ -88,17 +93,19 @@ def turned_glint(column: Column, modes: SeaModes) -> tuple[Array, Array]:
     view_deg = where.zenith_deg[VIEW]
     stream_deg = [where.zenith_deg[index] for index in where.stream_indices]
     base, top = slab.base_m, slab.top_m
-    below = [Path((Leg(0.0, base, zenith),)) for zenith in stream_deg]
-    through = [Path((Leg(top, SPACE, view_deg), Leg(base, top, z), Leg(0.0, base, z))) for z in stream_deg]
-    seen = column.air.transmittance_of(
-        [to_space(0.0, view_deg) + leg + to_space(base, sun.zenith_deg) for leg in below]
+    air = column.air
+    below = air.crossed(*(Path((Leg(0.0, base, zenith),)) for zenith in stream_deg))
+    through = air.crossed(
+        *(Path((Leg(top, SPACE, view_deg), Leg(base, top, z), Leg(0.0, base, z))) for z in stream_deg)
     )
+    from_sea, to_base = air.crossed(to_space(0.0, view_deg)), air.crossed(to_space(base, sun.zenith_deg))
+    seen = air.transmittance(below + from_sea + to_base)
     down = np.einsum("m,j,mjv,mjv,jv->v", turn, weight, modes.view, from_sun, seen)
-    seen = column.air.transmittance_of([leg + to_space(0.0, sun.zenith_deg) for leg in through])
+    seen = air.transmittance(through + air.crossed(to_space(0.0, sun.zenith_deg)))
     up = np.einsum("m,j,mjv,mjv,jv->v", turn, weight, from_view, modes.sun, seen)
-    seen = column.air.transmittance_of(
-        [up_leg + down_leg + to_space(base, sun.zenith_deg) for up_leg in through for down_leg in below]
-    ).reshape(weight.size, weight.size, -1)
+    upward, downward = (each.ravel() for each in np.indices((weight.size, weight.size)))
+    seen = air.transmittance(through.take(upward) + below.take(downward) + to_base)
+    seen = seen.reshape(weight.size, weight.size, -1)
     left = from_view * weight[:, None] * turn[:, None, None]
     right = from_sun * weight[:, None]
     both = np.einsum("mjv,mjkv,mkv,jkv->v", left, modes.between, right, seen, optimize=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -42,6 +43,7 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.building.builder import Builder
 from hcss_twin.scene.building.cloud_assembly import assemble_clouds
 from hcss_twin.scene.building.surroundings import FilledIn, Surroundings, surroundings
+from hcss_twin.scene.kept_results import Code, code_of
 from hcss_twin.scene.slant.slant_paths import SlantPaths
 
 Array = NDArray[np.float64]
@@ -78,6 +80,11 @@ class Assembly:
     sea_wind_speed_m_s: float
     filled_in: tuple[FilledIn, ...]
     slant: SlantPaths
+
+    @cached_property
+    def code(self) -> Code:
+        """All code that has a share in the scene's numbers, looked at once: names of kept results go by it."""
+        return code_of(self.entries)
 
     @property
     def view(self) -> View:

@@ -16,6 +16,10 @@ Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 Thickness = NDArray[np.float32]
 
+LOOKED_AT_FIRST = 64
+"""Pixels of a window, by their numbers and times as many as are drawn, among which those of a stratum are looked for
+first."""
+
 _SEED_KEY = 2**17
 """Keeps the draw apart from the seeds of clouds and waves."""
 
@@ -102,15 +106,21 @@ class PartSample:
             wavy = free & _clear_in_part(thickness_m, shape, samples)
             self._with_waves += self._count_of(stratum[wavy])
             free &= ~wavy
-        self._pixels += self._count_of(stratum[free])
         key = self._random.random(shape)
-        for number in range(self._pixels.size):
-            rows, columns = np.nonzero(free & (stratum == number))
-            keys = key[rows, columns]
-            if keys.size > self._count:
-                kept = np.argpartition(keys, self._count - 1)[: self._count]
-                rows, columns, keys = rows[kept], columns[kept], keys[kept]
-            self._keep(number, keys, rows, columns, window, thickness_m)
+        here = self._count_of(stratum[free])
+        self._pixels += here
+        # Of most strata those with the smallest numbers are among these.
+        rows, columns = np.nonzero(free & (key < LOOKED_AT_FIRST * self._count / key.size))
+        kind = stratum[rows, columns]
+        for number, wanted in enumerate(np.minimum(here, self._count).tolist()):
+            own = kind == number
+            some = rows[own], columns[own]
+            if some[0].size < wanted:
+                every = np.nonzero(free & (stratum == number))
+                some = every[0], every[1]
+            kept = smallest(key[some], np.ones(some[0].size, dtype=np.bool_), wanted)
+            places = some[0][kept], some[1][kept]
+            self._keep(number, key[places], *places, window, thickness_m)
 
     def drawn(self, radiance: NDArray[np.float32]) -> DrawnPixels:
         """Return what was drawn, with the radiance (Q, B, y, x) of the part."""

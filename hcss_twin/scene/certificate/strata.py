@@ -55,9 +55,14 @@ def strata(
         layer_choice += np.int8(number + 1) * cloudy
         edge |= cloudy & _at_or_beside(~full)
         middle = math.sqrt(layer.thickness_min_m * layer.thickness_max_m)
-        thick |= cloudy & (_sums(thickness, samples) >= middle * points)
-    part = np.where(edge, 1, np.where(thick, 2, 0))
-    found: NDArray[np.int8] = np.where(layer_choice > 0, 1 + 3 * (layer_choice - 1) + part, 0).astype(np.int8)
+        # Of a pixel with several points those with cloud count.
+        least = middle if samples == 1 else middle * points
+        thick |= cloudy & (_sums(thickness, samples) >= least)
+    # In bytes throughout: a frame has as many as pixels, and numpy's own integers take eight times the room.
+    part = np.where(edge, np.int8(1), np.int8(2) * thick.view(np.int8))
+    found: NDArray[np.int8] = np.where(
+        layer_choice > 0, np.int8(3) * layer_choice + (part - np.int8(2)), np.int8(0)
+    )
     return found
 
 

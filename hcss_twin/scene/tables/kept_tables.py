@@ -72,5 +72,5 @@ def table_key(plan: Plan) -> str:
     }
     if plan.waves is not None or plan.slant.shadows:
         parts["image"] = scenario["image"]
-    entries = plan.assembly.entries
-    return key_of(parts, {kind: entry for kind, entry in entries.items() if entry.kind is not Kind.CLOUDS})
+    entries = plan.assembly.entries.items()
+    return key_of(parts, plan.assembly.code, [name for name, entry in entries if entry.kind is Kind.CLOUDS])

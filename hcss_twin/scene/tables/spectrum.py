@@ -26,7 +26,7 @@ CHOICE_SHARE, TRIAL_SHARE = 0.2, 0.4
 """Shares of the tolerance that columns known to the choice, and those it is tried on, may use."""
 
 CLEAR_SKIES = 5
-"""Heights of the sun over clear skies on which wavenumbers are chosen."""
+"""Heights of the sun over clear skies on which wavenumbers are chosen; one where it hardly moves."""
 
 SUN_DEG_PER_TOLERANCE = 200.0
 """Where light is scattered by an angle of a rainbow, weights fitted for one sun lose up to 3e-3 per degree."""
@@ -64,9 +64,10 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
     """Choose weighted wavenumbers for all columns of a scene.
 
     Columns under the first, middle and last sun, or that of a frame which the certificate checks if it hardly moves,
-    clear and with clouds from the thinnest to the thickest, are computed at every wavenumber of the dense grid. The
-    choice is tried on clouds of other thickness under suns between, if it moves, and on clear skies under other suns;
-    those that it fails are added to what it is made from, and it is tried again on yet others.
+    clear and with clouds from the thinnest to the thickest, are computed at every wavenumber of the dense grid; clear
+    skies under more suns, if it moves. The choice is tried on clouds of other thickness under suns between, if it
+    moves, and on clear skies under other suns, among them the highest and the lowest; those that it fails are added to
+    what it is made from, and it is tried again on yet others.
 
     Parameters
     ----------
@@ -79,10 +80,10 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
     known = np.concatenate(
         [
             *(_cloudy_spectra(plan, _first_columns(plan), sun) for sun in suns),
-            *(_clear_spectra(plan, sun) for sun in _suns(plan, CLEAR_SKIES)),
+            *(_clear_spectra(plan, sun) for sun in (_suns(plan, CLEAR_SKIES) if moves else suns)),
         ]
     )
-    trials = _trials(plan)
+    trials, heights = _trials(plan), CLEAR_SKIES if moves else 1
     for trial in range(MOST_TRIALS):
         nodes = choose_nodes(grid, known, CHOICE_SHARE * tolerance)
         if nodes.wavenumber_cm1.size == grid.wavenumber_cm1.size:
@@ -93,7 +94,7 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
         tried = np.concatenate(
             [
                 *(_cloudy_spectra(plan, thickness, sun) for sun in others),
-                *(_clear_spectra(plan, sun) for sun in _suns(plan, CLEAR_SKIES + 1 + trial)),
+                *(_clear_spectra(plan, sun) for sun in _suns(plan, heights + 1 + trial)),
             ]
         )
         kept = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
