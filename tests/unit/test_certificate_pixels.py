@@ -179,8 +179,8 @@ def test_of_each_stratum_those_with_the_smallest_numbers_are_drawn(plan, rare):
     thickness[clear, clear] = 0.0
     index = checked_frames(1, plan.frame_times_s.size)[0]
     kind, window = strata(plan.layers, [thickness], (size, size), 1), (slice(0, size), slice(0, size))
-    sample = PixelSample(plan).of_frame(index)
-    number = PixelSample(plan).of_frame(index)._random.random((size, size))
+    sample = PixelSample(plan).of_part(index)
+    number = PixelSample(plan).of_part(index)._random.random((size, size))
     sample.look(window, [thickness], None)
     for stratum in range(len(stratum_names(1))):
         places = np.argwhere(kind == stratum)
