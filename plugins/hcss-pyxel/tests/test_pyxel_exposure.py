@@ -36,8 +36,7 @@ def test_photons_do_not_depend_on_how_an_exposure_is_split(between):
     edges = np.sort(random.uniform(0.0, 3.0, 12))
     whole = frame_weights(TIMES, edges[0], edges[-1], between) * (edges[-1] - edges[0])
     parts = sum(
-        frame_weights(TIMES, low, high, between) * (high - low)
-        for low, high in itertools.pairwise(edges)
+        frame_weights(TIMES, low, high, between) * (high - low) for low, high in itertools.pairwise(edges)
     )
     np.testing.assert_allclose(parts, whole, rtol=0, atol=1e-12)
 

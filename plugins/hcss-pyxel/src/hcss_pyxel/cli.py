@@ -34,7 +34,23 @@ def example(cube: Path, output: Path, band: str | None) -> None:
         f"  band {made.band}, {len(made.times_s)} frames, read at {made.times_s[0]:g} to {made.times_s[-1]:g} s, "
         f"integration {made.integration_time_s:g} s"
     )
+    if made.wavelength_um is None:
+        click.echo(f"  wavelength_um: black-body, because the scene cannot be computed again: {made.why_not}")
+    else:
+        click.echo(f"  wavelength_um: {made.wavelength_um:g}, by the scene's own spectra")
     click.echo(f"run it with: hcss-pyxel run {made.pipeline}")
+
+
+@cli.command()
+@click.argument("cube", type=click.Path(exists=True, path_type=Path))
+def wavelength(cube: Path) -> None:
+    """Say the mean wavelengths of the light of CUBE's scene in each band, for wavelength_um."""
+    from hcss_twin.scene.mean_wavelength import mean_wavelengths_of
+
+    click.echo("band: clear sky ... thickest cloud, um (radiance, W m-2 sr-1)")
+    for each in mean_wavelengths_of(cube):
+        columns = zip(each.wavelength_um, each.radiance, strict=True)
+        click.echo(f"{each.band}: " + ", ".join(f"{mean:.4f} ({energy:.4g})" for mean, energy in columns))
 
 
 @cli.command()

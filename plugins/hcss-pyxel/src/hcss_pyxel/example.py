@@ -11,13 +11,14 @@ from pathlib import Path
 from string import Template
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_pyxel.airy import airy_kernel
 from hcss_pyxel.radiometry import black_body_wavelength_um, etendue_m2_sr, photons
 from hcss_twin.cube.clock import frame_times_s
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.drafts import draft_of
-from hcss_twin.errors import CubeError, choose_from
+from hcss_twin.errors import CubeError, HcssError, choose_from
 
 FILL = 2.0 / 3.0
 """Of the well, by the brightest pixel."""
@@ -38,13 +39,28 @@ class Instrument:
 
 @dataclass(frozen=True)
 class Example:
-    """What was written: the pipeline, the kernel of its optics, the band and the times of reading."""
+    """What was written: the pipeline, the kernel of its optics, and what they were made for.
+
+    Attributes
+    ----------
+    pipeline, kernel : Path
+    band : str
+    times_s : tuple of float
+        Of reading.
+    integration_time_s : float
+    wavelength_um : float or None
+        Mean wavelength of the scene's light in the band; None where the scene could not be computed again.
+    why_not : str
+        The reason for that.
+    """
 
     pipeline: Path
     kernel: Path
     band: str
     times_s: tuple[float, ...]
     integration_time_s: float
+    wavelength_um: float | None
+    why_not: str
 
 
 def write_example(
@@ -83,9 +99,11 @@ def write_example(
         brightest = max(float(data.isel(time=index).max()) for index in range(data.sizes["time"]))
         lower, upper = (float(each) for each in dataset["wavelength_bounds"].to_numpy()[number])
         central = float(dataset["wavelength"].to_numpy()[number])
+        first = data.isel(time=0).to_numpy().astype(np.float64)
         seconds = frame_times_s(dataset)
         rows, columns = data.sizes["y"], data.sizes["x"]
-    mean_um = float(black_body_wavelength_um(np.array([brightest]), lower, upper)[0])
+    known_um, why_not = _of_the_scene(cube, band, first)
+    mean_um = known_um or float(black_body_wavelength_um(np.array([brightest]), lower, upper)[0])
     etendue = etendue_m2_sr((instrument.pitch_um * 1e-6) ** 2, instrument.f_number) * instrument.transmission
     electrons_s = instrument.quantum_efficiency * float(
         photons(np.array([brightest]), etendue, 1.0, mean_um)[0]
@@ -110,7 +128,7 @@ def write_example(
         cube=json.dumps(str(cube)),
         f_number=instrument.f_number,
         transmission=instrument.transmission,
-        wavelength_um="black-body",
+        wavelength_um="black-body" if known_um is None else known_um,
         integration_time=repr(integration),
         time_offset=repr(float(seconds[0])),
         psf=json.dumps(str(kernel)),
@@ -124,4 +142,17 @@ def write_example(
     with draft_of(pipeline, CubeError) as draft_pipeline, draft_of(kernel, CubeError) as draft_kernel:
         draft_pipeline.write_text(text, encoding="utf-8")
         draft_kernel.write_bytes(numbers.getvalue())
-    return Example(pipeline, kernel, band, times, integration)
+    return Example(pipeline, kernel, band, times, integration, known_um, why_not)
+
+
+def _of_the_scene(cube: Path, band: str, radiance: NDArray[np.float64]) -> tuple[float | None, str]:
+    """Return the mean wavelength of an image's light by the scene's own spectra, or why it is not known."""
+    from hcss_twin.scene.mean_wavelength import mean_wavelengths_of
+
+    try:
+        of_bands = {each.band: each for each in mean_wavelengths_of(cube)}
+    except HcssError as error:
+        return None, str(error)
+    if band not in of_bands:
+        return None, f"the cube's scenario has no band '{band}'"
+    return round(of_bands[band].of_image(radiance), 4), ""
