@@ -17,6 +17,7 @@ from hcss_twin.version import __version__
 if TYPE_CHECKING:
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.errors import CatalogError, CubeError, HcssError, ProviderError, ScenarioError
+    from hcss_twin.export.cube_export import export_cube
     from hcss_twin.registry.hookspecs import hookimpl
     from hcss_twin.registry.specs import ProviderSpec
     from hcss_twin.scenario.scenario import Scenario
@@ -32,6 +33,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "__version__",
+    "export_cube",
     "hookimpl",
     "make_plan",
     "open_cube",
@@ -47,6 +49,7 @@ def __getattr__(name: str) -> Any:
         "ProviderError": "errors",
         "ScenarioError": "errors",
         "ProviderSpec": "registry.specs",
+        "export_cube": "export.cube_export",
         "hookimpl": "registry.hookspecs",
         "Scenario": "scenario.scenario",
         "make_plan": "scene.plan",

@@ -32,6 +32,7 @@ ALLOWED = {
     "multiple_scattering": {"physics", "providers"} | GROUND,
     "radiance": STAND_ON | {"atmosphere", "multiple_scattering"},
     "cube": {"physics", "version"} | GROUND,
+    "export": {"cube", "drafts", "version"} | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
 

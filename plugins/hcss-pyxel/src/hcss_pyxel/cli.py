@@ -1,0 +1,81 @@
+"""``hcss-pyxel``: an example pipeline for a cube."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+def cli() -> None:
+    """Cubes of hcss_twin in Pyxel."""
+
+
+@cli.command()
+@click.argument("cube", type=click.Path(exists=True, path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    default="pyxel-example",
+    show_default=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder.",
+)
+@click.option("--band", help="Name of the band; default: the first of CUBE.")
+def example(cube: Path, output: Path, band: str | None) -> None:
+    """Write a pipeline for CUBE: optics, photon noise, quantum efficiency, well, ADC."""
+    from hcss_pyxel.example import write_example
+
+    made = write_example(cube, output, band)
+    click.echo(f"{made.pipeline}\n{made.kernel}")
+    click.echo(
+        f"  band {made.band}, {len(made.times_s)} frames, read at {made.times_s[0]:g} to {made.times_s[-1]:g} s, "
+        f"integration {made.integration_time_s:g} s"
+    )
+    if made.wavelength_um is None:
+        click.echo(f"  wavelength_um: black-body, because the scene cannot be computed again: {made.why_not}")
+    else:
+        click.echo(f"  wavelength_um: {made.wavelength_um:g}, by the scene's own spectra")
+    click.echo(f"run it with: hcss-pyxel run {made.pipeline}")
+
+
+@cli.command()
+@click.argument("cube", type=click.Path(exists=True, path_type=Path))
+def wavelength(cube: Path) -> None:
+    """Say the mean wavelengths of the light of CUBE's scene in each band, for wavelength_um."""
+    from hcss_twin.scene.mean_wavelength import mean_wavelengths_of
+
+    click.echo("band: clear sky ... thickest cloud, um (radiance, W m-2 sr-1)")
+    for each in mean_wavelengths_of(cube):
+        columns = zip(each.wavelength_um, each.radiance, strict=True)
+        click.echo(f"{each.band}: " + ", ".join(f"{mean:.4f} ({energy:.4g})" for mean, energy in columns))
+
+
+@cli.command()
+@click.argument("pipeline", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Default: result.nc beside PIPELINE.")
+@click.option("--force", is_flag=True, help="Replace an existing file.")
+def run(pipeline: Path, output: Path | None, force: bool) -> None:
+    """Run PIPELINE in Pyxel and keep all frames: photons, electrons, volts and digital numbers."""
+    from hcss_pyxel.run import run_pipeline
+
+    output = output or pipeline.with_name("result.nc")
+    if output.exists() and not force:
+        raise click.ClickException(f"{output} exists; give another name with -o, or --force")
+    means = run_pipeline(pipeline, output)
+    click.echo(str(output))
+    for name, mean in means.items():
+        click.echo(f"  mean {name}: {mean:.6g}")
+
+
+def main() -> None:
+    """Run the command line; an error on purpose becomes one message and exit code 1."""
+    from hcss_twin.errors import HcssError
+
+    try:
+        cli(prog_name="hcss-pyxel", standalone_mode=True)
+    except HcssError as error:
+        click.echo(f"error: {error}", err=True)
+        sys.exit(1)
