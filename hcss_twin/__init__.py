@@ -16,12 +16,20 @@ from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
     from hcss_twin.cube.reader import open_cube
-    from hcss_twin.errors import CatalogError, CubeError, HcssError, ProviderError, ScenarioError
+    from hcss_twin.errors import (
+        CatalogError,
+        CubeError,
+        HcssError,
+        ProviderError,
+        ScenarioError,
+        SweepError,
+    )
     from hcss_twin.registry.hookspecs import hookimpl
     from hcss_twin.registry.specs import ProviderSpec
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.simulate import simulate
+    from hcss_twin.sweeps.run import sweep
 
 __all__ = [
     "CatalogError",
@@ -31,11 +39,13 @@ __all__ = [
     "ProviderSpec",
     "Scenario",
     "ScenarioError",
+    "SweepError",
     "__version__",
     "hookimpl",
     "make_plan",
     "open_cube",
     "simulate",
+    "sweep",
 ]
 
 
@@ -46,12 +56,14 @@ def __getattr__(name: str) -> Any:
         "HcssError": "errors",
         "ProviderError": "errors",
         "ScenarioError": "errors",
+        "SweepError": "errors",
         "ProviderSpec": "registry.specs",
         "hookimpl": "registry.hookspecs",
         "Scenario": "scenario.scenario",
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
         "simulate": "scene.simulate",
+        "sweep": "sweeps.run",
     }
     if name not in homes:
         raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")
