@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.simulate import simulate
+    from hcss_twin.sweeps.reader import open_sweep
     from hcss_twin.sweeps.run import sweep
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "hookimpl",
     "make_plan",
     "open_cube",
+    "open_sweep",
     "simulate",
     "sweep",
 ]
@@ -62,6 +64,7 @@ def __getattr__(name: str) -> Any:
         "Scenario": "scenario.scenario",
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
+        "open_sweep": "sweeps.reader",
         "simulate": "scene.simulate",
         "sweep": "sweeps.run",
     }

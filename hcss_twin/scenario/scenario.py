@@ -19,6 +19,7 @@ from hcss_twin.scenario.names import name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.wording import shown
+from hcss_twin.shelf import Shelf
 
 SWEEP = "sweep"
 """Section that makes a file that of many scenarios."""
@@ -95,8 +96,13 @@ class Scenario(ScenarioModel):
         overrides: Mapping[str, Any] | None = None,
         base: Path | None = None,
         origin: str = "scenario",
+        *,
+        shelf: Shelf | None = None,
     ) -> Self:
-        """Validate a scenario given as nested mappings; raises :class:`ScenarioError`."""
+        """Validate a scenario given as nested mappings; raises :class:`ScenarioError`.
+
+        Many are validated sooner with a ``shelf`` that they share.
+        """
         base = (base or Path.cwd()).resolve()
         if not isinstance(raw, Mapping):
             raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
@@ -111,7 +117,9 @@ class Scenario(ScenarioModel):
             problems += problems_from(error, ScenarioModel, raw=data)
         reported = {problem.field for problem in problems}
         # Names are checked even where other keys are wrong, so that the user sees all at once.
-        names = name_problems(data, Registry.discover(), Catalog(base=base))
+        catalog = Catalog(base=base)
+        catalog.shelf = shelf or catalog.shelf
+        names = name_problems(data, catalog.shelf.once("registry", Registry.discover), catalog)
         problems += [problem for problem in names if problem.field not in reported]
         if problems or scenario is None:
             typed = _short_fields(short, overrides or {})

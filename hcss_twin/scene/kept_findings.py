@@ -14,11 +14,12 @@ from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.findings import Findings
 from hcss_twin.scene.kept_results import KeptResults, key_of
 from hcss_twin.scene.ledger.entry import Skipped
+from hcss_twin.shelf import Shelf
 
 
 def kept_findings(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> Findings | None:
     """Return what an earlier plan of the same scenario found; None if there is none, or a file has changed since."""
-    return _results(catalog).find(_key(scenario, assembly, catalog.used))
+    return _results(catalog).find(_key(scenario, assembly, catalog.used, catalog.shelf))
 
 
 def keep_findings(
@@ -31,19 +32,26 @@ def keep_findings(
     before : mapping of str to str
         Files that were read before it was found out, with their hashes.
     """
-    _results(catalog).keep(_key(scenario, assembly, before), findings, before)
+    _results(catalog).keep(_key(scenario, assembly, before, catalog.shelf), findings, before)
 
 
 def _results(catalog: Catalog) -> KeptResults[Findings]:
     return KeptResults(PLANS, catalog, Findings, (RequestedAccuracy, Skipped))
 
 
-def _key(scenario: Scenario, assembly: Assembly, files: Mapping[str, str]) -> str:
-    """Hash of everything that the findings depend on."""
+def _key(scenario: Scenario, assembly: Assembly, files: Mapping[str, str], shelf: Shelf) -> str:
+    """Hash of everything that the findings depend on.
+
+    They are about columns: where clouds are does not matter, but whether there are cloudy and clear columns at all.
+    Waves that are drawn depend on the seed, but scenes with them keep nothing.
+    """
     text = json.loads(scenario.to_json())
+    for layer in text["clouds"]["layers"]:
+        layer["coverage"] = "some" if 0.0 < layer["coverage"] < 1.0 else layer["coverage"]
+        del layer["edge_taper"]
     parts = {
-        "scenario": {name: value for name, value in text.items() if name != "title"},
+        "scenario": {name: value for name, value in text.items() if name not in ("title", "seed")},
         "filled_in": [dataclasses.asdict(each) for each in assembly.filled_in],
         "files": dict(files),
     }
-    return key_of(parts, assembly.entries)
+    return key_of(parts, assembly.entries, shelf)

@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -15,6 +14,7 @@ from hcss_twin.cache.records import read_record, write_record
 from hcss_twin.cache.store import Store
 from hcss_twin.catalog import Catalog, SecludedCatalog
 from hcss_twin.registry.discovery import Entry
+from hcss_twin.shelf import Shelf
 from hcss_twin.versions import versions
 
 _T = TypeVar("_T")
@@ -98,20 +98,29 @@ class KeptResults(Generic[_T]):
         return str(self._catalog.base.resolve())
 
 
-def key_of(parts: Mapping[str, Any], entries: Mapping[str, Entry]) -> str:
+def key_of(parts: Mapping[str, Any], entries: Mapping[str, Entry], shelf: Shelf) -> str:
     """Return a hash of parts, of the code of providers and of all that has a share in the numbers.
 
     Parameters
     ----------
     entries : mapping of str to Entry
         The providers whose code counts.
+    shelf : Shelf
+        Of the process, whose code is that which it has imported.
     """
-    # Most providers come from one package, whose many files are looked at once.
-    fingerprint = cache(package_fingerprint)
+
+    def fingerprint(package: str) -> str:
+        # Most providers come from one package, whose many files are looked at once.
+        return shelf.once(("fingerprint", package), lambda: package_fingerprint(package))
+
     code = {
         kind: [entry.qualified_name, entry.version, fingerprint(top_level(entry.spec.target))]
         for kind, entry in entries.items()
     }
-    engine = {"format": FORMAT, "libraries": versions(), "engine": fingerprint(top_level(__name__))}
+    engine = {
+        "format": FORMAT,
+        "libraries": shelf.once("versions", versions),
+        "engine": fingerprint(top_level(__name__)),
+    }
     text = json.dumps({**parts, **engine, "code": code}, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()

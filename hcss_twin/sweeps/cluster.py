@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import signal
+import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -28,20 +30,22 @@ class Cluster:
     Parameters
     ----------
     client : distributed.Client
+    is_ours : bool
+        Whether the workers were started for the sweep.
     """
 
-    def __init__(self, client: Any) -> None:
-        self._client = client
+    def __init__(self, client: Any, is_ours: bool) -> None:
+        self._client, self._is_ours = client, is_ours
 
     def compute(self, schedule: Schedule[Task]) -> Iterator[Outcome]:
         """Yield the outcome of each point, in the order in which they are finished."""
         from distributed import as_completed
 
-        from hcss_twin.sweeps.on_worker import OneAtATime, compute_on_worker
+        from hcss_twin.sweeps.on_worker import PointWorker, compute_on_worker
 
         under_way: dict[Any, tuple[int, Task]] = {}
         finished = as_completed(loop=self._client.loop)
-        plugin = OneAtATime()
+        plugin = PointWorker(self._is_ours)
         self._client.register_plugin(plugin, name=plugin.name)
         try:
             while True:
@@ -107,17 +111,18 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
 
     with ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}))
-        processes = stack.enter_context(
-            LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                memory_limit=0,
-                dashboard_address=None,
-                silence_logs=logging.CRITICAL,
+        with _undisturbed():
+            processes = stack.enter_context(
+                LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    memory_limit=0,
+                    dashboard_address=None,
+                    silence_logs=logging.CRITICAL,
+                )
             )
-        )
-        yield Cluster(stack.enter_context(Client(processes, set_as_default=False)))
+        yield Cluster(stack.enter_context(Client(processes, set_as_default=False)), is_ours=True)
 
 
 @contextmanager
@@ -139,9 +144,22 @@ def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
             f"no Dask scheduler answers at {scheduler}: {error}; allowed: an address such as tcp://host:8786"
         ) from error
     with client:
-        cluster = Cluster(client)
+        cluster = Cluster(client, is_ours=False)
         cluster.require_alike(folder)
         yield cluster
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Ignore Ctrl-C while processes start, which could be ended neither by it nor by us; they inherit that."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _require_dask() -> None:

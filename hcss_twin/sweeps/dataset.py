@@ -16,6 +16,7 @@ from hcss_twin.errors import SweepError
 from hcss_twin.sweeps.cube_differences import NOT_COMPARED, Differences, differences
 from hcss_twin.sweeps.dataset_layout import dimension_of
 from hcss_twin.sweeps.design import Design
+from hcss_twin.sweeps.reader import MARK
 from hcss_twin.sweeps.record import PointRecord
 from hcss_twin.sweeps.swept_coordinates import (
     FRAME_TIME,
@@ -24,9 +25,6 @@ from hcss_twin.sweeps.swept_coordinates import (
     seconds_since_epoch,
     swept_coordinate,
 )
-
-MARK = "hcss_sweep"
-"""Global attribute with the hash of the sweep."""
 
 _MISSING_INTEGER = 255
 
@@ -149,7 +147,7 @@ class _Writer:
             self._dims[place], kind, (self._dims[place],), fill_value=None if kind is str else False
         )
         made.setncatts(attributes)
-        made[:] = numbers
+        made[:] = np.array(numbers, dtype=object if kind is str else kind)
 
     def _define_variable(self, name: str, variable: Any) -> None:
         found = self._found
@@ -201,7 +199,8 @@ class _Writer:
 
     def _leave_out(self, index: Any) -> None:
         for name, variable in self._target.variables.items():
-            if variable.dimensions[: len(self._dims)] != self._dims or name.startswith("point_"):
+            is_of_points = variable.dimensions[: len(self._dims)] == self._dims
+            if not is_of_points or name in self._dims or name.startswith("point_"):
                 continue
             missing = _nothing(variable.dtype)
             for frame in (

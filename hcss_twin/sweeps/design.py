@@ -176,10 +176,16 @@ def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
         yield Problem(
             f"{SWEEP}.combine", f"{shown(combine)}; allowed: {', '.join(map(repr, _COMBINATIONS))}{hint}"
         )
-    is_name = isinstance(dataset, str) and dataset == Path(dataset).name and dataset.endswith(".nc")
+    is_name = (
+        isinstance(dataset, str)
+        and dataset == Path(dataset).name
+        and not dataset.startswith(("point-", "."))
+        and dataset.endswith(".nc")
+    )
     if dataset is not None and not is_name:
         yield Problem(
-            f"{SWEEP}.dataset", f"{shown(dataset)}; allowed: the name of a file in the sweep's folder, *.nc"
+            f"{SWEEP}.dataset",
+            f"{shown(dataset)}; allowed: a name in the sweep's folder, *.nc but not point-*",
         )
 
 

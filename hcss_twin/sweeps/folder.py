@@ -77,11 +77,11 @@ class SweepFolder:
             raise SweepError(f"cannot write to {self.path}: {error.strerror}") from error
         with _claimed(self.path):
             known = self._read_index()
-            if known is not None and force:
-                self._remove(known)
-                known = None
             if known is None:
                 self._require_empty()
+            elif force:
+                self._remove(known)
+                known = None
             else:
                 self._require_same(known, versions)
             self._versions = dict(versions if known is None else known["versions"])

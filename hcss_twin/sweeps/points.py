@@ -12,6 +12,7 @@ from typing import Any
 from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.wording import shown
+from hcss_twin.shelf import Shelf
 from hcss_twin.sweeps.design import Design
 
 _MOST_TOLD = 5
@@ -45,11 +46,16 @@ def points_of(design: Design) -> tuple[Point, ...]:
     points: list[Point] = []
     wrong: dict[Problem, list[int]] = {}
     typed: list[Mapping[str, Any]] = []
+    shelf = Shelf()
     for number, values in enumerate(design.values()):
         typed.append(values)
         try:
             scenario = Scenario.from_dict(
-                design.scenario, {**design.overrides, **values}, base=design.base, origin=design.origin
+                design.scenario,
+                {**design.overrides, **values},
+                base=design.base,
+                origin=design.origin,
+                shelf=shelf,
             )
         except ScenarioError as error:
             for problem in error.problems:

@@ -10,11 +10,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from hcss_twin.errors import HcssError
+from hcss_twin.errors import HcssError, ScenarioError
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.certificate.certificate import Certificate
 from hcss_twin.scene.plan import make_plan
 from hcss_twin.scene.simulate import run
+from hcss_twin.shelf import Shelf
 from hcss_twin.sweeps.record import Outcome
 
 DATE = "SOURCE_DATE_EPOCH"
@@ -41,17 +42,24 @@ class Task:
     date: str | None
 
 
-def compute(task: Task) -> Outcome:
+def compute(task: Task, shelf: Shelf) -> Outcome:
     """Compute a point and write its cube; whatever is wrong with the point becomes its error.
 
     Only an interrupt is let through.
+
+    Parameters
+    ----------
+    shelf : Shelf
+        What the points of one process share.
     """
     start, path = time.perf_counter(), Path(task.path)
     found: list[Certificate] = []
     error: str | None = None
     try:
         with _date(task.date):
-            run(make_plan(task.scenario), path, report=found.append)
+            run(make_plan(task.scenario, shelf=shelf), path, report=found.append)
+    except ScenarioError as cause:  # what only the plan finds out
+        return Outcome(task.point, seconds=_since(start), error="; ".join(map(str, cause.problems)))
     except HcssError as cause:
         return Outcome(task.point, seconds=_since(start), error=str(cause))
     except Exception as cause:  # a fault of one point must not end the others

@@ -152,7 +152,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     ScenarioError
         With every value that does not fit the data or provider it selects.
     """
-    builder = Builder(Registry.discover())
+    builder = Builder(catalog.shelf.once("registry", Registry.discover))
     around: Surroundings | None = None
     transmittance: TransmittanceProvider | None = None
     bands: list[SpectralBand] = []

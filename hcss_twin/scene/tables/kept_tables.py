@@ -73,4 +73,5 @@ def table_key(plan: Plan) -> str:
     if plan.waves is not None or plan.slant.shadows:
         parts["image"] = scenario["image"]
     entries = plan.assembly.entries
-    return key_of(parts, {kind: entry for kind, entry in entries.items() if entry.kind is not Kind.CLOUDS})
+    others = {kind: entry for kind, entry in entries.items() if entry.kind is not Kind.CLOUDS}
+    return key_of(parts, others, plan.catalog.shelf)
