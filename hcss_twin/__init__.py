@@ -16,13 +16,22 @@ from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
     from hcss_twin.cube.reader import open_cube
-    from hcss_twin.errors import CatalogError, CubeError, HcssError, ProviderError, ScenarioError
+    from hcss_twin.errors import (
+        CatalogError,
+        CubeError,
+        HcssError,
+        ProviderError,
+        ScenarioError,
+        SweepError,
+    )
     from hcss_twin.export.cube_export import export_cube
     from hcss_twin.registry.hookspecs import hookimpl
     from hcss_twin.registry.specs import ProviderSpec
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.simulate import simulate
+    from hcss_twin.sweeps.reader import open_sweep
+    from hcss_twin.sweeps.run import sweep
 
 __all__ = [
     "CatalogError",
@@ -32,12 +41,15 @@ __all__ = [
     "ProviderSpec",
     "Scenario",
     "ScenarioError",
+    "SweepError",
     "__version__",
     "export_cube",
     "hookimpl",
     "make_plan",
     "open_cube",
+    "open_sweep",
     "simulate",
+    "sweep",
 ]
 
 
@@ -48,13 +60,16 @@ def __getattr__(name: str) -> Any:
         "HcssError": "errors",
         "ProviderError": "errors",
         "ScenarioError": "errors",
+        "SweepError": "errors",
         "ProviderSpec": "registry.specs",
         "export_cube": "export.cube_export",
         "hookimpl": "registry.hookspecs",
         "Scenario": "scenario.scenario",
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
+        "open_sweep": "sweeps.reader",
         "simulate": "scene.simulate",
+        "sweep": "sweeps.run",
     }
     if name not in homes:
         raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")

@@ -7,7 +7,7 @@ the hash of each file it opened, so that a cube can say what it was made from.
 
 from __future__ import annotations
 
-import hashlib
+import copy
 import io
 import math
 import tomllib
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import CatalogError, choose_from
+from hcss_twin.shelf import Shelf
 
 
 def catalog_root() -> Path:
@@ -45,9 +46,15 @@ class Catalog:
         Folder of the named files; the shipped ``catalogs/`` by default.
     base : Path, optional
         Folder against which a user's relative paths are resolved (that of the scenario file).
+
+    Attributes
+    ----------
+    shelf : Shelf
+        What was read; who runs many scenes in one process gives their catalogs the same. No part of the provider API.
     """
 
     def __init__(self, root: Path | None = None, base: Path | None = None) -> None:
+        self.shelf = Shelf()
         self.root = root or catalog_root()
         self.base = base or Path.cwd()
         self._used: dict[str, str] = {}
@@ -113,6 +120,7 @@ class Catalog:
         If all are, they are recorded as read; else none is.
         """
         now = Catalog(self.root, self.base)
+        now.shelf = self.shelf
         for name, digest in used.items():
             path = self.root / name if not Path(name).is_absolute() else Path(name)
             if not _is_file(path):
@@ -125,10 +133,7 @@ class Catalog:
 
     def toml(self, path: Path) -> dict[str, Any]:
         """Parse a TOML file found by :meth:`find` or :meth:`file`."""
-        try:
-            return tomllib.loads(path.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise CatalogError(f"{path}: not valid TOML: {error}") from error
+        return copy.deepcopy(self.shelf.parsed(path, read_toml))
 
     def columns(self, path: Path) -> dict[str, NDArray[np.float64]]:
         """Read a CSV of numbers with ``#`` comments and one row of column names.
@@ -143,7 +148,7 @@ class Catalog:
         CatalogError
             If a row is not numeric or has another number of fields than the header.
         """
-        return read_columns(path)
+        return {name: column.copy() for name, column in self.shelf.parsed(path, read_columns).items()}
 
     def _own(self, path: str | Path) -> Path:
         """Resolve a user's path against the scenario's folder."""
@@ -156,7 +161,7 @@ class Catalog:
         inside = path.is_relative_to(self.root)
         key = path.relative_to(self.root).as_posix() if inside else str(path.resolve())
         if key not in self._used:
-            self._used[key] = hashlib.sha256(path.read_bytes()).hexdigest()
+            self._used[key] = self.shelf.sha256(path)
         return path
 
 
@@ -169,6 +174,14 @@ def _is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):  # a name the system cannot have, so there is no such file
         return False
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Parse a TOML file; raises :class:`CatalogError`."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise CatalogError(f"{path}: not valid TOML: {error}") from error
 
 
 def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:

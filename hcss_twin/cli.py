@@ -19,6 +19,7 @@ from hcss_twin.cli_export import export_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
 from hcss_twin.cli_scenario import load, scenario_options
+from hcss_twin.cli_sweep import sweep_command
 from hcss_twin.cli_verify import verify
 from hcss_twin.cli_volume import volume
 from hcss_twin.errors import HcssError, ScenarioError
@@ -254,6 +255,7 @@ cli.add_command(volume)
 cli.add_command(verify)
 cli.add_command(bench)
 cli.add_command(export_command)
+cli.add_command(sweep_command)
 
 
 def main() -> None:

@@ -36,14 +36,14 @@ class Stop:
             raise KeyboardInterrupt
 
 
-def progress(stop: Stop, frames: Iterable[Any], count: int) -> Iterator[Any]:
+def progress(stop: Stop, frames: Iterable[Any], count: int, label: str = "computing") -> Iterator[Any]:
     """Show a bar on a terminal, stay quiet in a pipe, and end between frames when asked to."""
     if not sys.stderr.isatty():
         for frame in frames:
             stop.check()
             yield frame
         return
-    with click.progressbar(frames, length=count, label="computing", file=sys.stderr, show_pos=True) as bar:
+    with click.progressbar(frames, length=count, label=label, file=sys.stderr, show_pos=True) as bar:
         for frame in bar:
             stop.check()
             yield frame

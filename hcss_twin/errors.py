@@ -23,6 +23,10 @@ class CubeError(HcssError):
     """A cube file cannot be written or read."""
 
 
+class SweepError(HcssError):
+    """A sweep cannot be written where it should, or not by those who should compute it."""
+
+
 class ImageError(HcssError):
     """An image cannot be judged: its shape, its type or its values do not allow it."""
 

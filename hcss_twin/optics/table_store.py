@@ -68,8 +68,9 @@ class TableStore:
         if self._shipped is None:
             self._shipped = {}
             for name in self._catalog.names(FOLDER, SUFFIX):
+                path = self._catalog.root / FOLDER / f"{name}{SUFFIX}"
                 with suppress(CatalogError):  # other formats lie there too
-                    self._shipped[table_file.key_of(self._catalog.root / FOLDER / f"{name}{SUFFIX}")] = name
+                    self._shipped[self._catalog.shelf.parsed(path, table_file.key_of)] = name
         return self._shipped
 
     def _cached(self, table: BulkTable) -> Path | None:

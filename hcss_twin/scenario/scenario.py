@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
@@ -19,6 +20,15 @@ from hcss_twin.scenario.names import name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.wording import shown
+from hcss_twin.shelf import Shelf
+
+SWEEP = "sweep"
+"""Section that makes a file that of many scenarios."""
+
+_NOT_ONE_SCENE = (
+    "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes (docs/sweeps.md); allowed here: a file "
+    "without this section"
+)
 
 
 class Scenario(ScenarioModel):
@@ -70,17 +80,8 @@ class Scenario(ScenarioModel):
         ScenarioError
             With every problem found.
         """
-        path, origin = _locate(source), str(source)
-        try:
-            text = path.read_text(encoding="utf-8-sig")
-        except UnicodeDecodeError as error:
-            raise _bad_file(f"{path} is not a text file in UTF-8: {error}", origin) from error
-        except OSError as error:
-            raise _bad_file(f"{path} cannot be read: {error}", origin) from error
-        parse = _parse_json if path.suffix.lower() == ".json" else _parse_toml
-        # What a user adds to a shipped scenario lies where the user works, not in the installation.
-        base = Path.cwd() if path.is_relative_to(Catalog().root) else path.parent
-        return cls.from_dict(parse(text, origin), overrides, base=base, origin=origin)
+        raw, base = read_scenario_file(source)
+        return cls.from_dict(raw, overrides, base=base, origin=str(source))
 
     @classmethod
     def from_toml(
@@ -96,11 +97,18 @@ class Scenario(ScenarioModel):
         overrides: Mapping[str, Any] | None = None,
         base: Path | None = None,
         origin: str = "scenario",
+        *,
+        shelf: Shelf | None = None,
     ) -> Self:
-        """Validate a scenario given as nested mappings; raises :class:`ScenarioError`."""
+        """Validate a scenario given as nested mappings; raises :class:`ScenarioError`.
+
+        Many are validated sooner with a ``shelf`` that they share.
+        """
         base = (base or Path.cwd()).resolve()
         if not isinstance(raw, Mapping):
             raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
+        if SWEEP in raw:
+            raise ScenarioError([Problem(SWEEP, _NOT_ONE_SCENE)], origin)
         data, problems = apply_overrides(normalise(raw), overrides or {})
         short = has_single_layer(raw.get("clouds"))
         scenario: Self | None = None
@@ -110,8 +118,10 @@ class Scenario(ScenarioModel):
             problems += problems_from(error, ScenarioModel, raw=data)
         reported = {problem.field for problem in problems}
         # Names are checked even where other keys are wrong, so that the user sees all at once.
-        registry = Registry.discover()
-        names = name_problems(data, registry, Catalog(base=base))
+        catalog = Catalog(base=base)
+        catalog.shelf = shelf or catalog.shelf
+        registry = catalog.shelf.once("registry", Registry.discover)
+        names = name_problems(data, registry, catalog)
         problems += [problem for problem in names if problem.field not in reported]
         if problems or scenario is None:
             typed = _short_fields(short, overrides or {})
@@ -171,7 +181,37 @@ def _short_fields(short: bool, overrides: Mapping[str, Any]) -> Callable[[str], 
     return typed
 
 
-def _locate(source: str | Path) -> Path:
+def read_scenario_file(
+    source: str | Path, folders: tuple[str, ...] = ("scenarios",)
+) -> tuple[dict[str, Any], Path]:
+    """Read the keys of a scenario, unchecked, and the folder from which its relative paths lead.
+
+    Parameters
+    ----------
+    source : str or Path
+        Path of a ``.toml`` or ``.json`` file, or a name in one of ``folders``.
+    folders : tuple of str
+        Of the catalog, in the order in which names are looked up.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such file, or it is not of its format.
+    """
+    path, origin = _locate(source, folders), str(source)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise _bad_file(f"{path} is not a text file in UTF-8: {error}", origin) from error
+    except OSError as error:
+        raise _bad_file(f"{path} cannot be read: {error}", origin) from error
+    parse = _parse_json if path.suffix.lower() == ".json" else _parse_toml
+    # What a user adds to a shipped scenario lies where the user works, not in the installation.
+    base = Path.cwd() if path.is_relative_to(Catalog().root) else path.parent
+    return parse(text, origin), base
+
+
+def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:
     try:
         path = Path(source).expanduser()
         if path.is_file():
@@ -180,12 +220,13 @@ def _locate(source: str | Path) -> Path:
     except (OSError, RuntimeError) as error:  # names no file can have
         raise _bad_file(f"cannot be read: {getattr(error, 'strerror', error)}", str(source)) from error
     catalog = Catalog()
-    try:
-        return catalog.find(str(source), "scenarios", ".toml")
-    except CatalogError as error:
-        what = "a folder" if is_folder else "no such file"
-        choices = choose_from(str(source), catalog.names("scenarios", ".toml"))
-        raise _bad_file(f"{what}, and no shipped scenario of that name; {choices}", str(source)) from error
+    for folder in folders:
+        with suppress(CatalogError):
+            return catalog.find(str(source), folder, ".toml")
+    what = "a folder" if is_folder else "no such file"
+    choices = choose_from(str(source), {name for each in folders for name in catalog.names(each, ".toml")})
+    shipped = " or ".join(each.removesuffix("s") for each in folders)
+    raise _bad_file(f"{what}, and no shipped {shipped} of that name; {choices}", str(source))
 
 
 def _parse_toml(text: str, origin: str) -> dict[str, Any]:

@@ -39,10 +39,17 @@ def _results(catalog: Catalog) -> KeptResults[Findings]:
 
 
 def _key(scenario: Scenario, assembly: Assembly, files: Mapping[str, str]) -> str:
-    """Hash of everything that the findings depend on."""
+    """Hash of everything that the findings depend on.
+
+    They are about columns: where clouds are does not matter, but whether there are cloudy and clear columns at all.
+    Waves that are drawn depend on the seed, but scenes with them keep nothing.
+    """
     text = json.loads(scenario.to_json())
+    for layer in text["clouds"]["layers"]:
+        layer["coverage"] = "some" if 0.0 < layer["coverage"] < 1.0 else layer["coverage"]
+        del layer["edge_taper"]
     parts = {
-        "scenario": {name: value for name, value in text.items() if name != "title"},
+        "scenario": {name: value for name, value in text.items() if name not in ("title", "seed")},
         "filled_in": [dataclasses.asdict(each) for each in assembly.filled_in],
         "files": dict(files),
     }

@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -15,6 +14,7 @@ from hcss_twin.cache.records import read_record, write_record
 from hcss_twin.cache.store import Store
 from hcss_twin.catalog import Catalog, SecludedCatalog
 from hcss_twin.registry.discovery import Entry
+from hcss_twin.shelf import Shelf
 from hcss_twin.versions import versions
 
 _T = TypeVar("_T")
@@ -117,15 +117,25 @@ class Code:
     libraries: Mapping[str, str]
 
 
-def code_of(entries: Mapping[str, Entry]) -> Code:
-    """Return the code of an engine with some providers, as it lies on the disk now."""
-    # Most providers come from one package, whose many files are looked at once.
-    fingerprint = cache(package_fingerprint)
+def code_of(entries: Mapping[str, Entry], shelf: Shelf) -> Code:
+    """Return the code of an engine with some providers.
+
+    Parameters
+    ----------
+    entries : mapping of str to Entry
+    shelf : Shelf
+        Remembers the code as it was when it was looked at first.
+    """
+
+    def fingerprint(package: str) -> str:
+        # Most providers come from one package, whose many files are looked at once.
+        return shelf.once(("fingerprint", package), lambda: package_fingerprint(package))
+
     providers = {
         name: (entry.qualified_name, entry.version, fingerprint(top_level(entry.spec.target)))
         for name, entry in entries.items()
     }
-    return Code(providers, fingerprint(top_level(__name__)), versions())
+    return Code(providers, fingerprint(top_level(__name__)), shelf.once("versions", versions))
 
 
 def key_of(parts: Mapping[str, Any], code: Code, without: Collection[str] = ()) -> str:

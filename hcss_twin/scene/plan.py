@@ -37,6 +37,7 @@ from hcss_twin.scene.slant.sea_sun import require_sea_sun_terms
 from hcss_twin.scene.slant.slant_paths import SlantPaths, slant_paths
 from hcss_twin.scene.sun_track import SunTrack
 from hcss_twin.scene.waves.wave_choice import DRAWN_NOTE, DrawnWaves
+from hcss_twin.shelf import Shelf
 
 Array = NDArray[np.float64]
 
@@ -268,7 +269,7 @@ class Plan:
         }
 
 
-def make_plan(scenario: Scenario, *, keeps_results: bool = True) -> Plan:
+def make_plan(scenario: Scenario, *, keeps_results: bool = True, shelf: Shelf | None = None) -> Plan:
     """Resolve a scenario and decide what it needs.
 
     Parameters
@@ -278,6 +279,8 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True) -> Plan:
     keeps_results : bool
         Whether cloud optics computed for it, and what the plan finds out, may be kept for later runs, and taken from
         earlier ones.
+    shelf : Shelf, optional
+        What scenes planned before in this process read already.
 
     Raises
     ------
@@ -289,8 +292,9 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True) -> Plan:
     if not isinstance(scenario, Scenario):
         raise TypeError(f"a Scenario is needed, not {scenario!r}; Scenario.load reads names and files")
     try:
-        catalog = Catalog if keeps_results else SecludedCatalog
-        return _make_plan(scenario, catalog(base=scenario.base))
+        catalog = (Catalog if keeps_results else SecludedCatalog)(base=scenario.base)
+        catalog.shelf = shelf or catalog.shelf
+        return _make_plan(scenario, catalog)
     except ScenarioError as error:
         raise ScenarioError(error.problems, scenario.origin) from error
 

@@ -21,7 +21,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "summary": _summary(plan),
         "hcss_scenario": scenario.to_json(),
         "hcss_seed": str(scenario.seed),
-        "hcss_versions": json.dumps(versions()),
+        "hcss_versions": json.dumps(plan.catalog.shelf.once("versions", versions)),
         "hcss_providers": json.dumps(
             {
                 kind: {"name": entry.name, "distribution": entry.distribution, "version": entry.version}

@@ -52,10 +52,11 @@ def test_a_second_plan_asks_the_model_for_nothing_and_is_the_same(asked):
     [
         {"accuracy": 1e-2},
         {"time": "2024-04-20T16:30:00+10:00"},
-        {"seed": 5},
         {"output__variables": ["radiance", "terms"]},
         {"sea__temperature": 290.0},
-        {"clouds__coverage": 0.3},
+        {"clouds__coverage": 0.0},
+        {"clouds__coverage": 1.0},
+        {"image__pixel_size": 5.0},
     ],
 )
 def test_another_scenario_is_found_out_anew(asked, changes):
@@ -63,6 +64,21 @@ def test_another_scenario_is_found_out_anew(asked, changes):
     asked.clear()
     plan(**changes)
     assert asked
+
+
+@pytest.mark.parametrize(
+    "changes", [{"seed": 5}, {"clouds__coverage": 0.3}, {"clouds__edge_taper": 0.4}, {"title": "another"}]
+)
+def test_what_findings_do_not_depend_on_finds_the_same(asked, changes, monkeypatch):
+    plan()
+    asked.clear()
+    kept = plan(**changes)
+    assert not asked
+    monkeypatch.setattr("hcss_twin.scene.plan.kept_findings", lambda *_: None)
+    anew = plan(**changes)
+    assert asked
+    assert kept.skipped == anew.skipped
+    assert kept.as_dict() == anew.as_dict()
 
 
 def test_a_changed_file_is_found_out_anew(asked, tmp_path):

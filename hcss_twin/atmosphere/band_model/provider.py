@@ -54,7 +54,10 @@ class BandModelTransmittance:
     """
 
     def __init__(self, inputs: AtmosphereInputs, parameters: BandModelParameters) -> None:
-        coefficients = read_coefficients(inputs.catalog.find(parameters.file, "atmospheres", ".nc"))
+        catalog = inputs.catalog
+        coefficients = catalog.shelf.parsed(
+            catalog.find(parameters.file, "atmospheres", ".nc"), read_coefficients
+        )
         state = level_state(inputs.profile, coefficients, parameters)
         self._air = LayeredAir(state, parameters.earth_radius_m)
         self._absorption = Absorption(coefficients, parameters.aerosol)

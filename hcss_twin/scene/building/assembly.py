@@ -45,6 +45,7 @@ from hcss_twin.scene.building.cloud_assembly import assemble_clouds
 from hcss_twin.scene.building.surroundings import FilledIn, Surroundings, surroundings
 from hcss_twin.scene.kept_results import Code, code_of
 from hcss_twin.scene.slant.slant_paths import SlantPaths
+from hcss_twin.shelf import Shelf
 
 Array = NDArray[np.float64]
 
@@ -57,7 +58,8 @@ class Assembly:
     """The providers of one scene, built and guarded, and the states they share.
 
     ``particle_fields`` are the scenario's fields from which the particles of each layer come.
-    ``model_over`` makes the radiance model of the same scene over another sea, ``model_toward`` that of another view.
+    ``model_over`` makes the radiance model of the same scene over another sea, ``model_toward`` that of another view;
+    ``shelf`` has what scenes share.
     """
 
     entries: Mapping[str, Entry]
@@ -80,11 +82,12 @@ class Assembly:
     sea_wind_speed_m_s: float
     filled_in: tuple[FilledIn, ...]
     slant: SlantPaths
+    shelf: Shelf
 
     @cached_property
     def code(self) -> Code:
         """All code that has a share in the scene's numbers, looked at once: names of kept results go by it."""
-        return code_of(self.entries)
+        return code_of(self.entries, self.shelf)
 
     @property
     def view(self) -> View:
@@ -174,7 +177,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     ScenarioError
         With every value that does not fit the data or provider it selects.
     """
-    builder = Builder(Registry.discover())
+    builder = Builder(catalog.shelf.once("registry", Registry.discover))
     around: Surroundings | None = None
     transmittance: TransmittanceProvider | None = None
     bands: list[SpectralBand] = []
@@ -257,6 +260,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         sea_wind_speed_m_s=wind,
         filled_in=around.filled_in,
         slant=slant,
+        shelf=catalog.shelf,
     )
 
 

@@ -1,0 +1,156 @@
+"""One swept key and its values: a list, a range, a distribution or an ensemble of seeds."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.errors import choose_from
+from hcss_twin.scenario.wording import shown
+from hcss_twin.sweeps.spans import Span, span_of
+
+MOST_VALUES = 100_000
+"""Values that one key can take."""
+
+FORMS = (
+    "a list of values, {from, to, steps} with scale = 'linear' or 'log', "
+    "{distribution = 'uniform', 'log-uniform' or 'normal', ..., samples, seed}, or {count, first} for seeds"
+)
+
+_RANGE = ("from", "to", "steps", "scale")
+_ENSEMBLE = ("count", "first")
+_SCALES = ("linear", "log")
+_OF_DISTRIBUTION = {
+    "uniform": ("from", "to"),
+    "log-uniform": ("from", "to"),
+    "normal": ("mean", "standard_deviation", "from", "to"),
+}
+_OPTIONAL = ("scale", "first", "seed")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A key of a scenario and the values that it takes, as a scenario file would have them."""
+
+    key: str
+    values: tuple[Any, ...]
+
+
+def axis_of(key: str, given: Any) -> Axis:
+    """Read what stands behind a key of ``[sweep]``.
+
+    Raises
+    ------
+    ValueError
+        With what is wrong, what is allowed and the closest choice.
+    """
+    if isinstance(given, list | tuple):
+        values = tuple(given)
+    elif isinstance(given, Mapping) and "distribution" in given:
+        values = _drawn(key, given)
+    elif isinstance(given, Mapping) and "count" in given:
+        _check_names(given, _ENSEMBLE)
+        first = _whole(given, "first", 0, 2**63 - 1, 0)
+        values = tuple(range(first, first + _whole(given, "count", 1, MOST_VALUES)))
+    elif isinstance(given, Mapping):
+        _check_names(given, _RANGE)
+        values = _range(given)
+    else:
+        raise ValueError(f"{shown(given)} is no set of values; allowed: {FORMS}")
+    if not values:
+        raise ValueError("the list is empty; allowed: at least one value")
+    if len(values) > MOST_VALUES:
+        raise ValueError(f"{len(values)} values; allowed: at most {MOST_VALUES}")
+    return Axis(key, values)
+
+
+def _range(given: Mapping[str, Any]) -> tuple[Any, ...]:
+    steps = _whole(given, "steps", 2, MOST_VALUES)
+    scale = _chosen(given, "scale", _SCALES, "linear")
+    span = span_of(given["from"], given["to"])
+    low, high = span.numbers
+    share = np.arange(steps) / (steps - 1)
+    if scale == "log":
+        _require_logarithms(span, "scale = 'log'")
+        numbers = np.exp(math.log(low) + share * (math.log(high) - math.log(low)))
+    else:
+        numbers = low + share * (high - low)
+    # The ends are those that were typed.
+    inner = [span.value(float(number)) for number in numbers[1:-1]]
+    return (given["from"], *inner, given["to"])
+
+
+def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
+    name = _chosen(given, "distribution", tuple(_OF_DISTRIBUTION))
+    parameters = _OF_DISTRIBUTION[name]
+    optional = ("from", "to") if name == "normal" else ()
+    _check_names(given, ("distribution", *parameters, "samples", "seed"), optional)
+    samples = _whole(given, "samples", 1, MOST_VALUES)
+    # Axes with the same seed must not rise and fall together.
+    own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big")
+    seed = np.random.SeedSequence(_whole(given, "seed", 0, 2**63 - 1, 0), spawn_key=(own,))
+    share = np.random.default_rng(seed).random(samples)
+    present = [each for each in parameters if each in given]
+    span = span_of(*(given[each] for each in present))
+    numbers = _quantiles(name, dict(zip(present, span.numbers, strict=True)), share, span)
+    return tuple(span.value(float(number)) for number in numbers)
+
+
+def _quantiles(
+    name: str, of: Mapping[str, float], share: NDArray[np.float64], span: Span
+) -> NDArray[np.float64]:
+    """Values (N,) below which the shares (N,) of a distribution lie."""
+    low, high = of.get("from", -math.inf), of.get("to", math.inf)
+    if not low < high:
+        raise ValueError(f"from {low:g} to {high:g}: allowed: from below to")
+    if name == "uniform":
+        return low + share * (high - low)
+    if name == "log-uniform":
+        _require_logarithms(span, "distribution = 'log-uniform'")
+        return np.asarray(np.exp(math.log(low) + share * (math.log(high) - math.log(low))))
+    if span.is_time:
+        raise ValueError("distribution = 'normal' of dates and times; allowed: 'uniform', or a list")
+    from scipy.special import ndtr, ndtri
+
+    mean, spread = of["mean"], of["standard_deviation"]
+    if not 0.0 < spread < math.inf:
+        raise ValueError(f"standard_deviation = {spread:g}; allowed: > 0")
+    below, above = ndtr((low - mean) / spread), ndtr((high - mean) / spread)
+    if not below < above:
+        raise ValueError(f"from {low:g} to {high:g} has nothing of a normal distribution around {mean:g}")
+    drawn: NDArray[np.float64] = mean + spread * ndtri(below + share * (above - below))
+    return drawn
+
+
+def _require_logarithms(span: Span, what: str) -> None:
+    if span.is_time or min(span.numbers) <= 0.0:
+        raise ValueError(f"{what} needs numbers > 0 on both sides")
+
+
+def _check_names(given: Mapping[str, Any], allowed: tuple[str, ...], optional: tuple[str, ...] = ()) -> None:
+    for name in given:
+        if name not in allowed:
+            raise ValueError(f"unknown '{name}' in {shown(dict(given))}; {choose_from(str(name), allowed)}")
+    missing = [name for name in allowed if name not in given and name not in (*_OPTIONAL, *optional)]
+    if missing:
+        raise ValueError(f"{shown(dict(given))} lacks {', '.join(missing)}; allowed: {FORMS}")
+
+
+def _whole(given: Mapping[str, Any], name: str, low: int, high: int, default: int | None = None) -> int:
+    value = given.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise ValueError(f"{name} = {shown(value)}; allowed: a whole number from {low} to {high}")
+    return value
+
+
+def _chosen(given: Mapping[str, Any], name: str, choices: tuple[str, ...], default: str | None = None) -> str:
+    value = given.get(name, default)
+    if value not in choices:
+        raise ValueError(f"{name} = {shown(value)}; {choose_from(str(value), choices)}")
+    return str(value)

@@ -1,0 +1,191 @@
+"""Points computed by Dask: on processes of this machine, or on a cluster that is there already."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from hcss_twin.errors import SweepError
+from hcss_twin.sweeps.record import Outcome
+from hcss_twin.sweeps.schedule import Schedule
+from hcss_twin.sweeps.work import Task
+from hcss_twin.versions import versions
+
+DEATHS = 1
+"""Deaths of its worker that a point survives, on processes of this machine; a cluster has its own setting."""
+
+_CONNECT_S = 20
+
+
+class Cluster:
+    """Workers that share the folder of the sweep.
+
+    One point is under way for each worker and no other waits there, so that who dies takes nobody else's point along.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    is_ours : bool
+        Whether the workers were started for the sweep.
+    """
+
+    def __init__(self, client: Any, is_ours: bool) -> None:
+        self._client, self._is_ours = client, is_ours
+
+    def compute(self, schedule: Schedule[Task]) -> Iterator[Outcome]:
+        """Yield the outcome of each point, in the order in which they are finished."""
+        from distributed import as_completed
+
+        from hcss_twin.sweeps.on_worker import PointWorker, compute_on_worker
+
+        under_way: dict[Any, tuple[int, Task]] = {}
+        finished = as_completed(loop=self._client.loop)
+        plugin = PointWorker(self._is_ours)
+        self._client.register_plugin(plugin, name=plugin.name)
+        try:
+            while True:
+                while len(under_way) < max(1, len(self._client.nthreads())):
+                    following = schedule.next()
+                    if following is None:
+                        break
+                    future = self._client.submit(
+                        compute_on_worker, following[1], pure=False, key=f"hcss-point-{following[1].point}"
+                    )
+                    under_way[future] = following
+                    finished.add(future)
+                if not under_way:
+                    return
+                future = next(finished)
+                index, task = under_way.pop(future)
+                outcome = _outcome(future, task)
+                schedule.finished(index, outcome.error is None)
+                yield outcome
+        finally:
+            self._client.cancel(list(under_way), force=True)
+            self._client.unregister_worker_plugin(plugin.name)
+
+    def require_alike(self, folder: Path) -> None:
+        """Check that every worker has our versions and sees the folder.
+
+        Raises
+        ------
+        SweepError
+            If one has not.
+        """
+        mine = versions()
+        for address, theirs in self._client.run(versions).items():
+            other = [
+                f"{name} {theirs.get(name)}, here {own}"
+                for name, own in mine.items()
+                if theirs.get(name) != own
+            ]
+            if other:
+                raise SweepError(
+                    f"the worker at {address} has other versions, which may round otherwise: {'; '.join(other)}"
+                )
+        for address, sees in self._client.run(_sees, str(folder)).items():
+            if not sees:
+                raise SweepError(
+                    f"the worker at {address} does not see the folder {folder}; allowed: a folder that this machine "
+                    "and all workers share under the same path"
+                )
+
+
+@contextmanager
+def local_cluster(workers: int) -> Iterator[Cluster]:
+    """Start processes on this machine, one thread each, and end them with the block.
+
+    Raises
+    ------
+    SweepError
+        If Dask is not installed, or the processes do not start.
+    """
+    _require_dask()
+    import dask
+    from distributed import Client, LocalCluster
+
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}))
+        with _undisturbed():
+            processes = stack.enter_context(
+                LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    memory_limit=0,
+                    dashboard_address=None,
+                    silence_logs=logging.CRITICAL,
+                )
+            )
+        yield Cluster(stack.enter_context(Client(processes, set_as_default=False)), is_ours=True)
+
+
+@contextmanager
+def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
+    """Use the workers of a scheduler, which stay as they are.
+
+    Raises
+    ------
+    SweepError
+        If Dask is not installed, nobody answers at the address, or the workers cannot do the work.
+    """
+    _require_dask()
+    from distributed import Client
+
+    try:
+        client = Client(scheduler, set_as_default=False, timeout=_CONNECT_S)
+    except (OSError, ValueError) as error:
+        raise SweepError(
+            f"no Dask scheduler answers at {scheduler}: {error}; allowed: an address such as tcp://host:8786"
+        ) from error
+    with client:
+        cluster = Cluster(client, is_ours=False)
+        cluster.require_alike(folder)
+        yield cluster
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Ignore Ctrl-C while processes start, which could be ended neither by it nor by us; they inherit that."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _require_dask() -> None:
+    try:
+        import distributed  # noqa: F401
+    except ImportError as error:
+        raise SweepError(
+            "several workers need Dask, which is not installed: pip install 'hcss-twin[sweep]'; allowed without it: "
+            "one worker"
+        ) from error
+
+
+def _outcome(future: Any, task: Task) -> Outcome:
+    from distributed.scheduler import KilledWorker
+
+    error = future.exception()
+    if error is None:
+        outcome: Outcome = future.result()
+        return outcome
+    if isinstance(error, KilledWorker):
+        return Outcome(
+            task.point,
+            error="its worker process died, and so did the next that tried: out of memory, or killed",
+        )
+    return Outcome(task.point, error=f"{type(error).__name__}: {error}")
+
+
+def _sees(folder: str) -> bool:
+    return Path(folder).is_dir()

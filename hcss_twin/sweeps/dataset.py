@@ -1,0 +1,222 @@
+"""One dataset of all points: the swept keys as dimensions in front of those of a cube."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+
+from hcss_twin.cube.coordinates import GRID_MAPPING
+from hcss_twin.cube.metadata import creation_time
+from hcss_twin.drafts import draft_of
+from hcss_twin.errors import SweepError
+from hcss_twin.sweeps.cube_differences import NOT_COMPARED, Differences, differences
+from hcss_twin.sweeps.dataset_layout import dimension_of
+from hcss_twin.sweeps.design import Design
+from hcss_twin.sweeps.reader import MARK
+from hcss_twin.sweeps.record import PointRecord
+from hcss_twin.sweeps.swept_coordinates import (
+    FRAME_TIME,
+    elapsed_attributes,
+    frame_time_attributes,
+    seconds_since_epoch,
+    swept_coordinate,
+)
+
+_MISSING_INTEGER = 255
+
+
+def require_replaceable(path: Path, digest: str, force: bool) -> None:
+    """Check, before anything is computed, that a dataset may be written here.
+
+    Raises
+    ------
+    SweepError
+        If the file is something else than the dataset of this sweep, or there is no folder for it.
+    """
+    if path.is_dir():
+        raise SweepError(f"cannot write {path}: it is a folder")
+    if not path.exists() or force:
+        return
+    try:
+        with netCDF4.Dataset(path) as old:
+            known = getattr(old, MARK, None)
+    except (OSError, RuntimeError):
+        known = None
+    if known != digest:
+        raise SweepError(f"{path} exists and is no dataset of this sweep; allowed: another name, or --force")
+
+
+def write_dataset(
+    path: Path, design: Design, digest: str, folder: Path, records: Sequence[PointRecord]
+) -> None:
+    """Write the dataset from the cubes, one frame in memory at a time; it appears when it is complete.
+
+    Points without a cube are missing values: NaN, or ``_FillValue`` of whole numbers.
+
+    Raises
+    ------
+    SweepError
+        If no point has a cube, cubes do not have the same variables, or the disk refuses.
+    """
+    cubes = {record.point: folder / record.file for record in records if record.file is not None}
+    if not cubes:
+        raise SweepError(f"cannot write {path}: no point has a cube")
+    if not path.absolute().parent.is_dir():
+        raise SweepError(f"cannot write {path}: there is no folder {path.absolute().parent}")
+    found = differences(cubes)
+    with draft_of(path, SweepError) as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as target:
+        _Writer(target, design, records, cubes, found).write(digest)
+
+
+class _Writer:
+    def __init__(
+        self,
+        target: Any,
+        design: Design,
+        records: Sequence[PointRecord],
+        cubes: Mapping[int, Path],
+        found: Differences,
+    ) -> None:
+        self._target, self._design, self._records = target, design, records
+        self._cubes, self._found = cubes, found
+        self._dims = tuple(dimension_of(axis.key) for axis in design.axes)
+        self._first = min(cubes)
+
+    def write(self, digest: str) -> None:
+        self._target.set_fill_off()
+        with netCDF4.Dataset(self._cubes[self._first]) as template:
+            template.set_auto_maskandscale(False)
+            self._define(template, digest)
+        for record in self._records:
+            index = np.unravel_index(record.point, self._design.shape)
+            self._set("point_state", index, int(record.state != "done"))
+            self._set("point_number", index, record.point)
+            if record.point in self._cubes:
+                with netCDF4.Dataset(self._cubes[record.point]) as cube:
+                    cube.set_auto_maskandscale(False)
+                    self._copy(cube, index)
+            else:
+                self._leave_out(index)
+
+    def _set(self, name: str, index: Any, value: Any) -> None:
+        self._target.variables[name][index] = value
+
+    def _define(self, template: Any, digest: str) -> None:
+        target, found = self._target, self._found
+        stamp = creation_time().strftime("%Y-%m-%dT%H:%M:%SZ")
+        same = {name: template.getncattr(name) for name in template.ncattrs() if name not in NOT_COMPARED}
+        same = {name: value for name, value in same.items() if name not in found.attributes}
+        target.setncatts(
+            {**same, MARK: digest, "date_created": stamp, "history": f"{stamp} created by hcss_twin"}
+        )
+        for name, axis in zip(self._dims, self._design.axes, strict=True):
+            target.createDimension(name, len(axis.values))
+        for name, dimension in template.dimensions.items():
+            target.createDimension(name, dimension.size)
+        for place, axis in enumerate(self._design.axes):
+            self._define_swept(place, axis.key)
+        for name, long_name in (
+            ("point_number", "number of the point"),
+            ("point_state", "what became of the point"),
+        ):
+            made = target.createVariable(
+                name, "i4" if name == "point_number" else "i1", self._dims, fill_value=False
+            )
+            made.long_name = long_name
+        target.variables["point_state"].setncatts(
+            {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "done failed"}
+        )
+        for name, kind in found.attributes.items():
+            made = target.createVariable(
+                _of_point(name), kind, self._dims, fill_value=None if kind is str else False
+            )
+            made.long_name = f"global attribute {name} of the point's cube"
+        for name, variable in template.variables.items():
+            self._define_variable(name, variable)
+
+    def _define_swept(self, place: int, key: str) -> None:
+        shape = self._design.shape
+        step = int(np.prod(shape[place + 1 :]))
+        values = [self._records[number * step].values[key] for number in range(shape[place])]
+        numbers, kind, attributes = swept_coordinate(key, values)
+        made = self._target.createVariable(
+            self._dims[place], kind, (self._dims[place],), fill_value=None if kind is str else False
+        )
+        made.setncatts(attributes)
+        made[:] = np.array(numbers, dtype=object if kind is str else kind)
+
+    def _define_variable(self, name: str, variable: Any) -> None:
+        found = self._found
+        if name == GRID_MAPPING and found.moves:
+            return  # a plane for each place cannot be told in CF: latitude and longitude are there
+        is_data = "grid_mapping" in variable.ncattrs()
+        attributes = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
+        if found.moves:
+            attributes.pop("grid_mapping", None)
+        dims = (
+            (*self._dims, *variable.dimensions) if is_data or name in found.variables else variable.dimensions
+        )
+        kind = str if variable.dtype is str else variable.dtype
+        fill: Any = variable.getncattr("_FillValue") if "_FillValue" in variable.ncattrs() else False
+        if is_data and len(self._cubes) < len(self._records):
+            fill = np.nan if np.dtype(kind).kind == "f" else _MISSING_INTEGER
+        filters = variable.filters() or {}
+        layout: dict[str, Any] = {}
+        if is_data and filters.get("zlib"):
+            chunk = (*(1 for _ in self._dims), *variable.chunking())
+            layout = {"compression": "zlib", "complevel": filters["complevel"], "chunksizes": chunk}
+        elif kind is not str:
+            layout = {"contiguous": True}
+        made = self._target.createVariable(
+            name, kind, dims, fill_value=None if kind is str else fill, **layout
+        )
+        made.set_auto_maskandscale(False)
+        if name == "time" and found.starts:
+            attributes = elapsed_attributes(attributes)
+            dated = self._target.createVariable(FRAME_TIME, "f8", (*self._dims, "time"), fill_value=np.nan)
+            dated.setncatts(frame_time_attributes())
+        made.setncatts(attributes)
+        if not is_data and name not in found.variables:
+            made[...] = variable[...]
+
+    def _copy(self, cube: Any, index: Any) -> None:
+        found = self._found
+        for name, kind in found.attributes.items():
+            self._set(_of_point(name), index, getattr(cube, name, _nothing(kind)))
+        if found.starts:
+            start = seconds_since_epoch(cube.variables["time"].units)
+            self._set(FRAME_TIME, index, start + cube.variables["time"][...])
+        for name, variable in cube.variables.items():
+            if "grid_mapping" in variable.ncattrs():
+                for frame in range(variable.shape[0]):
+                    self._set(name, (*index, frame), variable[frame])
+            elif name in found.variables:
+                self._set(name, index, variable[...])
+
+    def _leave_out(self, index: Any) -> None:
+        for name, variable in self._target.variables.items():
+            is_of_points = variable.dimensions[: len(self._dims)] == self._dims
+            if not is_of_points or name in self._dims or name.startswith("point_"):
+                continue
+            missing = _nothing(variable.dtype)
+            for frame in (
+                range(variable.shape[len(self._dims)]) if "time" in variable.dimensions else (Ellipsis,)
+            ):
+                self._set(name, (*index, frame), missing)
+        for name, kind in self._found.attributes.items():
+            self._set(_of_point(name), index, _nothing(kind))
+
+
+def _nothing(kind: Any) -> Any:
+    """Value that stands for none."""
+    if kind is str:
+        return ""
+    return np.nan if np.dtype(kind).kind == "f" else _MISSING_INTEGER
+
+
+def _of_point(attribute: str) -> str:
+    return f"point_{attribute.removeprefix('hcss_')}"

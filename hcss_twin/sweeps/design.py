@@ -1,0 +1,221 @@
+"""What a sweep file asks for: a scenario, the keys that are swept, and how their values are combined."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any, Self
+
+from hcss_twin.errors import Problem, ScenarioError, closest
+from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
+from hcss_twin.scenario.wording import shown
+from hcss_twin.sweeps.axis import FORMS, Axis, axis_of
+
+FOLDERS = ("sweeps", "scenarios")
+"""Of the catalog, in which names are looked up."""
+
+MOST_POINTS = 100_000
+
+_COMBINATIONS = ("product", "zip")
+_OPTIONS = ("combine", "dataset")
+
+
+@dataclass(frozen=True)
+class Design:
+    """A sweep, with its keys checked but not its points.
+
+    Attributes
+    ----------
+    scenario : mapping
+        Keys of the scenario file without ``[sweep]``.
+    overrides : mapping
+        Keys replaced in all points.
+    base : Path
+        Folder from which relative paths lead.
+    axes : tuple of Axis
+        In the order of the file.
+    combine : str
+        ``product``: every value of each key with every value of the others, the last key changing fastest;
+        ``zip``: the first values of all keys, then the second, and so on.
+    dataset : str or None
+        Name of the file that is to hold all points.
+    """
+
+    scenario: Mapping[str, Any]
+    overrides: Mapping[str, Any]
+    base: Path
+    origin: str
+    axes: tuple[Axis, ...]
+    combine: str
+    dataset: str | None
+
+    @property
+    def title(self) -> str:
+        """Title of the scenario, as it was given."""
+        title = self.scenario.get("title", "")
+        return title if isinstance(title, str) else ""
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        lengths = [len(axis.values) for axis in self.axes]
+        return math.prod(lengths) if self.combine == "product" else lengths[0]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the axes of a product; the number of points of a zip."""
+        return tuple(len(axis.values) for axis in self.axes) if self.combine == "product" else (self.count,)
+
+    def values(self) -> Iterator[dict[str, Any]]:
+        """Yield the swept keys of each point with their values, in the order of points."""
+        columns = [axis.values for axis in self.axes]
+        rows = product(*columns) if self.combine == "product" else zip(*columns, strict=True)
+        for row in rows:
+            yield {axis.key: value for axis, value in zip(self.axes, row, strict=True)}
+
+    @classmethod
+    def load(
+        cls,
+        source: str | Path | Mapping[str, Any] | Scenario,
+        overrides: Mapping[str, Any] | None = None,
+        over: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """Read a sweep.
+
+        Parameters
+        ----------
+        source : str, Path, mapping or Scenario
+            Name of a shipped sweep or scenario, a ``.toml`` or ``.json`` file, its keys, or a scenario.
+        overrides : mapping, optional
+            Dotted key to value, the same in all points.
+        over : mapping, optional
+            Swept keys and their values, as in ``[sweep]``, whose keys of the same name they replace.
+
+        Raises
+        ------
+        ScenarioError
+            With everything that is wrong with the section; points are not looked at.
+        """
+        if isinstance(source, Scenario):
+            import json
+
+            raw, base, origin = json.loads(source.to_json()), source.base, source.origin
+        elif isinstance(source, Mapping):
+            raw, base, origin = dict(source), Path.cwd(), "sweep"
+        else:
+            (raw, base), origin = read_scenario_file(source, FOLDERS), str(source)
+        if not isinstance(raw, Mapping):
+            raise ScenarioError([Problem("sweep", f"{shown(raw)} is not a table of keys")], origin)
+        return cls._checked(dict(raw), dict(overrides or {}), dict(over or {}), base, origin)
+
+    @classmethod
+    def _checked(
+        cls, raw: dict[str, Any], overrides: dict[str, Any], over: dict[str, Any], base: Path, origin: str
+    ) -> Self:
+        section = raw.pop(SWEEP, {})
+        if not isinstance(section, Mapping):
+            raise ScenarioError([Problem(SWEEP, f"{shown(section)} is not a table; {_ALLOWED}")], origin)
+        options = {name: section[name] for name in _OPTIONS if name in section}
+        given = {**_flat({name: each for name, each in section.items() if name not in _OPTIONS}), **over}
+        problems = list(_option_problems(options))
+        axes = []
+        for key, values in given.items():
+            try:
+                axes.append(axis_of(key, values))
+            except ValueError as error:
+                problems.append(Problem(f"{SWEEP}.{key}", str(error)))
+        if not given:
+            problems.append(Problem(SWEEP, f"no key is swept; {_ALLOWED}"))
+        problems += _key_problems(given, overrides)
+        combine = options.get("combine", "product")
+        if combine == "zip" and len({len(axis.values) for axis in axes}) > 1:
+            lengths = ", ".join(f"{axis.key} has {len(axis.values)}" for axis in axes)
+            problems.append(Problem(f"{SWEEP}.combine", f"'zip' needs as many values of each key; {lengths}"))
+        if combine == "product":
+            problems += _repeated(axes)
+        if problems:
+            raise ScenarioError(problems, origin)
+        made = cls(raw, overrides, base, origin, tuple(axes), combine, options.get("dataset"))
+        if made.count > MOST_POINTS:
+            shape = " x ".join(map(str, made.shape))
+            told = f"{shape} = {made.count} points; allowed: at most {MOST_POINTS}"
+            raise ScenarioError([Problem(SWEEP, told)], origin)
+        return made
+
+
+_ALLOWED = f'allowed: keys of a scenario, for example "view.zenith", each with {FORMS}'
+
+
+def _flat(section: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """Join keys of nested tables by dots: TOML reads ``view.zenith = [...]`` as a table in a table.
+
+    A table that holds nothing but lists and tables is such a nested one; ranges, distributions and ensembles hold
+    single values.
+    """
+    found: dict[str, Any] = {}
+    for name, each in section.items():
+        is_nested = isinstance(each, Mapping) and all(
+            isinstance(inner, list | tuple | Mapping) for inner in each.values()
+        )
+        if is_nested and each:
+            found.update(_flat(each, f"{path}{name}."))
+        else:
+            found[f"{path}{name}"] = each
+    return found
+
+
+def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
+    combine, dataset = options.get("combine", "product"), options.get("dataset")
+    if combine not in _COMBINATIONS:
+        guess = closest(str(combine), _COMBINATIONS)
+        hint = f"; closest is '{guess}'" if guess else ""
+        yield Problem(
+            f"{SWEEP}.combine", f"{shown(combine)}; allowed: {', '.join(map(repr, _COMBINATIONS))}{hint}"
+        )
+    is_name = (
+        isinstance(dataset, str)
+        and dataset == Path(dataset).name
+        and not dataset.startswith(("point-", "."))
+        and dataset.endswith(".nc")
+    )
+    if dataset is not None and not is_name:
+        yield Problem(
+            f"{SWEEP}.dataset",
+            f"{shown(dataset)}; allowed: a name in the sweep's folder, *.nc but not point-*",
+        )
+
+
+def _key_problems(given: Mapping[str, Any], overrides: Mapping[str, Any]) -> Iterator[Problem]:
+    for key in given:
+        for other in given:
+            if key != other and other.startswith(f"{key}."):
+                yield Problem(
+                    f"{SWEEP}.{other}", f"is part of {key}, which is swept, too; allowed: one of both"
+                )
+        for other in overrides:
+            if key == other or key.startswith(f"{other}.") or other.startswith(f"{key}."):
+                yield Problem(
+                    f"{SWEEP}.{key}", f"is swept, but {other} is set to one value; allowed: one of both"
+                )
+        first = key.partition(".")[0]
+        if first not in ScenarioModel.model_fields:
+            guess = closest(first, (*ScenarioModel.model_fields, *_OPTIONS))
+            hint = f"; closest is '{guess}'" if guess else ""
+            yield Problem(f"{SWEEP}.{key}", f"no key of a scenario; {_ALLOWED}{hint}")
+
+
+def _repeated(axes: list[Axis]) -> Iterator[Problem]:
+    for axis in axes:
+        seen: set[str] = set()
+        for value in axis.values:
+            text = f"{type(value).__name__} {value!r}"
+            if text in seen:
+                yield Problem(
+                    f"{SWEEP}.{axis.key}", f"{shown(value)} is given twice; allowed: each value once"
+                )
+                break
+            seen.add(text)

@@ -1,0 +1,205 @@
+"""A sweep from its file to a folder of cubes: the order of things, and nothing else."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Generator, Iterable, Mapping
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hcss_twin.errors import SweepError
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.sweeps.dataset_layout import require_one_layout
+from hcss_twin.sweeps.design import Design
+from hcss_twin.sweeps.folder import INDEX, SweepFolder, cube_name
+from hcss_twin.sweeps.points import Point, digest_of, points_of
+from hcss_twin.sweeps.record import Outcome, PointRecord
+from hcss_twin.sweeps.schedule import Schedule, shared_tables
+from hcss_twin.sweeps.serial import compute_here
+from hcss_twin.sweeps.work import DATE, Task
+from hcss_twin.versions import versions
+
+Progress = Callable[[Iterable[Any], int], Iterable[Any]]
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """What a sweep left in its folder.
+
+    Attributes
+    ----------
+    folder : Path
+    points : tuple of PointRecord
+        All of them, in the order of their numbers.
+    computed : tuple of int
+        Numbers of the points that this run computed; the others were done before.
+    dataset : Path or None
+        The file that holds all points.
+    """
+
+    folder: Path
+    points: tuple[PointRecord, ...]
+    computed: tuple[int, ...]
+    dataset: Path | None
+
+    @property
+    def failed(self) -> tuple[PointRecord, ...]:
+        """Points without a cube, or with one that misses its accuracy."""
+        return tuple(record for record in self.points if record.state == "failed")
+
+    def cube(self, point: int) -> Path:
+        """Return the path of a point's cube.
+
+        Raises
+        ------
+        SweepError
+            If the point failed without one.
+        """
+        record = self.points[point]
+        if record.file is None:
+            raise SweepError(f"point {point} has no cube: {record.error}")
+        return self.folder / record.file
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for ``--json``."""
+        return {
+            "folder": str(self.folder),
+            "index": str(self.folder / INDEX),
+            "points": len(self.points),
+            "done": sum(record.state == "done" for record in self.points),
+            "computed": list(self.computed),
+            "failed": [record.as_dict() for record in self.failed],
+            "dataset": None if self.dataset is None else str(self.dataset),
+        }
+
+
+def sweep(
+    source: str | Path | Mapping[str, Any] | Scenario,
+    folder: str | Path,
+    *,
+    over: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+    dataset: str | Path | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> SweepResult:
+    """Compute the cubes of all points of a sweep that a folder does not have yet.
+
+    Parameters
+    ----------
+    source : str, Path, mapping or Scenario
+        Name of a shipped sweep or scenario, a file, its keys, or a scenario.
+    folder : path
+        Where the cubes and their index go: new, empty, or one that this sweep was begun in.
+    over : mapping, optional
+        Swept keys and their values, as in ``[sweep]``.
+    overrides : mapping, optional
+        Dotted key to value, the same in all points.
+    workers : int
+        Processes on this machine; 1 computes in this one. A script that asks for more needs the usual
+        ``if __name__ == "__main__":``.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers compute instead; they must share the folder.
+    dataset : path, optional
+        One NetCDF file of all points, with the swept keys as its first dimensions.
+    force : bool
+        Remove what an earlier sweep left in the folder.
+    progress : callable, optional
+        Wraps the iterable of points as they are finished, given their number.
+
+    Returns
+    -------
+    SweepResult
+        Points that failed are in it with their errors; they raise nothing.
+
+    Raises
+    ------
+    ScenarioError
+        With the problems of all points, before any is computed.
+    SweepError
+        If the folder or the workers cannot be used.
+    CubeError
+        If the dataset cannot be written.
+    """
+    design = Design.load(source, overrides, over)
+    points = points_of(design)
+    path = Path(folder)
+    wanted = Path(dataset) if dataset is not None else path / design.dataset if design.dataset else None
+    if wanted is not None:
+        require_one_layout(design, points)
+    _require_workers(workers, scheduler, design.origin)
+    digest = digest_of(points)
+    about = {
+        "title": design.title,
+        "keys": [axis.key for axis in design.axes],
+        "combine": design.combine,
+        "shape": list(design.shape),
+    }
+    kept = SweepFolder(path, digest, about, points)
+    if wanted is not None:
+        from hcss_twin.sweeps.dataset import require_replaceable
+
+        require_replaceable(wanted, digest, force)
+    computed: list[int] = []
+    with kept.open(versions(), force):
+        missing = [point for point in points if not kept.records[point.number].is_settled]
+        schedule = _schedule(kept, points, missing)
+        # Closed before the folder is, so that no worker still writes to it then.
+        with closing(_outcomes(schedule, workers, scheduler, path, len(missing))) as outcomes:
+            for outcome in outcomes if progress is None else progress(outcomes, len(missing)):
+                kept.note(outcome)
+                computed.append(outcome.point)
+        if wanted is not None:
+            from hcss_twin.sweeps.dataset import write_dataset
+
+            write_dataset(wanted, design, digest, path, kept.records)
+    return SweepResult(path, tuple(kept.records), tuple(sorted(computed)), wanted)
+
+
+def _require_workers(workers: int, scheduler: str | None, origin: str) -> None:
+    if workers < 1:
+        raise SweepError(f"workers = {workers}; allowed: 1 or more")
+    if scheduler is not None and workers != 1:
+        raise SweepError(
+            f"{workers} workers beside the scheduler {scheduler}, which has its own; allowed: one of both"
+        )
+
+
+def _schedule(kept: SweepFolder, points: Iterable[Point], missing: list[Point]) -> Schedule[Task]:
+    groups = {point.number: shared_tables(point.scenario) for point in points}
+    compiled = {groups[record.point] for record in kept.records if record.state == "done"}
+    date = os.environ.get(DATE)
+    tasks = [
+        Task(
+            point.number,
+            point.scenario,
+            str((kept.path / cube_name(point.number, len(kept.records))).resolve()),
+            date,
+        )
+        for point in missing
+    ]
+    return Schedule(tasks, lambda task: groups[task.point], compiled)
+
+
+def _outcomes(
+    schedule: Schedule[Task], workers: int, scheduler: str | None, folder: Path, count: int
+) -> Generator[Outcome]:
+    """Yield outcomes as points are finished, from wherever they are computed."""
+    if count == 0:
+        return
+    if scheduler is None and min(workers, count) == 1:
+        yield from compute_here(schedule)
+        return
+    from hcss_twin.sweeps.cluster import local_cluster, remote_cluster
+
+    with ExitStack() as stack:
+        opened = (
+            local_cluster(min(workers, count))
+            if scheduler is None
+            else remote_cluster(scheduler, folder.resolve())
+        )
+        yield from stack.enter_context(opened).compute(schedule)

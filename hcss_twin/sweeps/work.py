@@ -1,0 +1,95 @@
+"""Computing one point, in whatever process: a scenario in, a finished cube in the folder and an outcome out."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from hcss_twin.errors import HcssError, ScenarioError
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scene.certificate.certificate import Certificate
+from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.simulate import run
+from hcss_twin.shelf import Shelf
+from hcss_twin.sweeps.record import Outcome
+
+DATE = "SOURCE_DATE_EPOCH"
+"""Environment variable that fixes the date of creation, and with it every byte of a cube."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a worker needs to know; it is sent to other processes and machines.
+
+    Attributes
+    ----------
+    point : int
+    scenario : Scenario
+    path : str
+        Absolute path of the cube.
+    date : str or None
+        ``SOURCE_DATE_EPOCH`` of the process that the sweep was started in.
+    """
+
+    point: int
+    scenario: Scenario
+    path: str
+    date: str | None
+
+
+def compute(task: Task, shelf: Shelf) -> Outcome:
+    """Compute a point and write its cube; whatever is wrong with the point becomes its error.
+
+    Only an interrupt is let through.
+
+    Parameters
+    ----------
+    shelf : Shelf
+        What the points of one process share.
+    """
+    start, path = time.perf_counter(), Path(task.path)
+    found: list[Certificate] = []
+    error: str | None = None
+    try:
+        with _date(task.date):
+            run(make_plan(task.scenario, shelf=shelf), path, report=found.append)
+    except ScenarioError as cause:  # what only the plan finds out
+        return Outcome(task.point, seconds=_since(start), error="; ".join(map(str, cause.problems)))
+    except HcssError as cause:
+        return Outcome(task.point, seconds=_since(start), error=str(cause))
+    except Exception as cause:  # a fault of one point must not end the others
+        return Outcome(task.point, seconds=_since(start), error=f"{type(cause).__name__}: {cause}")
+    for certificate in found:
+        if not certificate.passed:
+            error = f"certificate {certificate.lines[0]}"
+    return Outcome(task.point, path.name, path.stat().st_size, sha256_of(path), _since(start), error)
+
+
+def sha256_of(path: Path) -> str:
+    """Return the hash of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _since(start: float) -> float:
+    return round(time.perf_counter() - start, 4)
+
+
+@contextmanager
+def _date(fixed: str | None) -> Iterator[None]:
+    """Let the process have the date of creation that the sweep was started with."""
+    before = os.environ.get(DATE)
+    if fixed is not None:
+        os.environ[DATE] = fixed
+    try:
+        yield
+    finally:
+        if fixed is not None and before is None:
+            del os.environ[DATE]
+        elif before is not None:
+            os.environ[DATE] = before
