@@ -1,15 +1,17 @@
 """What ``hcss plan`` prints: one screen that has what is looked at, and nothing about what the scene does not have."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.catalog import Catalog
+from hcss_twin.registry.discovery import Origin
 from hcss_twin.reporting.plan_text import WIDTH, plan_text
 
-TINY = {"image.rows": 8, "image.columns": 8}
+TINY = {**CHEAP, "image.rows": 8, "image.columns": 8}
 NIGHT = {"time": "2024-04-20T00:30:00+10:00"}
 
 
@@ -47,7 +49,7 @@ def test_the_text_tells_place_time_clouds_sea_bands_and_what_comes_out():
     assert row(text, "clouds") == "stratus: coverage 0.3, 33..1000 m, 10 to 967 m thick; fractal"
     assert row(text, "particles").endswith("270 K")
     assert row(text, "wind") == "carries clouds at 7 m/s from 270 deg; shapes change in 1800 s"
-    assert row(text, "sea") == "291.4 K, wind 10 m/s from 270 deg, waves averaged; rough-sea"
+    assert row(text, "sea") == "291.4 K, wind 10 m/s from 270 deg, waves averaged; cox-munk"
     assert row(text, "atmosphere") == "us-standard-1976; band-model"
     assert row(text, "bands") == "swir-2.7-3.0 (2.7-3 um), mwir (3-5 um), lwir (8-14 um)"
     assert row(text, "output") == "radiance, cloud_mask: 0.0 MB; certificate of 24 pixels"
@@ -56,7 +58,7 @@ def test_the_text_tells_place_time_clouds_sea_bands_and_what_comes_out():
 
 def test_what_is_filled_in_is_in_the_row_of_the_sea_too():
     bare = {"time": "2024-04-20T12:30:00+10:00", "place": {"latitude": -35.0, "longitude": -150.0}}
-    plan = make_plan(Scenario.from_dict(bare, {**TINY, **CHEAP}))
+    plan = make_plan(Scenario.from_dict(bare, TINY))
     text = plan_text(plan)
     assert row(text, "scene").startswith("35 S 150 W")
     assert row(text, "clouds") == "none"
@@ -65,7 +67,7 @@ def test_what_is_filled_in_is_in_the_row_of_the_sea_too():
 
 
 def test_the_largest_that_is_left_out_comes_first_and_what_loses_nothing_last():
-    text = plan_text(planned(**CHEAP))
+    text = plan_text(planned())
     told = row(text, "left out")
     places = [told.index(word) for word in ("footprint of a pixel", "view angles", "nothing ", "in law ")]
     assert places == sorted(places)
@@ -98,7 +100,7 @@ def test_a_scene_of_long_waves_is_not_told_about_short_ones():
     assert any("128 moments" in note for note in planned().notes)
     long_waves = planned(bands=["lwir"])
     assert not any("moments" in note for note in long_waves.notes)
-    assert any("2.6 um" in note for note in planned(bands=[[2.0, 2.2]], **CHEAP).notes)
+    assert any("2.6 um" in note for note in planned(bands=[[2.0, 2.2]]).notes)
 
 
 def test_a_scene_of_masks_is_told_about_clouds_alone():
@@ -114,8 +116,17 @@ def test_a_scene_of_masks_is_told_about_clouds_alone():
     assert row(thickness, "sea") == ""
 
 
+def test_a_provider_that_somebody_else_brings_is_told_with_its_package():
+    plan = planned()
+    entries = dict(plan.assembly.entries)
+    entries["sea"] = replace(entries["sea"], origin=Origin("sea", "hcss-my-sea", "1.2"))
+    foreign = replace(plan, assembly=replace(plan.assembly, entries=entries))
+    assert row(plan_text(foreign), "sea").endswith("; cox-munk [hcss-my-sea 1.2]")
+    assert row(plan_text(foreign), "atmosphere").endswith("; band-model")
+
+
 def test_rounding_and_compression_are_told_with_the_output():
-    text = plan_text(planned(output__compression=1, output__quantization="0.02 %", **CHEAP))
+    text = plan_text(planned(output__compression=1, output__quantization="0.02 %"))
     assert row(text, "output").startswith(
         "radiance, cloud_mask: 0.0 MB before compression, compressed at level 1;"
     )

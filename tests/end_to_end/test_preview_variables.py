@@ -34,7 +34,6 @@ def drawn(cube, folder, variable, **options):
     ("variable", "names"),
     [
         (None, ["all_mwir.png", "all_lwir.png"]),
-        ("radiance", ["all_mwir.png", "all_lwir.png"]),
         (
             "radiance_sea_emission",
             ["all_mwir_radiance-sea-emission.png", "all_lwir_radiance-sea-emission.png"],

@@ -107,7 +107,7 @@ class Assembly:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """All that users should know about profile and providers, in order, each once."""
+        """What users should know about profile and providers, whatever is asked for, in order, each once."""
         return self.notes_where(air=True, particles=True, radiance=True, sunlight=True)
 
     def notes_where(self, *, air: bool, particles: bool, radiance: bool, sunlight: bool) -> tuple[str, ...]:
