@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hcss_twin.registry.specs import ProviderSpec
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.scene.plan import make_plan
+    from hcss_twin.scene.sensing.sense import sense
     from hcss_twin.scene.simulate import simulate
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "hookimpl",
     "make_plan",
     "open_cube",
+    "sense",
     "simulate",
 ]
 
@@ -51,6 +53,7 @@ def __getattr__(name: str) -> Any:
         "Scenario": "scenario.scenario",
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
+        "sense": "scene.sensing.sense",
         "simulate": "scene.simulate",
     }
     if name not in homes:

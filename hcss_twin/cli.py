@@ -18,6 +18,7 @@ from hcss_twin.cli_clouds import clouds, import_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
 from hcss_twin.cli_scenario import load, scenario_options
+from hcss_twin.cli_sense import measured_beside, sense
 from hcss_twin.cli_verify import verify
 from hcss_twin.cli_volume import volume
 from hcss_twin.errors import HcssError, ScenarioError
@@ -60,6 +61,7 @@ def run(
     output = output or Path(f"{Path(scenario).stem}.nc")
     if output.exists() and not force:
         raise click.ClickException(f"{output} exists; give another name with -o, or --force")
+    measured = measured_beside(output, loaded, force)
     from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.simulate import run as run_plan
@@ -70,13 +72,16 @@ def run(
         run_plan(plan, output, partial(progress, context.ensure_object(Stop)), found.append)
     if as_json:
         told = {
-            "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None
+            "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None,
+            **({} if measured is None else {"sensor_cube": str(measured)}),
         }
         click.echo(
             json.dumps({"cube": str(output), "bytes": output.stat().st_size, **told, **plan.as_dict()})
         )
     else:
         click.echo(f"{output}  {output.stat().st_size / 1e6:.1f} MB")
+        if measured is not None:
+            click.echo(f"{measured}  {measured.stat().st_size / 1e6:.1f} MB, as measured")
         for item in plan.filled_in:
             click.echo(f"  filled in: {item.field} = {item.value} ({item.why})")
         for certificate in found:
@@ -222,6 +227,7 @@ cli.add_command(match_command)
 cli.add_command(volume)
 cli.add_command(verify)
 cli.add_command(bench)
+cli.add_command(sense)
 
 
 def main() -> None:

@@ -251,7 +251,7 @@ class CubeWriter:
             fill_value=False if spec.units else None,
         )
         if not is_bounds(spec):
-            variable.setncatts(_attributes(spec))
+            variable.setncatts(variable_attributes(spec))
         if spec.name == "time":
             variable.units = time_units(self.header)
         if spec.dims:
@@ -280,7 +280,7 @@ class CubeWriter:
         if self.compression is not None:
             # each frame fills whole chunks, so that a cache would only copy them
             variable.set_var_chunk_cache(size=0)
-        variable.setncatts(_attributes(spec))
+        variable.setncatts(variable_attributes(spec))
         variable.coordinates = " ".join(auxiliary_names(spec.dims))
         variable.grid_mapping = GRID_MAPPING
 
@@ -292,7 +292,8 @@ class CubeWriter:
         return tuple(sizes.get(dim, 1) for dim in spec.dims)
 
 
-def _attributes(spec: VariableSpec) -> dict[str, Any]:
+def variable_attributes(spec: VariableSpec) -> dict[str, Any]:
+    """Return the attributes of a variable that follow from its row of the table."""
     found: dict[str, Any] = {"long_name": spec.long_name, "comment": spec.description}
     if spec.standard_name is not None:
         found["standard_name"] = spec.standard_name

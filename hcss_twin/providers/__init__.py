@@ -1,7 +1,8 @@
 """The contract between providers and the engine, version 1.
 
 Four kinds can be swapped by any installed package (cloud generators, sea models, optics,
-transmittance providers), and a fifth, the radiance model, assembles what they return. A
+transmittance providers), a fifth, the radiance model, assembles what they return, and a sixth,
+the sensor, turns that into what is measured. A
 provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the
 dataclass of its kind, ``parameters`` an instance of the parameter model its spec names, or
 None where it names none.
@@ -52,6 +53,7 @@ from hcss_twin.providers.radiance import (
     View,
 )
 from hcss_twin.providers.sea import SeaInputs, SeaModel, SeaModelOptions, WaveShapes
+from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorInputs, SensorOptions
 
 API_VERSION = 1
 """Version of the contract; what a spec states as its ``api_version``."""
@@ -66,6 +68,7 @@ __all__ = [
     "CloudLayer",
     "Declares",
     "Grid",
+    "Measured",
     "Microphysics",
     "Motion",
     "Optics",
@@ -76,6 +79,10 @@ __all__ = [
     "SeaInputs",
     "SeaModel",
     "SeaModelOptions",
+    "Sensor",
+    "SensorBand",
+    "SensorInputs",
+    "SensorOptions",
     "SingleScattering",
     "SolarIrradiance",
     "Sun",

@@ -9,6 +9,7 @@ from hcss_twin.scene.budget import SHARES
 from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.quantization import quantization_lines
+from hcss_twin.scene.sensing.made_sensor import MadeSensor
 
 
 def plan_text(plan: Plan) -> str:
@@ -42,6 +43,8 @@ def _lines(plan: Plan) -> Iterator[str]:
         yield f"  spectrum    a few weighted wavenumbers of {known}, chosen by the run"
     yield f"  variables   {', '.join(spec.name for spec in plan.variables)}"
     yield f"  cube        {_size(plan.uncompressed_bytes)} before compression"
+    if plan.sensor is not None:
+        yield from _sensor(plan.sensor)
     for line in quantization_lines(plan.variables, plan.scenario.output.compression > 0):
         yield f"  rounding    {line}"
     for item in plan.filled_in:
@@ -50,6 +53,13 @@ def _lines(plan: Plan) -> Iterator[str]:
         yield f"  note        {note}"
     for skipped in plan.skipped:
         yield f"  skipped     {skipped.what}: {skipped.why}{_bound(skipped.bound)}"
+
+
+def _sensor(sensor: MadeSensor) -> Iterator[str]:
+    measured = ", ".join(spec.name for spec in sensor.variables)
+    yield f"  sensor      {sensor.title} ({sensor.entry.name} [{sensor.entry.origin}]); a cube of its own: {measured}"
+    for note in sensor.notes:
+        yield f"  sensor      note: {note}"
 
 
 def _particles(layer: CloudLayer) -> str:

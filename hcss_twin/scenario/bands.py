@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from hcss_twin.catalog import Catalog
 from hcss_twin.errors import CatalogError, choose_from
 from hcss_twin.radiance.spectral_band import SpectralBand
-from hcss_twin.scenario.band_entries import NARROWEST, ResponseBand, band_name
+from hcss_twin.scenario.band_entries import (
+    NARROWEST,
+    AnyBand,
+    GaussianBand,
+    LimitsBand,
+    ResponseBand,
+    band_name,
+)
 
 Array = NDArray[np.float64]
 
@@ -22,7 +29,11 @@ def named_bands(catalog: Catalog) -> Mapping[str, Mapping[str, Any]]:
     return bands
 
 
-def spectral_band(band: str | tuple[float, float] | ResponseBand, catalog: Catalog) -> SpectralBand:
+GAUSSIAN_NODES = 129
+"""Wavelengths at which a Gaussian response is known; linear between them it is off by at most 6e-4 of the peak."""
+
+
+def spectral_band(band: AnyBand, catalog: Catalog) -> SpectralBand:
     """Resolve one entry of a scenario's ``bands``.
 
     Raises
@@ -33,11 +44,17 @@ def spectral_band(band: str | tuple[float, float] | ResponseBand, catalog: Catal
     if isinstance(band, ResponseBand):
         wavelength, response = read_response(band.response, catalog)
         return SpectralBand(band.name, wavelength, response)
+    if isinstance(band, GaussianBand):
+        wavelength = np.linspace(*band.ends_um, GAUSSIAN_NODES)
+        distance = (wavelength - band.center_um) / band.fwhm_um
+        return SpectralBand(band.name, wavelength, np.exp(-4.0 * np.log(2.0) * distance**2))
     if isinstance(band, str):
         known = named_bands(catalog)
         if band not in known:
             raise CatalogError(f"no band named '{band}'; {choose_from(band, known)}")
         limits = known[band]["limits_um"]
+    elif isinstance(band, LimitsBand):
+        limits = band.limits
     else:
         limits = band
     return SpectralBand(band_name(band), np.array(limits, dtype=np.float64), np.ones(2))

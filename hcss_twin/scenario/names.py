@@ -29,6 +29,7 @@ from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, Sea, 
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.section import Section
+from hcss_twin.scenario.sensor import DEFAULT_MODEL, Sensor, choose_sensor, load_sensor
 from hcss_twin.scenario.wording import shown
 
 DEEPEST = 32
@@ -79,6 +80,7 @@ def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog)
     for path, section, key, kind in sections:
         if isinstance(section, Mapping):
             yield from _provider_problems(path, section, key, kind, registry)
+    yield from _sensor_problems(data, registry, catalog)
     yield from _catalog_problems(data, layers, catalog)
     yield from _variable_problems(data, registry, len(layers) if isinstance(layers, list) else 0)
 
@@ -106,6 +108,25 @@ def _provider_problems(
         model.model_validate(dict(parameters))
     except ValidationError as error:
         yield from problems_from(error, model, prefix=f"{path}.parameters", raw=parameters)
+
+
+def _sensor_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog) -> Iterator[Problem]:
+    section = data.get("sensor")
+    if not isinstance(section, Mapping):
+        return
+    name, parameters = section.get("name"), section.get("parameters", {})
+    try:
+        given = Sensor.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
+    except ValidationError:  # reported with the other keys
+        return
+    problems = (
+        [] if name is None else list(_file_problems("sensor.name", partial(load_sensor, name, catalog)))
+    )
+    yield from problems
+    if not problems:
+        choice = choose_sensor(given, catalog)
+        merged = {"model": choice.model, "parameters": choice.parameters}
+        yield from _provider_problems("sensor", merged, "model", Kind.SENSORS, registry)
 
 
 def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) -> Iterator[Problem]:
@@ -218,6 +239,8 @@ def _file_problems(field: str, read: Callable[[], object]) -> Iterator[Problem]:
 
 def _default(key: str, kind: Kind) -> str:
     """Name of the provider a section gets where it names none."""
+    if kind is Kind.SENSORS:
+        return DEFAULT_MODEL
     models: dict[Kind, type[Section]] = {
         Kind.ATMOSPHERE: Atmosphere,
         Kind.SEA: Sea,

@@ -17,6 +17,7 @@ from hcss_twin.scenario.models import ScenarioModel, has_single_layer, selected
 from hcss_twin.scenario.names import name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.sensor import fill_bands
 from hcss_twin.scenario.wording import shown
 
 
@@ -101,6 +102,7 @@ class Scenario(ScenarioModel):
         if not isinstance(raw, Mapping):
             raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
         data, problems = apply_overrides(normalise(raw), overrides or {})
+        fill_bands(data, Catalog(base=base))
         short = has_single_layer(raw.get("clouds"))
         scenario: Self | None = None
         try:
@@ -135,6 +137,8 @@ class Scenario(ScenarioModel):
         cannot take their place.
         """
         data = self.model_dump(mode="json")
+        if self.sensor is None:
+            del data["sensor"]
         for key, section in data.items():
             for name in _PROVIDER_KEYS.get(key, ()):
                 section[name] = selected(getattr(self, key), name)

@@ -42,7 +42,7 @@ def _key(scenario: Scenario, assembly: Assembly, files: Mapping[str, str]) -> st
     """Hash of everything that the findings depend on."""
     text = json.loads(scenario.to_json())
     parts = {
-        "scenario": {name: value for name, value in text.items() if name != "title"},
+        "scenario": {name: value for name, value in text.items() if name not in ("title", "sensor")},
         "filled_in": [dataclasses.asdict(each) for each in assembly.filled_in],
         "files": dict(files),
     }

@@ -28,6 +28,7 @@ _NOT_REPEATED = (
     "hcss_certificate_terms",
     "hcss_certificate_pixels",
     "hcss_certificate_strata",
+    "hcss_clean_certificate",
 )
 """The certificate: what was checked then is not checked again, because all of it is."""
 
