@@ -8,6 +8,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
+from hcss_twin.errors import closest
 from hcss_twin.scenario.section import Section
 from hcss_twin.scenario.units import Number
 from hcss_twin.scenario.wording import shown
@@ -43,9 +44,6 @@ def _band(value: object) -> object:
         if len(forms) > 1:
             given = ", ".join(key for keys in _FORMS.values() for key in keys if key in value)
             raise PydanticCustomError("band", f"{given} in one band; allowed: {_ALLOWED}")
-        if not forms and "name" in value:
-            other = ", ".join(map(str, (key for key in value if key != "name"))) or "a name alone"
-            raise PydanticCustomError("band", f"{other} says nothing of a response; allowed: {_ALLOWED}")
         return value
     if isinstance(value, str | ResponseBand | LimitsBand | GaussianBand):
         return value
@@ -54,7 +52,7 @@ def _band(value: object) -> object:
     raise PydanticCustomError("band", f"{shown(value)} is not a band; allowed: {_ALLOWED}")
 
 
-_FORMS = {"limits": ("limits",), "a Gaussian": ("center_um", "fwhm_um"), "a response": ("response",)}
+_FORMS = {"named limits": ("limits",), "a Gaussian": ("center_um", "fwhm_um"), "a response": ("response",)}
 """Keys by which the forms of a table are told apart."""
 
 _ALLOWED = "a name, [shortest_um, longest_um], {name, response}, {name, limits} or {name, center_um, fwhm_um}"
@@ -135,14 +133,18 @@ def _form_of_band(value: object) -> str:
         return "a name"
     if isinstance(value, dict):
         return next(
-            (form for form, keys in _TABLES.items() if any(key in value for key in keys)), "a response"
+            (form for form, keys in _FORMS.items() if any(map(value.__contains__, keys))), _meant(value)
         )
     if isinstance(value, LimitsBand | GaussianBand):
         return "named limits" if isinstance(value, LimitsBand) else "a Gaussian"
     return "limits" if isinstance(value, tuple) else "a response"
 
 
-_TABLES = {"named limits": _FORMS["limits"], "a Gaussian": _FORMS["a Gaussian"]}
+def _meant(table: dict[Any, Any]) -> str:
+    """Form of which a table has a misspelt key; a response where there is none."""
+    form_of = {key: form for form, keys in _FORMS.items() for key in keys}
+    meant = [closest(key, form_of) for key in table if isinstance(key, str) and key != "name"]
+    return next((form_of[key] for key in meant if key is not None), "a response")
 
 
 # Told apart by their form, so that an error speaks of the form that was typed only.

@@ -17,7 +17,7 @@ from hcss_twin.sensor.detection import Detection, photons_per_radiance
 from hcss_twin.sensor.fixed_pattern import FixedPattern
 from hcss_twin.sensor.parameters import RadiometerParameters
 from hcss_twin.sensor.per_band import of_band
-from hcss_twin.sensor.random_numbers import generator
+from hcss_twin.sensor.random_numbers import generator, key_of
 from hcss_twin.sensor.readout import Readout
 from hcss_twin.sensor.shot_noise import gaussian_noise, shot_noise
 
@@ -189,7 +189,7 @@ class _Channel:
             per_radiance, dark = counts.electrons_per_radiance, counts.dark_electrons
             signal = signal + dark
             if counts.shot_noise:
-                signal = shot_noise(signal, self._random("shot", frame))
+                signal = shot_noise(signal, key_of(self.inputs.seed, "shot", self.band.name, frame))
             if counts.read_noise:
                 signal = gaussian_noise(signal, counts.read_noise, self._random("read", frame))
         signal, number, flags = self.readout.read(signal)

@@ -22,7 +22,17 @@ def generator(seed: int, stage: str, band: str, frame: int = 0) -> np.random.Gen
     frame : int
         Number of the frame, 0 or more; 0 for what stays the same in all frames.
     """
+    return np.random.Generator(
+        np.random.Philox(key=_sequence(seed, stage, band, frame).generate_state(2, np.uint64))
+    )
+
+
+def key_of(seed: int, stage: str, band: str, frame: int = 0) -> int:
+    """Return 64 bits for the same arguments as :func:`generator`, for random numbers that are hashes."""
+    return int(_sequence(seed, stage, band, frame).generate_state(1, np.uint64)[0])
+
+
+def _sequence(seed: int, stage: str, band: str, frame: int) -> np.random.SeedSequence:
     digest = hashlib.sha256(f"{stage}/{band}".encode()).digest()
     words = [int.from_bytes(digest[start : start + 4], "little") for start in (0, 4, 8)]
-    sequence = np.random.SeedSequence(seed, spawn_key=(*words, frame))
-    return np.random.Generator(np.random.Philox(key=sequence.generate_state(2, np.uint64)))
+    return np.random.SeedSequence(seed, spawn_key=(*words, frame))

@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.errors import ProviderError
+from hcss_twin.sensor.poisson import poisson
+
 Array = NDArray[np.float64]
 
-MOST_COUNTED = 1e15
-"""Expected electrons up to which they are drawn one by one; the random generator's counts end at 9e18."""
+MOST_COUNTED = 1e12
+"""Expected electrons up to which numbers are drawn; beyond, rounding would show in their distribution."""
 
 
-def shot_noise(expected: Array, random: np.random.Generator) -> Array:
+def shot_noise(expected: Array, key: int) -> Array:
     """Draw numbers of electrons from Poisson's distribution, whose variance is its mean.
 
     Parameters
@@ -19,21 +22,21 @@ def shot_noise(expected: Array, random: np.random.Generator) -> Array:
     expected : ndarray
         Mean numbers. Where blur of a sharp edge has undershot below 0 nothing is drawn and the negative number
         stays, so that the mean of a frame is kept.
-    random : Generator
+    key : int
+        Of the random numbers, 64 bits.
 
     Raises
     ------
-    ValueError
-        If more than 1e15 electrons are expected in a pixel.
+    ProviderError
+        If more than 1e12 electrons are expected in a pixel.
     """
     most = float(expected.max(initial=0.0))
     if most > MOST_COUNTED:
-        raise ValueError(
+        raise ProviderError(
             f"{most:.3g} electrons are expected in a pixel; allowed: up to {MOST_COUNTED:g} (aperture_diameter, "
             "pixel_angle, integration_time)"
         )
-    drawn: Array = random.poisson(np.maximum(expected, 0.0)).astype(np.float64)
-    result: Array = drawn + np.minimum(expected, 0.0)
+    result: Array = poisson(np.maximum(expected, 0.0), key) + np.minimum(expected, 0.0)
     return result
 
 

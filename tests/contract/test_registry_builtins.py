@@ -259,6 +259,16 @@ class TestRadiometerThatCounts(TestRadiometer):
     }
 
 
+class TestRadiometerThatCountsWithoutOptics(TestRadiometer):
+    parameters: ClassVar[dict[str, object]] = {
+        "aperture_diameter": 0.01,
+        "pixel_angle": 3e-5,
+        "integration_time": 1e-6,
+        "smear": False,
+        "noise": "photon",
+    }
+
+
 class TestRadiometerWithNoiseOfASize(TestRadiometer):
     parameters: ClassVar[dict[str, object]] = {
         "noise": "nedt",

@@ -33,7 +33,7 @@ WRONG = [
     ("coverage = 0.3", "coverage", "unknown key", "closest is 'clouds.coverage'"),
     ("view.coverage = 0.3", "view.coverage", "closest is 'clouds.coverage'"),
     ("temperature = 290", "temperature", "closest is 'clouds.temperature' or 'sea.temperature'"),
-    ("clouds.seed = 3", "clouds.seed", "closest is 'seed' at the top level"),
+    ("clouds.seed = 3", "clouds.seed", "closest is 'seed' or 'sensor.seed'"),
     ("response = 'x.csv'", "response", "closest is 'bands[0].response'"),
     # ranges
     ("view.zenith = 95", "view.zenith", "95 is out of range", ">= 0 and <= 85", "choice is 85"),

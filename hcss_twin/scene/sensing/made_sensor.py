@@ -153,6 +153,6 @@ def _wanted(asked: tuple[str, ...], given: tuple[str, ...], entry: Entry) -> tup
 
 
 def _stored(array: NDArray[Any], spec: VariableSpec, entry: Entry) -> NDArray[Any]:
-    if array.dtype.kind == "f" and float(np.abs(array).max(initial=0.0)) > np.finfo(spec.dtype).max:
+    if array.dtype.kind == "f" and float(np.abs(array).max(initial=0.0)) > float(np.finfo(spec.dtype).max):
         raise ProviderError(f"{entry.label}: {spec.name} is too large for {spec.dtype}")
     return np.ascontiguousarray(array, dtype=spec.dtype)
