@@ -58,6 +58,7 @@ def sense(
     as_json: bool,
 ) -> None:
     """Write what a sensor measures of CUBE, a clean one, with the same truth layers."""
+    from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.cube.sensor_variables import SENSOR_ATTRIBUTE
     from hcss_twin.scene.sensing.sense import measured_path, section_of, sense_file
@@ -68,7 +69,8 @@ def sense(
     # A file's name leads from where the user works, not from where the cube was made.
     named = str(Path(name).resolve()) if Path(name).is_file() else name
     section = section_of({"name": named, **_changes(assignments)})
-    sense_file(cube, section, output, progress=partial(progress, context.ensure_object(Stop)))
+    with told_of_compilation(partial(click.echo, err=True)):
+        sense_file(cube, section, output, progress=partial(progress, context.ensure_object(Stop)))
     with open_cube(output) as made:
         about = json.loads(made.attrs[SENSOR_ATTRIBUTE])
         variables = [str(each) for each in made.data_vars]

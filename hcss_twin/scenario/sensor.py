@@ -142,8 +142,8 @@ def fill_bands(data: dict[str, Any], catalog: Catalog) -> None:
     if not isinstance(name, str) or "bands" in data:
         return
     try:
-        raw = catalog.toml(catalog.find(name, FOLDER, ".toml"))
-    except (CatalogError, OSError, RuntimeError, ValueError):  # reported at sensor.name
+        named = load_sensor(name, catalog)
+    except (CatalogError, ScenarioError, OSError, RuntimeError, ValueError):  # reported at sensor.name
         return
-    if isinstance(raw.get("bands"), list):
-        data["bands"] = raw["bands"]
+    if named.bands is not None:
+        data["bands"] = named.model_dump(mode="json")["bands"]

@@ -21,7 +21,7 @@ from stranger.sensor import Parameters as LaggingParameters
 
 import hcss_twin
 from hcss_twin import Scenario, make_plan
-from hcss_twin.errors import ProviderError
+from hcss_twin.errors import CubeError, ProviderError
 from hcss_twin.physics.paths import to_space
 from hcss_twin.registry import Kind, Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.scene.overlap import overlaps
@@ -185,6 +185,8 @@ def test_a_stranger_sensor_measures_the_frames_in_order(installed, usual):
     np.testing.assert_allclose(measured["radiance"][0], first, rtol=1e-6)
     np.testing.assert_allclose(measured["radiance"][1], 0.75 * second + 0.25 * first, rtol=1e-6)
     assert json.loads(measured.attrs["hcss_providers"])["sensors"]["distribution"] == "hcss-stranger"
+    with pytest.raises(CubeError, match="out of order, and the sensor 'lagging' remembers earlier ones"):
+        hcss_twin.sense(usual.isel(time=[1, 0]), {"model": "lagging"})
 
 
 @pytest.mark.long

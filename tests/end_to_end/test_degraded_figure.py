@@ -11,6 +11,7 @@ from hcss_twin.catalog import catalog_root
 SCRIPT = catalog_root().parent / "docs" / "figures" / "degraded_cirrus.py"
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_the_degraded_image_is_drawn(tmp_path):
     drawn = runpy.run_path(str(SCRIPT))["draw"](

@@ -162,6 +162,14 @@ def test_a_users_sensor_needs_a_source_for_each_number(tmp_path):
     assert scenario(base=tmp_path, **{"sensor.name": "mine.toml"}).sensor.name == "mine.toml"
 
 
+def test_wrong_bands_of_a_users_sensor_are_told_at_its_name(tmp_path):
+    text = 'title = "mine"\nbands = [[5, 3]]\n[sources]\nbands = "measured"\n'
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    found = problems(base=tmp_path, **{"sensor.name": "mine.toml"})
+    assert list(found) == ["sensor.name"]
+    assert "bands[0]: [5, 3] um is upside down" in found["sensor.name"]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from hcss_twin.providers import Grid, SensorBand, SensorInputs
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.scenario.band_entries import Bands
 from hcss_twin.scenario.bands import spectral_band
+from hcss_twin.scene.verification.recorded import Recorded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,8 +74,6 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
     CatalogError
         If a file of its bands is missing.
     """
-    from hcss_twin.scene.verification.recorded import Recorded
-
     if SENSOR_ATTRIBUTE in dataset.attrs:
         raise CubeError(f"{name} is what a sensor measured already; a clean cube is needed")
     if "radiance" not in dataset:
@@ -124,8 +124,6 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
 
 
 def _utc(text: str) -> str:
-    from datetime import UTC, datetime
-
     return datetime.fromisoformat(text).astimezone(UTC).replace(tzinfo=None).isoformat()
 
 

@@ -11,23 +11,16 @@ from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_variables import SENSOR_ATTRIBUTE
 from hcss_twin.scene.sensing.made_sensor import MadeSensor
+from hcss_twin.scene.verification.recorded import CERTIFICATE, CLEAN_CERTIFICATE
 from hcss_twin.versions import versions
-
-CERTIFICATE = (
-    "hcss_certificate",
-    "hcss_accuracy_achieved",
-    "hcss_accuracy_achieved_kelvin",
-    "hcss_certificate_terms",
-    "hcss_certificate_pixels",
-    "hcss_certificate_strata",
-)
-"""Attributes that speak of clean radiance, which a sensor's cube does not hold."""
 
 
 def sensor_attributes(
     clean: Mapping[str, Any], sensor: MadeSensor, files: Mapping[str, str], clean_name: str
 ) -> dict[str, Attribute | None]:
     """Return global attributes that differ from those of the clean cube; None for those that go.
+
+    The certificate speaks of clean radiance, which a measured cube does not hold: it is quoted as the clean cube's.
 
     Parameters
     ----------
@@ -72,5 +65,5 @@ def sensor_attributes(
         ),
     }
     if "hcss_certificate" in clean:
-        found["hcss_clean_certificate"] = str(clean["hcss_certificate"])
+        found[CLEAN_CERTIFICATE] = str(clean["hcss_certificate"])
     return {**found, **{name: None for name in CERTIFICATE if name in clean}}

@@ -74,7 +74,7 @@ def sense_file(
     with open_cube(clean_path) as dataset:
         cube = read_clean(dataset, str(clean_path), base)
         attributes = dict(dataset.attrs)
-    sensor = make_sensor(section, cube.inputs)
+    sensor = _made(section, cube, str(clean_path))
     changed = sensor_attributes(attributes, sensor, cube.inputs.catalog.used, clean_path.name)
     with measured_cube(clean_path, path, sensor.variables, changed) as pair:
         frames: Iterable[int] = range(pair.frames)
@@ -134,6 +134,16 @@ def section_of(sensor: Any) -> Sensor:
         raise ScenarioError(problems_from(error, Sensor, prefix="sensor", raw=raw)) from error
 
 
+def _made(section: Sensor, cube: CleanCube, name: str) -> MadeSensor:
+    sensor = make_sensor(section, cube.inputs)
+    if sensor.provider.declares.remembers and np.any(np.diff(cube.frame_numbers) != 1):
+        raise CubeError(
+            f"{name}: frames are missing or out of order, and the sensor '{sensor.entry.name}' remembers earlier ones; "
+            "allowed: each frame after the one before it"
+        )
+    return sensor
+
+
 def _measured(sensor: MadeSensor, cube: CleanCube, index: int, radiance: Any) -> dict[str, Any]:
     return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]))
 
@@ -142,7 +152,7 @@ def _in_memory(dataset: xr.Dataset, section: Sensor, name: str) -> xr.Dataset:
     import xarray as xr
 
     cube = read_clean(dataset, name, None)
-    made = make_sensor(section, cube.inputs)
+    made = _made(section, cube, name)
     clean = dataset["radiance"].transpose("time", "band", "y", "x")
     frames = [
         _measured(made, cube, index, clean.isel(time=index).to_numpy())
