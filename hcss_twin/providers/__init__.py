@@ -2,8 +2,7 @@
 
 Four kinds can be swapped by any installed package (cloud generators, sea models, optics,
 transmittance providers), a fifth, the radiance model, assembles what they return, and a sixth,
-the sensor, turns that into what is measured. A
-provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the
+the sensor, turns that into what is measured. A provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the
 dataclass of its kind, ``parameters`` an instance of the parameter model its spec names, or
 None where it names none.
 

@@ -164,6 +164,13 @@ class RadiometerParameters(BaseModel):
                     "idle",
                     f'{name} has no influence with {key} = "{getattr(self, key)}"; allowed with {key} = {wanted}',
                 )
+        given = [name for name in _ETENDUE if getattr(self, name) is not None]
+        if len(given) == 1:
+            other = next(name for name in _ETENDUE if name not in given)
+            raise PydanticCustomError("needs", f"{given[0]} has no influence without {other}")
+        for name in ("transmission", "photon_temperature"):
+            if name in self.model_fields_set and not given:
+                raise PydanticCustomError("idle", f"{name} has no influence without {' and '.join(_ETENDUE)}")
         self._check_converter()
         return self
 
@@ -186,6 +193,9 @@ class RadiometerParameters(BaseModel):
                 f"number_offset {self.number_offset}; allowed with {self.bits} bits: 0 to {2**self.bits - 1}",
             )
 
+
+_ETENDUE = ("aperture_diameter", "pixel_angle")
+"""What makes photons of radiance."""
 
 _IDLE = (
     ("psf_sigma", "psf", ("gaussian",)),

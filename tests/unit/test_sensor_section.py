@@ -100,6 +100,8 @@ def test_a_wrong_section_is_told_by_key_value_and_choices(text, field, message):
             {"read_noise": 3.0},
             'read_noise has no influence with noise = "none"; allowed with noise = "photon"',
         ),
+        ({"pixel_angle": 1e-5}, "pixel_angle has no influence without aperture_diameter"),
+        ({"transmission": 0.5}, "transmission has no influence without aperture_diameter and pixel_angle"),
         ({"bits": 12}, "bits needs radiance_per_number or saturation_radiance"),
         ({"number_offset": 3}, "number_offset has no influence without bits"),
         ({"bits": 4, "radiance_per_number": 1.0, "number_offset": 16}, "allowed with 4 bits: 0 to 15"),
