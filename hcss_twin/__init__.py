@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from hcss_twin.registry.specs import ProviderSpec
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.scene.plan import make_plan
+    from hcss_twin.scene.sensing.sense import sense
     from hcss_twin.scene.simulate import simulate
     from hcss_twin.sweeps.reader import open_sweep
     from hcss_twin.sweeps.run import sweep
@@ -48,6 +49,7 @@ __all__ = [
     "make_plan",
     "open_cube",
     "open_sweep",
+    "sense",
     "simulate",
     "sweep",
 ]
@@ -68,6 +70,7 @@ def __getattr__(name: str) -> Any:
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
         "open_sweep": "sweeps.reader",
+        "sense": "scene.sensing.sense",
         "simulate": "scene.simulate",
         "sweep": "sweeps.run",
     }

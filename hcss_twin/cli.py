@@ -19,6 +19,7 @@ from hcss_twin.cli_export import export_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
 from hcss_twin.cli_scenario import load, scenario_options
+from hcss_twin.cli_sense import measured_beside, sense
 from hcss_twin.cli_sweep import sweep_command
 from hcss_twin.cli_verify import verify
 from hcss_twin.cli_volume import volume
@@ -81,6 +82,7 @@ def run(
     output = output or Path(f"{Path(scenario).stem}.nc")
     if output.exists() and not force:
         raise click.ClickException(f"{output} exists; give another name with -o, or --force")
+    measured = measured_beside(output, loaded, force)
     from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.cube.formats import cube_bytes
     from hcss_twin.scene.plan import make_plan
@@ -93,11 +95,14 @@ def run(
         run_plan(plan, output, shown, found.append, workers, scheduler)
     if as_json:
         told = {
-            "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None
+            "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None,
+            **({} if measured is None else {"sensor_cube": str(measured)}),
         }
         click.echo(json.dumps({"cube": str(output), "bytes": cube_bytes(output), **told, **plan.as_dict()}))
     else:
         click.echo(f"{output}  {cube_bytes(output) / 1e6:.1f} MB")
+        if measured is not None:
+            click.echo(f"{measured}  {cube_bytes(measured) / 1e6:.1f} MB, as measured")
         for item in plan.filled_in:
             click.echo(f"  filled in: {item.field} = {item.value} ({item.why})")
         for certificate in found:
@@ -254,6 +259,7 @@ cli.add_command(match_command)
 cli.add_command(volume)
 cli.add_command(verify)
 cli.add_command(bench)
+cli.add_command(sense)
 cli.add_command(export_command)
 cli.add_command(sweep_command)
 

@@ -13,6 +13,7 @@ from hcss_twin.cube.attributes import COMPUTED, PROVENANCE, AttributeSpec
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.metadata import DEFAULTS
+from hcss_twin.cube.sensor_variables import MEASURED_RADIANCE, SENSOR_ATTRIBUTE, SENSOR_VARIABLES
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES, VariableSpec, term_variable
 
 _INTRODUCTION = f"""# The cube
@@ -48,9 +49,17 @@ print(scenario_text("cube.nc"))
   shuffled bytes and zlib; `output.quantization` rounds the mantissa of single-precision numbers to the fewest bits that
   keep the relative error given (`bitround` of CF-1.12). Each variable then states its bits and the largest error
   (`quantization_nsb`, `quantization_maximum_relative_error`); the certificate is about the rounded numbers.
-* NaN occurs only in the variables marked below, and negative radiance never.
+* NaN occurs only in the variables marked below, and negative radiance never but in what a sensor measured.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.
+"""
+
+_MEASURED = f"""
+## Variables of a measured cube
+
+Beside `NAME.nc` a scenario with a [sensor](sensor.md) has `NAME.sensor.nc`: the same coordinates and truth layers, and
+in place of the variables of radiance what was measured. The global attribute `{SENSOR_ATTRIBUTE}` (JSON) tells the two
+apart and says what the sensor is; `clean_cube` names the other.
 """
 
 _STORAGE = """
@@ -98,6 +107,9 @@ def markdown() -> str:
         "\nWords that stand for several:\n",
         "| word | meaning |\n|---|---|",
         *words,
+        _MEASURED,
+        _HEADER,
+        *(_row(spec) for spec in (MEASURED_RADIANCE, *SENSOR_VARIABLES)),
         _STORAGE,
         "## Coordinates\n",
         _HEADER,

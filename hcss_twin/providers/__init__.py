@@ -1,10 +1,10 @@
 """The contract between providers and the engine, version 1.
 
 Four kinds can be swapped by any installed package (cloud generators, sea models, optics,
-transmittance providers), and a fifth, the radiance model, assembles what they return. A
-provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the
-dataclass of its kind, ``parameters`` an instance of the parameter model its spec names, or
-None where it names none.
+transmittance providers), a fifth, the radiance model, assembles what they return, and a sixth,
+the sensor, turns that into what is measured. A provider is a class that is called as
+``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance of
+the parameter model its spec names, or None where it names none.
 
 Each kind has a file: its inputs, a Protocol of what every provider must have (``SeaModel``),
 and, where there is something, a Protocol of what one *may* have (``SeaModelOptions``). The
@@ -52,6 +52,7 @@ from hcss_twin.providers.radiance import (
     View,
 )
 from hcss_twin.providers.sea import SeaInputs, SeaModel, SeaModelOptions, WaveShapes
+from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorInputs, SensorOptions
 
 API_VERSION = 1
 """Version of the contract; what a spec states as its ``api_version``."""
@@ -66,6 +67,7 @@ __all__ = [
     "CloudLayer",
     "Declares",
     "Grid",
+    "Measured",
     "Microphysics",
     "Motion",
     "Optics",
@@ -76,6 +78,10 @@ __all__ = [
     "SeaInputs",
     "SeaModel",
     "SeaModelOptions",
+    "Sensor",
+    "SensorBand",
+    "SensorInputs",
+    "SensorOptions",
     "SingleScattering",
     "SolarIrradiance",
     "Sun",

@@ -46,6 +46,11 @@ class Declares:
     own_errors : tuple of str
         How far the provider itself may be off, with against what that was found: quoted beside the engine's error in
         the certificate of a cube, never added to it.
+    reach_pixels : int or None
+        Of a sensor: how many rows or columns away a pixel can be that has a share in what another one measures; 0
+        where each pixel stands alone, None where the whole frame has.
+    remembers : bool
+        Whether what a sensor measures depends on earlier frames, so that it needs all of them in order.
     """
 
     depends_on: frozenset[str] = frozenset()
@@ -58,3 +63,5 @@ class Declares:
     legs: Literal["any", "to_space"] = "any"
     notes_by_phase: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     own_errors: tuple[str, ...] = ()
+    reach_pixels: int | None = 0
+    remembers: bool = False

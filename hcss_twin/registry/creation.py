@@ -6,8 +6,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.errors import HcssError, ProviderError
-from hcss_twin.registry.declared import check_declares, check_options
+from hcss_twin.registry.declared import check_declares, check_measured, check_options
 from hcss_twin.registry.discovery import FAILURES, Entry, describe
+from hcss_twin.registry.kinds import Kind
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -134,5 +135,7 @@ def _check(entry: Entry, provider: Any) -> None:
     try:
         check_declares(declares)
         check_options(provider)
+        if entry.kind is Kind.SENSORS:
+            check_measured(provider.variables)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error

@@ -20,6 +20,9 @@ RANGES = ("wavenumber_cm1", "view_zenith", "target_altitude_m")
 LEGS = ("any", "to_space")
 """What ``Declares.legs`` may be."""
 
+MEASURED = ("photon_rate", "digital_number", "saturated")
+"""What ``Sensor.variables`` may name."""
+
 
 def check_declares(declares: Declares) -> None:
     """Check the names, ranges and types of a declaration.
@@ -52,9 +55,12 @@ def check_declares(declares: Declares) -> None:
     for phase, notes in declares.notes_by_phase.items():
         if not isinstance(notes, tuple) or not all(isinstance(each, str) for each in notes):
             raise ValueError(f"declares.notes_by_phase['{phase}'] is {notes!r}; expected a tuple of strings")
-    for name in ("evolves", "tileable"):
+    for name in ("evolves", "tileable", "remembers"):
         if not isinstance(getattr(declares, name), bool):
             raise ValueError(f"declares.{name} is {getattr(declares, name)!r}; expected True or False")
+    reach = declares.reach_pixels
+    if reach is not None and (isinstance(reach, bool) or not isinstance(reach, int) or reach < 0):
+        raise ValueError(f"declares.reach_pixels is {reach!r}; expected None or a whole number, 0 or more")
     _check_grid(declares.native_grid_cm1)
 
 
@@ -82,6 +88,21 @@ def check_options(provider: Any) -> None:
     for name, (is_good, expected) in _OPTIONS.items():
         if hasattr(provider, name) and not is_good(getattr(provider, name)):
             raise ValueError(f"{name} is {getattr(provider, name)!r}; expected {expected}")
+
+
+def check_measured(variables: Any) -> None:
+    """Check what a sensor says that it gives beside radiance.
+
+    Raises
+    ------
+    ValueError
+        If it is no tuple of names that the engine knows, each once.
+    """
+    if not isinstance(variables, tuple) or not all(isinstance(name, str) for name in variables):
+        raise ValueError(f"variables is {variables!r}; expected a tuple of names")
+    for name in variables:
+        if name not in MEASURED or variables.count(name) > 1:
+            raise ValueError(f"variables names '{name}'; {choose_from(name, MEASURED)}, each once")
 
 
 def _is_number(value: Any, high: float) -> bool:
@@ -124,4 +145,5 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "transmittance_of_amounts": (callable, "a method"),
     "bound_profile": (callable, "a static method"),
     "sea_sun_terms": (_is_names, "a set of names of terms"),
+    "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
 }

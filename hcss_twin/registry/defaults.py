@@ -158,3 +158,21 @@ def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
             references=(HCSS,),
         ),
     ]
+
+
+@hookimpl
+def hcss_register_sensors() -> Sequence[ProviderSpec]:
+    """Return the sensor models of this package."""
+    return [
+        ProviderSpec(
+            name="radiometer",
+            target="hcss_twin.sensor.radiometer:Radiometer",
+            parameters="hcss_twin.sensor.parameters:RadiometerParameters",
+            api_version=1,
+            summary="blur, smear, noise of photons or of a given size, fixed pattern, saturation, quantisation",
+            references=(
+                "J. W. Goodman, Introduction to Fourier Optics (1968)",
+                "R. D. Fiete, Modeling the Imaging Chain of Digital Cameras (2010)",
+            ),
+        ),
+    ]

@@ -23,8 +23,10 @@ from hcss_twin.providers import (
     CloudLayer,
     Declares,
     Grid,
+    Measured,
     Microphysics,
     Motion,
+    SensorInputs,
     SingleScattering,
     Sun,
 )
@@ -336,12 +338,53 @@ class GuardedRadiance(_Guard):
         return checked
 
 
+class GuardedSensor(_Guard):
+    """A sensor whose measurements are checked: shapes, finiteness, and that it gives what it says it gives."""
+
+    def __init__(self, provider: Any, label: str, inputs: SensorInputs) -> None:
+        super().__init__(provider, label)
+        self._shape = len(inputs.bands), inputs.grid.rows, inputs.grid.columns
+
+    def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
+        """Return radiance (B, y, x) and what else the sensor gives."""
+        value = self._call("measure", self._provider.measure, radiance, frame, time_s)
+        what, shape = "measure()", self._shape
+        if not isinstance(value, Measured):
+            raise self._refuse(what, "Measured", type(value).__name__)
+        found = {name: getattr(value, name) for name in _MEASURED if getattr(value, name) is not None}
+        if set(found) != set(self._provider.variables):
+            raise self._refuse(
+                what,
+                f"radiance and {', '.join(self._provider.variables) or 'nothing else'}",
+                ", ".join(found) or "none",
+            )
+        for name in ("digital_number", "saturated"):
+            if name in found and np.asarray(found[name]).dtype.kind not in "iu":
+                raise self._refuse(f"{what}.{name}", "whole numbers", f"{np.asarray(found[name]).dtype}")
+        return Measured(
+            radiance=self._array(f"{what}.radiance", value.radiance, shape),
+            **{
+                name: self._array(f"{what}.{name}", each, shape, low, high, dtype)
+                for name, each in found.items()
+                for low, high, dtype in (_MEASURED[name],)
+            },
+        )
+
+
+_MEASURED: Mapping[str, tuple[float, float, DTypeLike]] = {
+    "photon_rate": (-_INFINITY, _INFINITY, np.float64),
+    "digital_number": (0.0, 2.0**31 - 1.0, np.int32),
+    "saturated": (0.0, 2.0, np.uint8),
+}
+"""Lowest and highest value and type of what a sensor may give beside radiance."""
+
+
 def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
     """Wrap a provider made by ``Registry.create`` from ``entry`` and ``inputs``.
 
     Returns
     -------
-    GuardedClouds, GuardedSea, GuardedOptics, GuardedTransmittance or GuardedRadiance
+    GuardedClouds, GuardedSea, GuardedOptics, GuardedTransmittance, GuardedRadiance or GuardedSensor
     """
     match entry.kind:
         case Kind.CLOUDS:
@@ -355,3 +398,5 @@ def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
             return GuardedTransmittance(provider, entry.label)
         case Kind.RADIANCE:
             return GuardedRadiance(provider, entry.label)
+        case Kind.SENSORS:
+            return GuardedSensor(provider, entry.label, inputs)

@@ -50,3 +50,9 @@ def hcss_register_transmittance_providers() -> Sequence[ProviderSpec]:
 def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
     """Return specs of radiance models (``providers.RadianceModel``): assembly of the radiance of a column."""
     raise NotImplementedError
+
+
+@hookspec
+def hcss_register_sensors() -> Sequence[ProviderSpec]:
+    """Return specs of sensor models (``providers.Sensor``): radiance as a sensor measures it."""
+    raise NotImplementedError

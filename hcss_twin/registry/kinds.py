@@ -32,6 +32,7 @@ class Kind(StrEnum):
         "TransmittanceProvider",
     )
     RADIANCE = "radiance", "hcss_register_radiance_models", "radiance model", "RadianceModel"
+    SENSORS = "sensors", "hcss_register_sensors", "sensor model", "Sensor"
 
     def __new__(cls, value: str, hook: str = "", human: str = "", protocol: str = "") -> Kind:
         """Make a member that is the string ``value`` and carries the other three."""

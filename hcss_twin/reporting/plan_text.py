@@ -13,6 +13,7 @@ from hcss_twin.scene.budget import SHARES
 from hcss_twin.scene.building.particles import told
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.quantization import quantization_lines
+from hcss_twin.scene.sensing.made_sensor import MadeSensor
 
 WIDTH = 120
 _LABEL = 13
@@ -147,8 +148,17 @@ def _output(plan: Plan) -> Iterator[tuple[str, str]]:
     yield "output", f"{', '.join(spec.name for spec in plan.variables)}: {size}{checked}"
     for line in quantization_lines(plan.variables, output.compression > 0):
         yield "rounding", line
+    if plan.sensor is not None:
+        yield from _sensor(plan.sensor)
     if plan.needs_radiance:
         yield "accuracy", f"{plan.accuracy}; of it {_shares(plan)}"
+
+
+def _sensor(sensor: MadeSensor) -> Iterator[tuple[str, str]]:
+    measured = ", ".join(spec.name for spec in sensor.variables)
+    yield "sensor", f"{sensor.title} ({_named(sensor.entry)}); a cube of its own: {measured}"
+    for note in sensor.notes:
+        yield "sensor", f"note: {note}"
 
 
 def _named(entry: Entry) -> str:

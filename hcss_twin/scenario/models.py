@@ -26,6 +26,7 @@ from hcss_twin.scenario.image_window import ImageWindow
 from hcss_twin.scenario.instant import Instant
 from hcss_twin.scenario.particle_limits import LARGEST_UM, MOST_WATER_KG_M3, NARROWEST, WIDEST
 from hcss_twin.scenario.section import Section
+from hcss_twin.scenario.sensor import Sensor
 from hcss_twin.scenario.units import (
     Angle,
     Duration,
@@ -414,7 +415,8 @@ class ScenarioModel(Section):
         ("swir-2.7-3.0", "mwir", "lwir"),
         min_length=1,
         max_length=100,
-        description="Bands: catalog names, [shortest_um, longest_um], or {name, response}.",
+        description="Bands: catalog names, [shortest_um, longest_um], {name, response}, {name, limits} or "
+        "{name, center_um, fwhm_um}.",
     )
     atmosphere: Atmosphere = Field(
         default_factory=lambda: Atmosphere.model_validate({}), description="Atmosphere."
@@ -431,3 +433,4 @@ class ScenarioModel(Section):
         default_factory=lambda: Radiance.model_validate({}), description="Radiance model."
     )
     output: Output = Field(default_factory=lambda: Output.model_validate({}), description="Output.")
+    sensor: Sensor | None = Field(None, description="Sensor; none by default.")

@@ -29,6 +29,7 @@ from hcss_twin.scenario.misplaced import SECTIONS, default_provider, provider_se
 from hcss_twin.scenario.models import Layer, own, single_layer
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.sensor import Sensor, choose_sensor, load_sensor
 
 DEEPEST = 32
 """Levels of tables and lists; far more than any scenario has, far less than Python can walk."""
@@ -70,6 +71,7 @@ def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog)
     for path, section, kind in provider_sections(data):
         if isinstance(section, Mapping):
             yield from _provider_problems(path, section, SECTIONS[kind][1], kind, registry)
+    yield from _sensor_problems(data, registry, catalog)
     yield from _catalog_problems(data, layers, catalog)
     yield from _variable_problems(data, registry, len(layers) if isinstance(layers, list) else 0)
 
@@ -97,6 +99,25 @@ def _provider_problems(
         model.model_validate(dict(parameters))
     except ValidationError as error:
         yield from problems_from(error, model, prefix=f"{path}.parameters", raw=parameters)
+
+
+def _sensor_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog) -> Iterator[Problem]:
+    section = data.get("sensor")
+    if not isinstance(section, Mapping):
+        return
+    name, parameters = section.get("name"), section.get("parameters", {})
+    try:
+        given = Sensor.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
+    except ValidationError:  # reported with the other keys
+        return
+    problems = (
+        [] if name is None else list(_file_problems("sensor.name", partial(load_sensor, name, catalog)))
+    )
+    yield from problems
+    if not problems:
+        choice = choose_sensor(given, catalog)
+        merged = {"model": choice.model, "parameters": choice.parameters}
+        yield from _provider_problems("sensor", merged, "model", Kind.SENSORS, registry)
 
 
 def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) -> Iterator[Problem]:

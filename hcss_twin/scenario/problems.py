@@ -113,8 +113,10 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
 
 
 def _unknown_key(model: type[BaseModel], location: Location) -> str:
-    owner, key = _model_at(model, location[:-1]), str(location[-1])
-    keys = list(owner.model_fields) if owner else []
+    key = str(location[-1])
+    keys = list(
+        dict.fromkeys(name for owner in _models_at(model, location[:-1]) for name in owner.model_fields)
+    )
     # The right key in the wrong section is nearer than another key of this section that is spelt alike.
     known = [repr(home) for home in dict.fromkeys(homes(model, key))]
     if not known:
@@ -129,7 +131,8 @@ def homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
         yield f"{path}{key}"
     for name, field in model.model_fields.items():
         for nested in _models_in(field.annotation):
-            here = f"{path}{name}{'' if nested is field.annotation else '[0]'}."
+            single = nested is field.annotation or type(None) in typing.get_args(field.annotation)
+            here = f"{path}{name}{'' if single else '[0]'}."
             # The keys of a single layer may stand in [clouds] itself.
             yield from homes(nested, key, path if name in REPEATED else here)
 
@@ -229,7 +232,7 @@ def _bounds(model: type[BaseModel], location: Location) -> dict[str, float]:
     place = 0
     while isinstance(last, int) and path:
         place, last = last, path.pop()
-    owner = _model_at(model, tuple(path))
+    owner = _model_at(model, tuple(path), last)
     if owner is None or last not in owner.model_fields:
         return {}
     field = owner.model_fields[str(last)]
@@ -258,14 +261,14 @@ def _element_metadata(annotation: Any, place: int) -> Iterator[object]:
 
 
 def _description(model: type[BaseModel], location: Location) -> str:
-    owner = _model_at(model, location[:-1])
+    owner = _model_at(model, location[:-1], location[-1] if location else None)
     if owner is None or not location or location[-1] not in owner.model_fields:
         return "required"
     return owner.model_fields[str(location[-1])].description or "required"
 
 
 def _annotation(model: type[BaseModel], location: Location) -> Any:
-    owner = _model_at(model, location[:-1])
+    owner = _model_at(model, location[:-1], location[-1] if location else None)
     known = owner is not None and location and location[-1] in owner.model_fields
     return owner.model_fields[str(location[-1])].annotation if owner and known else None
 
@@ -278,7 +281,7 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
     """Location without the tags that unions add to it (they name a type, not a key)."""
     location, kept = detail["loc"], list[int | str]()
     for index, part in enumerate(location):
-        owner = _model_at(model, tuple(kept))
+        owner = _model_at(model, tuple(kept), part)
         is_last = index == len(location) - 1
         is_key = owner is not None and part in owner.model_fields
         if isinstance(part, int) or is_key or (is_last and detail["type"] == "extra_forbidden"):
@@ -286,18 +289,24 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
     return tuple(kept)
 
 
-def _model_at(model: type[BaseModel], location: Location) -> type[BaseModel] | None:
-    """Model found by walking the keys of a location; list indices stay inside their element's model."""
-    current = model
+def _model_at(
+    model: type[BaseModel], location: Location, key: int | str | None = None
+) -> type[BaseModel] | None:
+    """Model found by walking the keys of a location; list indices stay inside their element's model.
+
+    Of several that may stand there, the first that has ``key``, or the first.
+    """
+    found = _models_at(model, location)
+    return next((each for each in found if key in each.model_fields), found[0] if found else None)
+
+
+def _models_at(model: type[BaseModel], location: Location) -> list[type[BaseModel]]:
+    current = [model]
     for part in location:
         if isinstance(part, int):
             continue
-        if part not in current.model_fields:
-            return None
-        nested = next(_models_in(current.model_fields[part].annotation), None)
-        if nested is None:
-            return None
-        current = nested
+        fields = [each.model_fields[part] for each in current if part in each.model_fields]
+        current = [nested for field in fields for nested in _models_in(field.annotation)]
     return current
 
 

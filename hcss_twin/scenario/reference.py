@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 import types
 import typing
@@ -90,11 +91,11 @@ def _page() -> Iterator[str]:
     yield "## Top level\n"
     yield from _table(ScenarioModel, skip_models=True)
     for name, field in ScenarioModel.model_fields.items():
-        model = _model_of(field)
+        model = _model_of(field) or _optional_model(field)
         if model is None or name == "bands":
             continue
         yield f"\n## `[{name}]`\n"
-        yield f"{(model.__doc__ or '').strip()}\n"
+        yield f"{inspect.cleandoc(model.__doc__ or '')}\n"
         if name == "clouds":
             yield (
                 'A single layer\'s keys may stand in `[clouds]` itself (`clouds.type = "stratus"`); the same keys '
@@ -111,8 +112,11 @@ def _page() -> Iterator[str]:
 def _bands() -> Iterator[str]:
     yield "\n## Bands\n"
     yield (
-        "`bands` is a list of names below, limits in um (`[3.4, 4.1]`), or measured responses "
-        '(`{name = "channel 7", response = "channel7.csv"}`, a CSV with columns `wavelength_um`, ascending, '
+        "`bands` is a list of names below, limits in um (`[3.4, 4.1]`, or with a name of their own "
+        '`{name = "narrow", limits = [3.4, 4.1]}`), Gaussian responses (`{name = "g", center_um = 4.0, '
+        "fwhm_um = 0.2}`, "
+        "peak 1, cut where they are 1e-4, 1.82 widths from the centre, which leaves out 2e-5 of the area), or measured "
+        'responses (`{name = "channel 7", response = "channel7.csv"}`, a CSV with columns `wavelength_um`, ascending, '
         "and `response`, 0 to 1). Radiance in a band is the integral of spectral radiance times response over "
         "wavelength, not divided by the integral of the response.\n"
     )
@@ -151,7 +155,7 @@ def _providers() -> Iterator[str]:
 def _table(model: type[BaseModel], skip_models: bool = False) -> Iterator[str]:
     yield "| key | type | allowed | default | meaning |\n|---|---|---|---|---|"
     for name, field in model.model_fields.items():
-        if skip_models and _model_of(field) is not None and name != "bands":
+        if skip_models and (_model_of(field) or _optional_model(field)) is not None and name != "bands":
             continue
         cells = (
             f"`{name}`",
@@ -210,6 +214,12 @@ def _default(field: FieldInfo) -> str:
 def _model_of(field: FieldInfo) -> type[BaseModel] | None:
     annotation: Any = field.annotation
     return annotation if _is_model(annotation) else None
+
+
+def _optional_model(field: FieldInfo) -> type[BaseModel] | None:
+    """Section that may be left out as a whole."""
+    choices = typing.get_args(field.annotation) if type(None) in typing.get_args(field.annotation) else ()
+    return next(filter(_is_model, choices), None)
 
 
 def _is_model(annotation: Any) -> bool:

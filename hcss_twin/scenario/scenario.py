@@ -19,6 +19,7 @@ from hcss_twin.scenario.models import ScenarioModel, has_single_layer, selected
 from hcss_twin.scenario.names import name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.sensor import fill_bands
 from hcss_twin.scenario.wording import shown
 from hcss_twin.shelf import Shelf
 
@@ -110,6 +111,7 @@ class Scenario(ScenarioModel):
         if SWEEP in raw:
             raise ScenarioError([Problem(SWEEP, _NOT_ONE_SCENE)], origin)
         data, problems = apply_overrides(normalise(raw), overrides or {})
+        fill_bands(data, Catalog(base=base))
         short = has_single_layer(raw.get("clouds"))
         scenario: Self | None = None
         try:
@@ -151,6 +153,8 @@ class Scenario(ScenarioModel):
         cannot take their place.
         """
         data = self.model_dump(mode="json")
+        if self.sensor is None:
+            del data["sensor"]
         for key, section in data.items():
             for name in _PROVIDER_KEYS.get(key, ()):
                 section[name] = selected(getattr(self, key), name)

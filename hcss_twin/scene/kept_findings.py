@@ -49,7 +49,7 @@ def _key(scenario: Scenario, assembly: Assembly, files: Mapping[str, str]) -> st
         layer["coverage"] = "some" if 0.0 < layer["coverage"] < 1.0 else layer["coverage"]
         del layer["edge_taper"]
     parts = {
-        "scenario": {name: value for name, value in text.items() if name not in ("title", "seed")},
+        "scenario": {name: value for name, value in text.items() if name not in ("title", "seed", "sensor")},
         "filled_in": [dataclasses.asdict(each) for each in assembly.filled_in],
         "files": dict(files),
     }

@@ -33,6 +33,8 @@ from hcss_twin.scene.ledger.entry import Skipped
 from hcss_twin.scene.ledger.sun_frames import SunFrames
 from hcss_twin.scene.probes import probe_last_frame
 from hcss_twin.scene.quantization import quantized
+from hcss_twin.scene.sensing.made_sensor import MadeSensor
+from hcss_twin.scene.sensing.planned import planned_sensor
 from hcss_twin.scene.slant.sea_sun import require_sea_sun_terms
 from hcss_twin.scene.slant.slant_paths import SlantPaths, slant_paths
 from hcss_twin.scene.sun_track import SunTrack
@@ -63,6 +65,8 @@ class Plan:
         None where the sea is averaged over its waves.
     faint_sunlight : float or None
         Largest share of sunlight in any band, where radiance is computed without it by day; else None.
+    sensor : MadeSensor or None
+        Of the measured cube beside the clean one; the clean one does not depend on it.
     """
 
     scenario: Scenario
@@ -78,6 +82,7 @@ class Plan:
     waves: DrawnWaves | None
     accuracy: RequestedAccuracy
     faint_sunlight: float | None = None
+    sensor: MadeSensor | None = None
 
     @property
     def budget(self) -> Budget:
@@ -266,6 +271,7 @@ class Plan:
             "filled_in": [vars(item) for item in self.filled_in],
             "notes": list(self.notes),
             "skipped": [vars(item) for item in self.skipped],
+            **({} if self.sensor is None else {"sensor": self.sensor.as_dict()}),
         }
 
 
@@ -309,6 +315,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
     probe_last_frame(assembly, float(times[-1]))
+    sensor = planned_sensor(scenario, assembly, catalog)
     findings = kept_findings(scenario, assembly, catalog)
     waves = None
     if findings is None:
@@ -331,6 +338,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         waves=waves,
         accuracy=findings.accuracy,
         faint_sunlight=findings.faint_sunlight,
+        sensor=sensor,
     )
 
 

@@ -27,6 +27,7 @@ from hcss_twin.scene.overlap import overlaps
 from hcss_twin.scene.parts import Part, parts_of, stream_parts
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.provenance import provenance
+from hcss_twin.scene.sensing.sense import require_netcdf, sense_file
 from hcss_twin.scene.tables.kept_tables import tables_of
 from hcss_twin.scene.tables.radiance_tables import RadianceTables
 from hcss_twin.scene.tiles import tile_shape
@@ -50,7 +51,9 @@ def run(
     workers: int = 1,
     scheduler: str | None = None,
 ) -> Path:
-    """Compute a planned scene and write its cube, with its certificate.
+    """Compute a planned scene and write its cube, with its certificate; with a sensor also what it measures.
+
+    The measured cube, ``NAME.sensor.nc`` beside ``NAME.nc``, is made of the finished clean one.
 
     Parameters
     ----------
@@ -76,8 +79,26 @@ def run(
     ProviderError
         If a provider breaks its contract.
     CubeError
-        If the cube cannot be written.
+        If a cube cannot be written.
     """
+    if plan.scenario.sensor is not None:
+        require_netcdf(output)
+    certificate = _write_clean(plan, output, progress, workers, scheduler)
+    if plan.scenario.sensor is not None:
+        sense_file(output, plan.scenario.sensor, base=plan.scenario.base, progress=progress)
+    if certificate is not None:
+        (report or _warn)(certificate)
+    return Path(output)
+
+
+def _write_clean(
+    plan: Plan,
+    output: str | Path,
+    progress: Progress[Any] | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+) -> Certificate | None:
+    """Write the cube of a planned scene and return its certificate, if pixels were checked."""
     tables = tables_of(plan) if plan.needs_radiance else None
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
     certificate: Certificate | None = None
@@ -96,9 +117,7 @@ def run(
         if tables is not None and sample is not None:
             certificate = certify(plan, tables, sample.frames)
             writer.set_attributes(certificate.attributes())
-    if certificate is not None:
-        (report or _warn)(certificate)
-    return Path(output)
+    return certificate
 
 
 def _warn(certificate: Certificate) -> None:
@@ -115,7 +134,8 @@ def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset
         What to simulate.
     output : path, optional
         Where to keep the cube. Without it the cube lives in memory, or, beyond 512 MiB, in a temporary
-        file that goes with the dataset.
+        file that goes with the dataset. The clean cube is returned; what a scenario's sensor measures is kept beside
+        ``output``, and :func:`hcss_twin.sense` makes it of a cube in memory.
 
     The first call on a machine compiles kernels, and says so through ``logging``.
 
@@ -140,7 +160,11 @@ def _in_memory(plan: Plan) -> xr.Dataset:
     """Make a cube in a temporary folder and read it, if it is not too large."""
     folder = tempfile.TemporaryDirectory(prefix="hcss-twin-")
     try:
-        dataset = open_cube(run(plan, Path(folder.name) / "cube.nc"))
+        path = Path(folder.name) / "cube.nc"
+        certificate = _write_clean(plan, path)
+        if certificate is not None:
+            _warn(certificate)
+        dataset = open_cube(path)
         if plan.uncompressed_bytes > IN_MEMORY_BYTES:
             weakref.finalize(dataset, folder.cleanup)
             return dataset

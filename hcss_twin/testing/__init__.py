@@ -15,7 +15,7 @@ import pytest
 pytest.register_assert_rewrite(
     *(
         f"hcss_twin.testing.{name}"
-        for name in ("atmosphere", "clouds", "optics", "radiance", "registration", "sea")
+        for name in ("atmosphere", "clouds", "optics", "radiance", "registration", "sea", "sensor")
     )
 )
 
@@ -37,9 +37,11 @@ from hcss_twin.testing.samples import (  # noqa: E402
     sample_profile,
     sample_radiance_inputs,
     sample_sea_inputs,
+    sample_sensor_inputs,
     sample_wavenumbers,
 )
 from hcss_twin.testing.sea import SeaModelContract  # noqa: E402
+from hcss_twin.testing.sensor import SensorContract  # noqa: E402
 
 __all__ = [
     "CloudGeneratorContract",
@@ -49,6 +51,7 @@ __all__ = [
     "PlainSea",
     "RadianceModelContract",
     "SeaModelContract",
+    "SensorContract",
     "TransmittanceContract",
     "assert_registered",
     "sample_atmosphere_inputs",
@@ -62,5 +65,6 @@ __all__ = [
     "sample_profile",
     "sample_radiance_inputs",
     "sample_sea_inputs",
+    "sample_sensor_inputs",
     "sample_wavenumbers",
 ]

@@ -22,6 +22,8 @@ from hcss_twin.providers import (
     OpticsInputs,
     RadianceInputs,
     SeaInputs,
+    SensorBand,
+    SensorInputs,
     View,
 )
 from hcss_twin.testing.plain import PlainGas, PlainOptics, PlainSea
@@ -168,6 +170,23 @@ def sample_radiance_inputs(
         view=View(zenith_deg=30.0, azimuth_deg=90.0),
         solar_irradiance=_flat_sun,
     )
+
+
+def sample_sensor_inputs(seed: int = 1, **changes: Any) -> SensorInputs:
+    """Return inputs of a sensor: two bands over :func:`sample_grid`; ``changes`` replace fields of ``SensorInputs``."""
+    motion = sample_motion()
+    inputs = SensorInputs(
+        bands=(
+            SensorBand("mid", frozen([3.5, 4.0, 4.5]), frozen([0.0, 1.0, 0.0])),
+            SensorBand("long", frozen([8.0, 12.0]), frozen([1.0, 1.0])),
+        ),
+        grid=sample_grid(),
+        platform_speed_m_s=motion.platform_speed_m_s,
+        frame_interval_s=motion.frame_interval_s,
+        seed=seed,
+        catalog=Catalog(),
+    )
+    return dataclasses.replace(inputs, **changes)
 
 
 def _flat_sun(wavenumber_cm1: Array) -> Array:

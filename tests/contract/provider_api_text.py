@@ -35,7 +35,7 @@ GROUND = {
         ("EARTH_RADIUS_M", "GASES", "Profile", "local_zenith_deg", "slant_length_m"),
     ),
     "hcss_twin.registry": (registry, ("API_VERSION", "Kind", "ProviderSpec", "hookimpl")),
-    "hcss_twin.registry.declared": (declared, ("DEPENDENCIES", "LEGS", "RANGES")),
+    "hcss_twin.registry.declared": (declared, ("DEPENDENCIES", "LEGS", "MEASURED", "RANGES")),
 }
 """What the guide lets plugins import beside ``hcss_twin.providers`` and ``hcss_twin.testing``."""
 

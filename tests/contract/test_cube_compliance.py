@@ -11,6 +11,7 @@ pytest.importorskip("compliance_checker")
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.cube.example import example_frame, example_header
+from hcss_twin.cube.sensor_variables import is_replaced
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.scene.plan import Plan
 
@@ -25,9 +26,9 @@ ComplianceChecker.run_checker(
 """
 
 
-@pytest.fixture(scope="module", params=["plain", "date line, one frame", "simulated", "rounded"])
+@pytest.fixture(scope="module", params=["plain", "date line, one frame", "simulated", "rounded", "measured"])
 def header(request):
-    if request.param in ("simulated", "rounded"):
+    if request.param in ("simulated", "rounded", "measured"):
         small = {
             "image.rows": 16,
             "image.columns": 20,
@@ -36,6 +37,8 @@ def header(request):
             "output.compression": 1,
             "output.quantization": 1e-4 if request.param == "rounded" else 0.0,
         } | CHEAP
+        if request.param == "measured":
+            small |= {"sensor.name": "generic-mwir", "sensor.variables": ["all"]}
         return make_plan(Scenario.load("stratus", small))
     if request.param == "plain":
         return example_header(platform_speed_m_s=7000.0)
@@ -50,6 +53,8 @@ def findings(header, tmp_path_factory):
     folder = tmp_path_factory.mktemp("cube")
     if isinstance(header, Plan):
         simulate(header.scenario, folder / "cube.nc").close()
+        if header.sensor is not None:
+            (folder / "cube.sensor.nc").replace(folder / "cube.nc")
     else:
         with CubeWriter(folder / "cube.nc", header) as writer:
             for index in range(header.frames):
@@ -72,6 +77,13 @@ def findings(header, tmp_path_factory):
     }
 
 
+def written(header):
+    """Variables of the cube that was checked."""
+    if not isinstance(header, Plan) or header.sensor is None:
+        return header.variables
+    return (*(spec for spec in header.variables if not is_replaced(spec.name)), *header.sensor.variables)
+
+
 def test_cf_finds_no_error(findings):
     assert findings["cf:1.11"]["high"] == []
 
@@ -80,14 +92,14 @@ def test_cf_recommends_only_to_put_band_and_layer_before_time(findings, header):
     """Time comes first so that a frame is one stretch of the file; CF only recommends the opposite."""
     left = findings["cf:1.11"]["medium"]
     assert all(text.startswith("§2.4") and ("band (" in text or "layer (" in text) for text in left)
-    assert len(left) == sum(bool({"band", "layer"} & set(spec.dims)) for spec in header.variables)
+    assert len(left) == sum(bool({"band", "layer"} & set(spec.dims)) for spec in written(header))
 
 
 def test_acdd_misses_only_standard_names_that_cf_does_not_have(findings, header):
     # The checker asks no standard names of flags.
     nameless = {
         spec.name
-        for spec in header.variables
+        for spec in written(header)
         if spec.standard_name is None and "flag_values" not in spec.attributes
     }
     assert {text.split('"')[1] for text in findings["acdd:1.3"]["high"]} == nameless

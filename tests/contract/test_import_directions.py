@@ -32,8 +32,9 @@ ALLOWED = {
     "climatology": {"catalog"} | GROUND,
     "multiple_scattering": {"physics", "providers"} | GROUND,
     "radiance": STAND_ON | {"atmosphere", "multiple_scattering"},
-    "cube": {"physics", "version"} | GROUND,
+    "cube": {"physics", "version", "drafts"} | GROUND,
     "export": {"cube", "drafts", "version"} | GROUND,
+    "sensor": STAND_ON,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
 

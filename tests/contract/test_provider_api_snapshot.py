@@ -178,7 +178,7 @@ def test_every_optional_member_the_engine_looks_for_is_documented_and_no_other()
 
 
 def test_every_optional_member_says_its_shape_or_unit():
-    for kind in ("CloudGenerator", "SeaModel", "Transmittance", "RadianceModel"):
+    for kind in ("CloudGenerator", "SeaModel", "Transmittance", "RadianceModel", "Sensor"):
         protocol = getattr(providers, f"{kind}Options")
         for name in protocol.__annotations__:
             assert f"{name} :" in protocol.__doc__

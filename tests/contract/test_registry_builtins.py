@@ -20,12 +20,14 @@ from hcss_twin.testing import (
     OpticsContract,
     RadianceModelContract,
     SeaModelContract,
+    SensorContract,
     TransmittanceContract,
     assert_registered,
     sample_atmosphere_inputs,
     sample_cloud_inputs,
     sample_microphysics,
     sample_sea_inputs,
+    sample_sensor_inputs,
 )
 
 HELD_TO_THE_KIT = {
@@ -34,6 +36,7 @@ HELD_TO_THE_KIT = {
     "optics": {"bulk", "mie"},
     "atmosphere": {"band-model", "table"},
     "radiance": {"as-printed", "physical", "physical-two-stream"},
+    "sensors": {"radiometer"},
 }
 
 
@@ -230,3 +233,62 @@ class TestPhysical(RadianceModelContract):
 class TestPhysicalTwoStream(RadianceModelContract):
     def make_provider(self, inputs):
         return create("radiance", "physical-two-stream", inputs, streams=4)
+
+
+class TestRadiometer(SensorContract):
+    parameters: ClassVar[dict[str, object]] = {}
+
+    def make_provider(self, inputs):
+        return create("sensors", "radiometer", inputs, **self.parameters)
+
+
+class TestRadiometerThatCounts(TestRadiometer):
+    parameters: ClassVar[dict[str, object]] = {
+        "psf": "airy",
+        "aperture_diameter": 0.2,
+        "pixel_angle": 3e-5,
+        "integration_time": 0.01,
+        "noise": "photon",
+        "read_noise": 50.0,
+        "dark_current": 1e4,
+        "gain_deviation": 0.01,
+        "offset_electrons": 20.0,
+        "well_depth": 3e7,
+        "bits": 14,
+        "number_offset": 50,
+    }
+
+
+class TestRadiometerThatCountsWithoutOptics(TestRadiometer):
+    parameters: ClassVar[dict[str, object]] = {
+        "aperture_diameter": 0.01,
+        "pixel_angle": 3e-5,
+        "integration_time": 1e-6,
+        "smear": False,
+        "noise": "photon",
+    }
+
+
+class TestRadiometerWithNoiseOfASize(TestRadiometer):
+    parameters: ClassVar[dict[str, object]] = {
+        "noise": "nedt",
+        "nedt": {"mid": 0.1, "long": 0.05},
+        "fixed_pattern": "row",
+        "offset_radiance": 0.01,
+        "saturation_radiance": {"mid": 4.0, "long": 90.0},
+        "bits": 12,
+    }
+
+
+class TestRadiometerWithAKernel(TestRadiometer):
+    @pytest.fixture(autouse=True)
+    def _kernel(self, tmp_path):
+        self.folder = tmp_path
+        (tmp_path / "kernel.txt").write_text("0 1 0\n1 4 2\n0 1 0\n", encoding="utf-8")
+
+    @pytest.fixture
+    def inputs(self):
+        return sample_sensor_inputs(catalog=Catalog(base=self.folder))
+
+    def make_provider(self, inputs):
+        return create("sensors", "radiometer", inputs, psf="file", psf_file="kernel.txt")

@@ -16,10 +16,12 @@ from stranger.radiance import Absorbing
 from stranger.radiance import Parameters as AbsorbingParameters
 from stranger.sea import Parameters as SlushParameters
 from stranger.sea import Slush
+from stranger.sensor import Lagging
+from stranger.sensor import Parameters as LaggingParameters
 
 import hcss_twin
 from hcss_twin import Scenario, make_plan
-from hcss_twin.errors import ProviderError
+from hcss_twin.errors import CubeError, ProviderError
 from hcss_twin.physics.paths import to_space
 from hcss_twin.registry import Kind, Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.scene.overlap import overlaps
@@ -28,6 +30,7 @@ from hcss_twin.testing import (
     OpticsContract,
     RadianceModelContract,
     SeaModelContract,
+    SensorContract,
     TransmittanceContract,
     assert_registered,
     sample_atmosphere_inputs,
@@ -39,7 +42,10 @@ CHOICES = {
     Kind.OPTICS: ("optics.provider", "soft"),
     Kind.ATMOSPHERE: ("atmosphere.provider", "malkmus"),
     Kind.RADIANCE: ("radiance.model", "absorbing"),
+    Kind.SENSORS: ("sensor.model", "lagging"),
 }
+
+OF_THE_CLEAN_CUBE = {kind: choice for kind, choice in CHOICES.items() if kind is not Kind.SENSORS}
 
 
 class TestCloudStreets(CloudGeneratorContract):
@@ -67,6 +73,11 @@ class TestAbsorbing(RadianceModelContract):
         return Absorbing(inputs, AbsorbingParameters())
 
 
+class TestLagging(SensorContract):
+    def make_provider(self, inputs):
+        return Lagging(inputs, LaggingParameters())
+
+
 def test_saturated_legs_do_not_multiply():
     gas = Malkmus(sample_atmosphere_inputs(), MalkmusParameters(depth=5.0))
     down, up = to_space(0.0, 40.0), to_space(0.0, 20.0)
@@ -76,7 +87,7 @@ def test_saturated_legs_do_not_multiply():
 
 @pytest.fixture
 def installed(monkeypatch):
-    """The five of them beside the built-in providers."""
+    """All of them beside the built-in providers."""
     registry = Registry.defaults_only()
     registry.add(stranger, Origin("stranger", "hcss-stranger", "1.0"))
     assert not registry.broken
@@ -164,11 +175,21 @@ def assert_runs_and_differs(choices, usual):
     assert used == {name for _, name in choices}
 
 
-def test_a_scene_runs_with_all_five(installed, usual):
-    assert_runs_and_differs(list(CHOICES.values()), usual)
+def test_a_scene_runs_with_all_of_them(installed, usual):
+    assert_runs_and_differs(list(OF_THE_CLEAN_CUBE.values()), usual)
+
+
+def test_a_stranger_sensor_measures_the_frames_in_order(installed, usual):
+    measured = hcss_twin.sense(usual, {"model": "lagging", "parameters": {"part": 0.25}})
+    first, second = usual["radiance"].to_numpy().astype(float)
+    np.testing.assert_allclose(measured["radiance"][0], first, rtol=1e-6)
+    np.testing.assert_allclose(measured["radiance"][1], 0.75 * second + 0.25 * first, rtol=1e-6)
+    assert json.loads(measured.attrs["hcss_providers"])["sensors"]["distribution"] == "hcss-stranger"
+    with pytest.raises(CubeError, match="out of order, and the sensor 'lagging' remembers earlier ones"):
+        hcss_twin.sense(usual.isel(time=[1, 0]), {"model": "lagging"})
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", CHOICES)
+@pytest.mark.parametrize("kind", OF_THE_CLEAN_CUBE)
 def test_a_scene_runs_with_one_among_the_built_in(installed, usual, kind):
     assert_runs_and_differs([CHOICES[kind]], usual)

@@ -46,7 +46,7 @@ WRONG = [
     ("sea.coverage = 0.3", "sea.coverage", "closest is 'clouds.coverage'"),
     ("sea.wind_sped = 3", "sea.wind_sped", "closest is 'wind_speed'"),
     ("sea.model = 'cox-munk'\nsea.slopes = 'x'", "sea.slopes", "'sea.parameters.slopes'", '= "rough-sea"'),
-    ("clouds.seed = 3", "clouds.seed", "closest is 'seed' at the top level"),
+    ("clouds.seed = 3", "clouds.seed", "closest is 'seed' or 'sensor.seed'"),
     ("response = 'x.csv'", "response", "closest is 'bands[0].response'"),
     # ranges
     ("view.zenith = 95", "view.zenith", "95 is out of range", ">= 0 and <= 85", "choice is 85"),

@@ -21,7 +21,7 @@ from hcss_twin.versions import installed_version, versions
 
 _VERSIONS, _PROVIDERS, _FILES = "hcss_versions", "hcss_providers", "hcss_files_sha256"
 _TOLD_APART = (SCENARIO_ATTRIBUTE, _VERSIONS, _PROVIDERS, _FILES)
-_NOT_REPEATED = (
+CERTIFICATE = (
     "hcss_certificate",
     "hcss_accuracy_achieved",
     "hcss_accuracy_achieved_kelvin",
@@ -30,6 +30,11 @@ _NOT_REPEATED = (
     "hcss_certificate_strata",
 )
 """The certificate: what was checked then is not checked again, because all of it is."""
+
+CLEAN_CERTIFICATE = "hcss_clean_certificate"
+"""That of the clean cube, as a measured one quotes it."""
+
+_NOT_REPEATED = (*CERTIFICATE, CLEAN_CERTIFICATE)
 
 _LONGEST = 120
 

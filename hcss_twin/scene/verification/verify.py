@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,12 +11,16 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.sensor_variables import SENSOR_ATTRIBUTE
 from hcss_twin.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.parts import stream_parts
+from hcss_twin.scene.parts import Part, stream_parts
 from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.sensing.recomputed import measured_frames, measured_header, needs_all_frames
 from hcss_twin.scene.simulate import cube_header
+from hcss_twin.scene.stream import stream
+from hcss_twin.scene.tables.radiance_tables import RadianceTables
 from hcss_twin.scene.tiles import tiles
 from hcss_twin.scene.verification.cube_layout import CubeLayout
 from hcss_twin.scene.verification.recorded import Recorded
@@ -33,6 +37,7 @@ def verify_cube(
 ) -> Verification:
     """Make the scene of a cube anew, from its scenario alone, and compare what comes out.
 
+    A cube that a sensor measured is made anew with the clean one it was made of.
     Nothing that earlier runs kept is used, neither tables nor cloud optics, and nothing is written. Frames are
     made and read one by one.
 
@@ -61,6 +66,7 @@ def verify_cube(
     with open_cube(path) as dataset:
         recorded = Recorded.of(dict(dataset.attrs), os.fspath(path))
         layout = CubeLayout(path, dataset)
+        measured = SENSOR_ATTRIBUTE in dataset.attrs
     if base is None:
         known = recorded.bases()
         base = known[0] if len(known) == 1 else Path.cwd()
@@ -72,7 +78,7 @@ def verify_cube(
         plan = make_plan(
             Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path)), keeps_results=False
         )
-        found = _compared(found, plan, recorded, layout, frames, progress)
+        found = _compared(found, plan, recorded, layout, frames, progress, measured)
     except CubeError:
         raise
     except ScenarioError as error:
@@ -95,17 +101,23 @@ def _compared(
     layout: CubeLayout,
     wanted: int | None,
     progress: Progress | None,
+    measured: bool,
 ) -> Verification:
     tables = compile_tables(plan) if plan.needs_radiance else None
     header = cube_header(plan, tables)
+    if measured:
+        header = measured_header(plan, header)
     with layout.matched(header) as matched:
         pairs = matched.frames
         if wanted is not None and pairs:
             pairs = [
                 pairs[each] for each in np.unique(np.linspace(0, len(pairs) - 1, wanted).round().astype(int))
             ]
-        made: Iterable[Any] = stream_parts(plan, tables, frames=[ours for _, ours in pairs])
-        count = len(tiles(plan))
+        numbers = [ours for _, ours in pairs]
+        made: Iterable[Any] = (
+            _measured(plan, tables, numbers) if measured else stream_parts(plan, tables, frames=numbers)
+        )
+        count = 1 if measured else len(tiles(plan))
         if progress is not None:
             made = progress(made, len(pairs) * count)
         for position, part in enumerate(made):
@@ -117,3 +129,14 @@ def _compared(
             attributes=recorded.attribute_changes(header.attributes),
             variables=matched.results(),
         )
+
+
+def _measured(plan: Plan, tables: RadianceTables | None, numbers: Sequence[int]) -> Iterator[Part]:
+    """Make frames of a measured cube, with all before them where the sensor remembers those."""
+    made = range(max(numbers, default=-1) + 1) if needs_all_frames(plan) else numbers
+    wanted = set(numbers)
+    for number, frame in zip(
+        made, measured_frames(plan, made, stream(plan, tables, frames=made)), strict=True
+    ):
+        if number in wanted:
+            yield Part(number, None, frame)

@@ -1,4 +1,4 @@
-"""Five small providers, one of each kind, written from docs/writing-a-plugin.md alone."""
+"""Six small providers, one of each kind, written from docs/writing-a-plugin.md alone."""
 
 from hcss_twin.registry import ProviderSpec, hookimpl
 
@@ -31,3 +31,8 @@ def hcss_register_transmittance_providers():
 @hookimpl
 def hcss_register_radiance_models():
     return _spec("absorbing", "radiance:Absorbing", "clouds that only absorb and emit")
+
+
+@hookimpl
+def hcss_register_sensors():
+    return _spec("lagging", "sensor:Lagging", "detectors that keep a part of the last frame")

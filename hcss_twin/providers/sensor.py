@@ -1,0 +1,119 @@
+"""Sensors: what is measured of the radiance that reaches the sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.providers.clouds import Grid
+from hcss_twin.providers.common import Array, Declares
+
+
+@dataclass(frozen=True)
+class SensorBand:
+    """One spectral band of the frames.
+
+    Attributes
+    ----------
+    name : str
+        Name in the cube.
+    wavelength_um : ndarray (N,)
+        Ascending wavelengths at which the response is known; linear between, 0 outside.
+    response : ndarray (N,)
+        Relative response, 0 to 1. Band radiance is the integral over wavelength of spectral radiance times response.
+    """
+
+    name: str
+    wavelength_um: Array
+    response: Array
+
+
+@dataclass(frozen=True)
+class SensorInputs:
+    """What a sensor is built from.
+
+    Attributes
+    ----------
+    bands : tuple of SensorBand (B,)
+        Bands in the order of the frames' first axis.
+    grid : Grid
+        The image: rows, columns, and side of the square ground pixel.
+    platform_speed_m_s : float
+        Speed of the image's ground footprint in +x (columns).
+    frame_interval_s : float
+        Time between frames.
+    seed : int
+        0 to below 2^63. All randomness follows from it.
+    catalog : Catalog
+        Reader of data files.
+    """
+
+    bands: tuple[SensorBand, ...]
+    grid: Grid
+    platform_speed_m_s: float
+    frame_interval_s: float
+    seed: int
+    catalog: Catalog
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a sensor makes of one frame; what it does not have is None.
+
+    Attributes
+    ----------
+    radiance : ndarray (B, y, x)
+        Band radiance as measured, W m-2 sr-1; noise may make it negative.
+    photon_rate : ndarray (B, y, x) or None
+        Photons per second that the scene sends into each pixel's detector, before noise, s-1.
+    digital_number : ndarray (B, y, x) of integers or None
+        What is read out, 0 or more and below 2^31.
+    saturated : ndarray (B, y, x) of integers or None
+        0 where the value is within range; 1 where it was cut at the upper end; 2 where it was cut at the lower end of
+        the digital numbers.
+    """
+
+    radiance: Array
+    photon_rate: Array | None = None
+    digital_number: NDArray[np.int32] | None = None
+    saturated: NDArray[np.uint8] | None = None
+
+
+@runtime_checkable
+class Sensor(Protocol):
+    """Turns clean frames into measured ones.
+
+    Attributes
+    ----------
+    variables : tuple of str
+        What it gives beside radiance, among ``photon_rate``, ``digital_number``, ``saturated``.
+    """
+
+    declares: Declares
+    variables: tuple[str, ...]
+
+    def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
+        """Return what is measured of ``radiance`` (B, y, x), W m-2 sr-1 at the sensor.
+
+        ``frame`` is the number of the frame at the frame interval from the scenario's start, ``time_s`` counts from
+        there. The result is that of its arguments and of the seed: frames may come in any order and several at once,
+        unless ``declares.remembers``. A band's result does not depend on which other bands there are.
+        """
+        ...
+
+
+class SensorOptions(Protocol):
+    """What a sensor may have beside ``Sensor``, as attributes set when it is made.
+
+    Attributes
+    ----------
+    worked_out : mapping of str to anything JSON has
+        Numbers that follow from the parameters and that a user would check first; written into the cube.
+    """
+
+    worked_out: Mapping[str, Any]

@@ -1,0 +1,149 @@
+"""The ``[sensor]`` section, and the sensors that it can name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+from pydantic import Field, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from hcss_twin.catalog import Catalog
+from hcss_twin.errors import CatalogError, ScenarioError
+from hcss_twin.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.scenario.band_entries import Bands
+from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.section import Section
+from hcss_twin.scenario.units import Whole
+
+DEFAULT_MODEL = "radiometer"
+
+FOLDER = "sensors"
+"""Of the catalog, with a file for each named sensor."""
+
+
+class Sensor(Section):
+    """What a sensor makes of the radiance; without the section no sensor, and only the clean cube.
+
+    With it a run also writes `NAME.sensor.nc` beside the clean `NAME.nc` (docs/sensor.md).
+    """
+
+    name: str | None = Field(
+        None,
+        min_length=1,
+        description="Named sensor whose model, parameters and bands are taken where the scenario gives none: a catalog "
+        "name or a TOML file of the same form.",
+    )
+    model: str | None = Field(
+        None,
+        description=f"Sensor model (see `hcss plugins`); default: that of the named sensor, or `{DEFAULT_MODEL}`.",
+    )
+    parameters: dict[str, Any] = Field(
+        default_factory=dict, description="Parameters of the model; they go before those of the named sensor."
+    )
+    variables: tuple[str, ...] = Field(
+        (),
+        description='What the cube of the sensor holds beside radiance and truth: "photon_rate", "digital_number", '
+        '"saturated", or "all" that the sensor gives.',
+    )
+    seed: Whole | None = Field(
+        None,
+        ge=0,
+        lt=2**63,
+        description="Seed of the sensor's random numbers; default: that of the scenario.",
+    )
+
+
+class NamedSensor(Section):
+    """A file of ``catalogs/sensors`` or of a user."""
+
+    title: str = Field(min_length=1, description="What it is.")
+    description: str = Field("", description="What the numbers stand for, and what they leave out.")
+    model: str = Field(DEFAULT_MODEL, description="Sensor model.")
+    bands: Bands | None = Field(None, min_length=1, max_length=100, description="As `bands` of a scenario.")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
+    sources: dict[str, str] = Field(
+        description="Where each number comes from, by its key; 'bands' for the bands."
+    )
+
+    @model_validator(mode="after")
+    def _every_number_has_its_source(self) -> Self:
+        wanted = [*self.parameters, *(("bands",) if self.bands is not None else ())]
+        missing = [key for key in wanted if key not in self.sources]
+        if missing:
+            raise PydanticCustomError(
+                "sources", f"sources lacks {', '.join(missing)}; allowed: a source for each number given"
+            )
+        return self
+
+
+@dataclass(frozen=True)
+class SensorChoice:
+    """What a section and the sensor it names come to.
+
+    Attributes
+    ----------
+    model : str
+        Name that selects the provider.
+    parameters : mapping
+        Of the provider, as typed.
+    named : NamedSensor or None
+        The file.
+    """
+
+    model: str
+    parameters: Mapping[str, Any]
+    named: NamedSensor | None
+
+
+def load_sensor(name: str, catalog: Catalog) -> NamedSensor:
+    """Read a named sensor.
+
+    Raises
+    ------
+    CatalogError
+        If there is none, or it is not TOML.
+    ScenarioError
+        If a key of the file is wrong; its ``origin`` is the file.
+    """
+    path = catalog.find(name, FOLDER, ".toml")
+    raw = catalog.toml(path)
+    try:
+        return NamedSensor.model_validate(raw)
+    except ValidationError as error:
+        raise ScenarioError(problems_from(error, NamedSensor, raw=raw), str(path)) from error
+
+
+def choose_sensor(section: Sensor, catalog: Catalog) -> SensorChoice:
+    """Merge a section with the sensor it names.
+
+    A model nobody named is ours, whatever else is installed under the same name. Parameters of a named sensor are
+    those of its own model: where the section names another, they are left aside.
+
+    Raises
+    ------
+    CatalogError, ScenarioError
+        As :func:`load_sensor`.
+    """
+    named = None if section.name is None else load_sensor(section.name, catalog)
+    own = f"{OWN_DISTRIBUTION}/{DEFAULT_MODEL}"
+    usual = own if named is None or named.model == DEFAULT_MODEL else named.model
+    model = section.model or usual
+    same = named is not None and model.rpartition("/")[2] == named.model.rpartition("/")[2]
+    parameters = {**(named.parameters if named is not None and same else {}), **section.parameters}
+    return SensorChoice(model, parameters, named)
+
+
+def fill_bands(data: dict[str, Any], catalog: Catalog) -> None:
+    """Give a raw scenario without bands those of the sensor it names; what is wrong with the file is told elsewhere."""
+    section = data.get("sensor")
+    name = section.get("name") if isinstance(section, Mapping) else None
+    if not isinstance(name, str) or "bands" in data:
+        return
+    try:
+        named = load_sensor(name, catalog)
+    except (CatalogError, ScenarioError, OSError, RuntimeError, ValueError):  # reported at sensor.name
+        return
+    if named.bands is not None:
+        data["bands"] = named.model_dump(mode="json")["bands"]

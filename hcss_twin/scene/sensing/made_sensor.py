@@ -1,0 +1,158 @@
+"""The sensor that a scenario's section selects, made for its bands and image."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ValidationError
+
+from hcss_twin.cube.sensor_variables import MEASURED_RADIANCE, measured_variables
+from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.errors import Problem, ProviderError, ScenarioError, choose_from
+from hcss_twin.providers import Measured, SensorInputs
+from hcss_twin.providers import Sensor as SensorModel
+from hcss_twin.registry.discovery import Entry
+from hcss_twin.registry.guard import guard
+from hcss_twin.registry.kinds import Kind
+from hcss_twin.registry.registry import Registry
+from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.sensor import NamedSensor, Sensor, choose_sensor, load_sensor
+from hcss_twin.scene.building.blame import blamed_on
+
+ALL = "all"
+
+
+@dataclass(frozen=True)
+class MadeSensor:
+    """A sensor, built and guarded.
+
+    Attributes
+    ----------
+    section : Sensor
+        What the user asked for.
+    named : NamedSensor or None
+        The file it names.
+    entry : Entry
+        Who brings the model.
+    parameters : mapping
+        All of them, with defaults; empty where the model has none.
+    provider : hcss_twin.providers.Sensor
+    variables : tuple of VariableSpec
+        Measured radiance and what was asked for beside it.
+    seed : int
+    """
+
+    section: Sensor
+    named: NamedSensor | None
+    entry: Entry
+    parameters: Mapping[str, Any]
+    provider: SensorModel
+    variables: tuple[VariableSpec, ...]
+    seed: int
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What users should know about it."""
+        return self.provider.declares.notes
+
+    @property
+    def title(self) -> str:
+        """What people call it."""
+        return self.entry.name if self.named is None else self.named.title
+
+    def measure(self, radiance: NDArray[np.float32], frame: int, time_s: float) -> dict[str, NDArray[Any]]:
+        """Return each variable of a frame in its type.
+
+        Raises
+        ------
+        ProviderError
+            If the sensor breaks its contract.
+        """
+        clean = radiance.astype(np.float64)
+        clean.flags.writeable = False
+        measured: Measured = self.provider.measure(clean, frame, time_s)
+        return {spec.name: _stored(getattr(measured, spec.name), spec, self.entry) for spec in self.variables}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for the plan and for the cube's provenance."""
+        named = self.named
+        return {
+            "name": self.section.name,
+            "title": self.title,
+            "model": self.entry.name,
+            "distribution": self.entry.distribution,
+            "version": self.entry.version,
+            "seed": self.seed,
+            "parameters": dict(self.parameters),
+            "worked_out": dict(getattr(self.provider, "worked_out", {})),
+            "sources": {} if named is None else dict(named.sources),
+            "notes": list(self.notes),
+        }
+
+
+def make_sensor(section: Sensor, inputs: SensorInputs) -> MadeSensor:
+    """Build the sensor of a section.
+
+    Parameters
+    ----------
+    inputs : SensorInputs
+        With the scenario's seed, which the section may replace.
+
+    Raises
+    ------
+    ScenarioError
+        Naming the key that is wrong.
+    ProviderError
+        If the model is broken.
+    """
+    with blamed_on("sensor.name"):
+        if section.name is not None:
+            load_sensor(section.name, inputs.catalog)
+        choice = choose_sensor(section, inputs.catalog)
+    registry = Registry.discover()
+    with blamed_on("sensor.model", choice.parameters):
+        entry = registry.resolve(Kind.SENSORS, choice.model)
+        parameters = _parameters(registry.parameters_model(entry), choice.parameters)
+        seed = inputs.seed if section.seed is None else section.seed
+        inputs = replace(inputs, seed=seed)
+        provider = guard(entry, registry.create(entry, inputs, parameters), inputs)
+    dumped = {} if parameters is None else parameters.model_dump(mode="json")
+    try:
+        json.dumps(dict(getattr(provider, "worked_out", {})))
+    except (TypeError, ValueError) as error:
+        raise ProviderError(f"{entry.label}: worked_out cannot be written as JSON: {error}") from error
+    variables = measured_variables(_wanted(section.variables, provider.variables, entry))
+    return MadeSensor(section, choice.named, entry, dumped, provider, variables, seed)
+
+
+def _parameters(model: type[BaseModel] | None, given: Mapping[str, Any]) -> BaseModel | None:
+    if model is None:
+        if given:
+            raise ScenarioError([Problem("sensor.parameters", "the model takes none; allowed: none")])
+        return None
+    try:
+        return model.model_validate(dict(given))
+    except ValidationError as error:
+        raise ScenarioError(problems_from(error, model, prefix="sensor.parameters", raw=given)) from error
+
+
+def _wanted(asked: tuple[str, ...], given: tuple[str, ...], entry: Entry) -> tuple[str, ...]:
+    """Names of the variables beside radiance."""
+    for name in asked:
+        if name not in (*given, ALL, MEASURED_RADIANCE.name):
+            message = f"'{name}' is not among what the sensor '{entry.name}' gives with these parameters"
+            raise ScenarioError(
+                [Problem("sensor.variables", f"{message}; {choose_from(name, (*given, ALL))}")]
+            )
+    return given if ALL in asked else tuple(name for name in given if name in asked)
+
+
+def _stored(array: NDArray[Any], spec: VariableSpec, entry: Entry) -> NDArray[Any]:
+    if array.dtype.kind == "f" and float(np.abs(array).max(initial=0.0)) > float(np.finfo(spec.dtype).max):
+        raise ProviderError(f"{entry.label}: {spec.name} is too large for {spec.dtype}")
+    return np.ascontiguousarray(array, dtype=spec.dtype)

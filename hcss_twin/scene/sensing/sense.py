@@ -1,0 +1,191 @@
+"""Measure a clean cube with a sensor."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from hcss_twin.cube.formats import is_zarr
+from hcss_twin.cube.layout import variable_attributes
+from hcss_twin.cube.measured_writer import measured_cube
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.sensor_variables import is_replaced
+from hcss_twin.errors import CubeError, ScenarioError
+from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.sensor import Sensor
+from hcss_twin.scene.sensing.made_sensor import MadeSensor, make_sensor
+from hcss_twin.scene.sensing.of_cube import CleanCube, read_clean
+from hcss_twin.scene.sensing.provenance import sensor_attributes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Progress = Callable[[Iterable[Any], int], Iterable[Any]]
+
+
+def measured_path(clean: Path) -> Path:
+    """Return the name of the measured cube of a pair: ``NAME.sensor.nc`` beside ``NAME.nc``."""
+    return clean.with_name(f"{clean.stem}.sensor{clean.suffix or '.nc'}")
+
+
+def require_netcdf(clean: str | os.PathLike[str]) -> None:
+    """Refuse a Zarr store as the clean cube of a pair.
+
+    Raises
+    ------
+    CubeError
+        If the name is that of a Zarr store.
+    """
+    if is_zarr(clean):
+        raise CubeError(
+            f"{os.fspath(clean)}: sensors measure NetCDF cubes; allowed: a name that ends in .nc, or no sensor"
+        )
+
+
+def sense_file(
+    clean_path: str | os.PathLike[str],
+    section: Sensor,
+    output: str | os.PathLike[str] | None = None,
+    base: Path | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Write the measured cube of a pair beside a finished clean one, frame by frame.
+
+    Parameters
+    ----------
+    clean_path : path
+        A finished clean cube.
+    section : Sensor
+        The sensor.
+    output : path, optional
+        By default ``NAME.sensor.nc`` in the same folder. It appears only when it is complete.
+    base : Path, optional
+        Where relative paths of the sensor and of the cube's bands lead; by default those of the sensor from the
+        working folder, and those of the bands where they led when the cube was made, if its files are still there.
+    progress : callable, optional
+        Wraps the iterable of frames, given their number.
+
+    Returns
+    -------
+    Path
+        The measured cube.
+
+    Raises
+    ------
+    CubeError
+        If the cube is not a clean one, cannot be read, or the new one cannot be written.
+    ScenarioError
+        If the section does not fit the sensor or the cube.
+    ProviderError
+        If the sensor breaks its contract.
+    """
+    clean_path = Path(clean_path)
+    require_netcdf(clean_path)
+    path = measured_path(clean_path) if output is None else Path(output)
+    with open_cube(clean_path) as dataset:
+        cube = read_clean(dataset, str(clean_path), base)
+        attributes = dict(dataset.attrs)
+    sensor = _made(section, cube, str(clean_path))
+    changed = sensor_attributes(attributes, sensor, cube.inputs.catalog.used, clean_path.name)
+    with measured_cube(clean_path, path, sensor.variables, changed) as pair:
+        frames: Iterable[int] = range(pair.frames)
+        if progress is not None:
+            frames = progress(frames, pair.frames)
+        for index in frames:
+            pair.write_frame(index, _measured(sensor, cube, index, pair.radiance(index)))
+    return path
+
+
+def sense(
+    cube: str | os.PathLike[str] | xr.Dataset,
+    sensor: str | os.PathLike[str] | Mapping[str, Any] | Sensor,
+    output: str | os.PathLike[str] | None = None,
+) -> xr.Dataset:
+    """Return what a sensor measures of a clean cube.
+
+    Parameters
+    ----------
+    cube : path or Dataset
+        A finished clean cube, or one that is open or in memory.
+    sensor : str, path, mapping or Sensor
+        Name of a sensor of the catalog (``modis``), a TOML file of the same form, or the keys of a scenario's
+        ``[sensor]`` (``{"parameters": {"noise": "nedt", "nedt": 0.05}}``).
+    output : path, optional
+        Where to keep the measured cube, for a ``cube`` given as a path; else it is in memory.
+
+    Returns
+    -------
+    Dataset
+        Radiance as measured, what else the section asks for, and the truth layers of the clean cube.
+
+    Raises
+    ------
+    CubeError, ScenarioError, ProviderError
+        As :func:`sense_file`.
+    """
+    section = section_of(sensor)
+    if isinstance(cube, str | os.PathLike):
+        if output is not None:
+            return open_cube(sense_file(cube, section, output))
+        with open_cube(cube) as opened:
+            return _in_memory(opened, section, os.fspath(cube)).load()
+    if output is not None:
+        raise CubeError("output is for cubes given as a path; write this one with Dataset.to_netcdf")
+    return _in_memory(cube, section, "the dataset")
+
+
+def section_of(sensor: Any) -> Sensor:
+    """Return the section that a name, a path, a mapping or a section stands for; raises :class:`ScenarioError`."""
+    if isinstance(sensor, Sensor):
+        return sensor
+    raw = {"name": os.fspath(sensor)} if isinstance(sensor, str | os.PathLike) else sensor
+    try:
+        return Sensor.model_validate(raw)
+    except ValidationError as error:
+        raise ScenarioError(problems_from(error, Sensor, prefix="sensor", raw=raw)) from error
+
+
+def _made(section: Sensor, cube: CleanCube, name: str) -> MadeSensor:
+    sensor = make_sensor(section, cube.inputs)
+    if sensor.provider.declares.remembers and np.any(np.diff(cube.frame_numbers) != 1):
+        raise CubeError(
+            f"{name}: frames are missing or out of order, and the sensor '{sensor.entry.name}' remembers earlier ones; "
+            "allowed: each frame after the one before it"
+        )
+    return sensor
+
+
+def _measured(sensor: MadeSensor, cube: CleanCube, index: int, radiance: Any) -> dict[str, Any]:
+    return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]))
+
+
+def _in_memory(dataset: xr.Dataset, section: Sensor, name: str) -> xr.Dataset:
+    import xarray as xr
+
+    cube = read_clean(dataset, name, None)
+    made = _made(section, cube, name)
+    clean = dataset["radiance"].transpose("time", "band", "y", "x")
+    frames = [
+        _measured(made, cube, index, clean.isel(time=index).to_numpy())
+        for index in range(clean.sizes["time"])
+    ]
+    kept = dataset.drop_vars([str(each) for each in dataset.data_vars if is_replaced(str(each))])
+    # as open_cube shows variables: what CF needs to find coordinates is encoding there
+    for spec in made.variables:
+        values = np.stack([frame[spec.name] for frame in frames])
+        variable = xr.Variable(spec.dims, values, variable_attributes(spec))
+        variable.encoding.update({key: value for key, value in clean.encoding.items() if key in _CF_ENCODING})
+        kept[spec.name] = variable
+    clean_name = Path(name).name if os.path.isfile(name) else ""
+    changed = sensor_attributes(dataset.attrs, made, cube.inputs.catalog.used, clean_name)
+    attributes = {**dataset.attrs, **changed}
+    kept.attrs = {key: value for key, value in attributes.items() if value is not None}
+    return kept
+
+
+_CF_ENCODING = ("coordinates", "grid_mapping")
