@@ -44,13 +44,19 @@ def example(cube: Path, output: Path, band: str | None) -> None:
 @cli.command()
 @click.argument("cube", type=click.Path(exists=True, path_type=Path))
 def wavelength(cube: Path) -> None:
-    """Say the mean wavelengths of the light of CUBE's scene in each band, for wavelength_um."""
+    """Say the mean wavelengths of the light of CUBE's scene, for wavelength_um, and how far the others are off."""
+    from hcss_pyxel.wavelengths import compared
     from hcss_twin.scene.mean_wavelength import mean_wavelengths_of
 
-    click.echo("band: clear sky ... thickest cloud, um (radiance, W m-2 sr-1)")
-    for each in mean_wavelengths_of(cube):
-        columns = zip(each.wavelength_um, each.radiance, strict=True)
-        click.echo(f"{each.band}: " + ", ".join(f"{mean:.4f} ({energy:.4g})" for mean, energy in columns))
+    click.echo(
+        "mean wavelength in um; errors of the number of photons; radiance in W m-2 sr-1, clear sky first"
+    )
+    click.echo(f"{'band':<16}{'scene':>9}{'central':>9}{'black-body':>12}{'radiance':>12}")
+    for each in compared(cube, mean_wavelengths_of(cube)):
+        click.echo(
+            f"{each.band:<16}{each.scene_um:9.4f}{each.central_error:+9.1%}{each.black_body_error:+12.1%}"
+            f"{each.radiance:12.4g}"
+        )
 
 
 @cli.command()

@@ -1,0 +1,59 @@
+"""How far assumed mean wavelengths are from those of a scene's own spectra."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from hcss_pyxel.radiometry import black_body_wavelength_um
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.scene.mean_wavelength import MeanWavelength
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One column of a scene in one band.
+
+    Attributes
+    ----------
+    band : str
+    radiance : float
+        W m-2 sr-1.
+    scene_um : float
+        Mean wavelength by the scene's spectrum.
+    central_error, black_body_error : float
+        Relative error of the number of photons with ``central`` and ``black-body``.
+    """
+
+    band: str
+    radiance: float
+    scene_um: float
+    central_error: float
+    black_body_error: float
+
+
+def compared(cube: str | os.PathLike[str], known: Iterable[MeanWavelength]) -> Iterator[Compared]:
+    """Yield the columns of each band that the cube has.
+
+    Raises
+    ------
+    CubeError
+        If the cube cannot be read.
+    """
+    with open_cube(cube) as dataset:
+        bands = [str(name) for name in dataset["band"].to_numpy()]
+        central = dict(zip(bands, dataset["wavelength"].to_numpy().tolist(), strict=True))
+        limits = dict(zip(bands, dataset["wavelength_bounds"].to_numpy().tolist(), strict=True))
+    for each in known:
+        if each.band not in central:
+            continue
+        black_body = black_body_wavelength_um(each.radiance, *limits[each.band])
+        for radiance, scene, assumed in zip(each.radiance, each.wavelength_um, black_body, strict=True):
+            yield Compared(
+                each.band,
+                float(radiance),
+                float(scene),
+                central[each.band] / float(scene) - 1.0,
+                float(assumed) / float(scene) - 1.0,
+            )
