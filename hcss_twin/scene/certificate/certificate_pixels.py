@@ -138,16 +138,15 @@ class FrameSample:
         here = self._count_of(stratum[free])
         self._pixels += here
         # Of most strata those with the smallest numbers are among these.
-        rows, columns = np.nonzero(free & (key < LOOKED_AT_FIRST * self._count / key.size))
-        kind = stratum[rows, columns]
+        first = np.argwhere(free & (key < LOOKED_AT_FIRST * self._count / key.size))
+        kind = stratum[first[:, 0], first[:, 1]]
         for number, wanted in enumerate(np.minimum(here, self._count).tolist()):
-            own = kind == number
-            some = rows[own], columns[own]
-            if some[0].size < wanted:
-                some = np.nonzero(free & (stratum == number))
-            kept = np.argsort(key[some], kind="stable")[:wanted]
-            places = some[0][kept], some[1][kept]
-            self._keep(number, key[places], *places, window, thickness_m)
+            places = first[kind == number]
+            if places.shape[0] < wanted:
+                places = np.argwhere(free & (stratum == number))
+            order = np.argsort(key[places[:, 0], places[:, 1]], kind="stable")[:wanted]
+            rows, columns = places[order].T
+            self._keep(number, key[rows, columns], rows, columns, window, thickness_m)
 
     def finish(self, radiance: NDArray[np.float32]) -> None:
         """Keep what was drawn, with the radiance (Q, B, y, x) of the frame."""
