@@ -28,8 +28,10 @@ class Closure:
 
     Attributes
     ----------
-    down, up : tuple of ndarray (S, N, V)
-        For each gap, seen from its upper end downward and from its lower end upward.
+    down : tuple of ndarray (S, N, V)
+        For each gap but the uppermost, into which nothing scatters light down; seen from its upper end downward.
+    up : tuple of ndarray (S, N, V)
+        For each gap, seen from its lower end upward.
     below, above : tuple of ndarray (S, N, V)
         For each cloud, what comes out of the air inside it: from below, seen from its top, and from above, seen
         from its base.
@@ -45,7 +47,8 @@ class Closure:
 class _Frozen:
     """Legs of all streams behind the view's path: gaps downward and upward, insides of clouds likewise.
 
-    ``sun_*``: transmittance (V,) of the sun's path behind the same paths, to the interface that is looked at.
+    ``sun_*``: transmittance (V,) of the sun's path behind the same paths, to the interface that is looked at. ``down``
+    and ``sun_top`` are without the uppermost gap, into which nobody looks down.
     """
 
     down: list[LegView]
@@ -63,36 +66,37 @@ def close(column: Column) -> Closure:
     gaps, count = len(column.slabs) + 1, column.directions.count
     size = column.received.size
     streams = list(column.directions.stream_indices)
-    matrix = np.zeros((2 * gaps, count, 2 * gaps, count, size))
-    source = np.zeros((2 * gaps, count, len(TERMS), size))
+    # Upward in the uppermost gap; then downward and upward in each below.
+    rows = 2 * gaps - 1
+    matrix = np.zeros((rows, count, rows, count, size))
+    source = np.zeros((rows, count, len(TERMS), size))
     for gap in range(gaps):
-        _looking_down(column, frozen, gap, streams, matrix, source)
+        if gap > 0:
+            _looking_down(column, frozen, gap, streams, matrix, source)
         _looking_up(column, frozen, gap, streams, matrix, source)
-    flat = 2 * gaps * count
+    flat = rows * count
     kernel = np.ascontiguousarray(np.moveaxis(matrix.reshape(flat, flat, size), -1, 0))
     right = np.ascontiguousarray(np.moveaxis(source.reshape(flat, len(TERMS), size), -1, 0))
-    solved = _solve(kernel, right, 2 * count)
-    found = np.moveaxis(solved.reshape(size, gaps, 2, count, len(TERMS)), (0, 4), (4, 2))
-    down = tuple(found[gap, 0] for gap in range(gaps))
-    up = tuple(found[gap, 1] for gap in range(gaps))
-    below = tuple(_behind(leg, down[i + 1]) for i, leg in enumerate(frozen.inside_down))
+    solved = _solve(kernel, right, count)
+    found = np.moveaxis(solved.reshape(size, rows, count, len(TERMS)), (0, 3), (3, 1))
+    down = tuple(found[2 * gap - 1] for gap in range(1, gaps))
+    up = tuple(found[2 * gap] for gap in range(gaps))
+    below = tuple(_behind(leg, down[i]) for i, leg in enumerate(frozen.inside_down))
     above = tuple(_behind(leg, up[i]) for i, leg in enumerate(frozen.inside_up))
     return Closure(down, up, below, above)
 
 
 def _solve(kernel: Array, source: Array, above: int) -> Array:
-    """Solve u = P u + S, (V, F, F) and (V, F, N), of which the first ``above`` are the uppermost gap.
+    """Solve u = P u + S, (V, F, F) and (V, F, N), of which the first ``above`` look up in the uppermost gap.
 
-    Looking up from there nothing but space is seen, and nobody looks down into it: it needs no inversion.
+    Nothing but space is seen from there: they need no inversion.
     """
     result = np.empty_like(source)
-    half, inner = above // 2, kernel[:, above:, above:]
-    sky = np.s_[:, half:above]
-    result[sky] = source[sky]
+    sky, inner = source[:, :above], kernel[:, above:, above:]
+    result[:, :above] = sky
     if inner.shape[1]:
-        right = source[:, above:] + kernel[:, above:, half:above] @ result[sky]
+        right = source[:, above:] + kernel[:, above:, :above] @ sky
         result[:, above:] = np.linalg.solve(np.eye(inner.shape[1])[None] - inner, right)
-    result[:, :half] = source[:, :half] + kernel[:, :half, half:] @ result[:, half:]
     return result
 
 
@@ -106,8 +110,8 @@ def _behind(leg: LegView, beyond: Array) -> Array:
 def _looking_down(
     column: Column, frozen: _Frozen, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
-    leg = frozen.down[gap]
-    row = 2 * gap
+    leg = frozen.down[gap - 1]
+    row = 2 * gap - 1
     source[row, :, SCATTERED_AIR] += leg.emission
     if gap == len(column.slabs):
         glint, _ = column.sun_on_sea()
@@ -117,16 +121,16 @@ def _looking_down(
         return
     sunlight, _ = column.sun_on_slab(gap, from_above=True)
     source[row, :, CLOUD] += leg.transmittance * column.slab_emission(gap, from_above=True)[streams]
-    source[row, :, CLOUD_SUN] += leg.transmittance * sunlight[streams] * frozen.sun_top[gap]
+    source[row, :, CLOUD_SUN] += leg.transmittance * sunlight[streams] * frozen.sun_top[gap - 1]
     matrix[row, :, row + 1] += leg.transmittance[:, None] * column.slabs[gap].reflection[streams]
-    _pass_through(column, gap, streams, leg, frozen.inside_down[gap], matrix[row], 2 * (gap + 1), source[row])
+    _pass_through(column, gap, streams, leg, frozen.inside_down[gap], matrix[row], row + 2, source[row])
 
 
 def _looking_up(
     column: Column, frozen: _Frozen, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
     leg = frozen.up[gap]
-    row = 2 * gap + 1
+    row = 2 * gap
     source[row, :, SCATTERED_AIR] += leg.emission
     if gap == 0:
         source[row, :, SCATTERED_AIR] += leg.transmittance * column.space
@@ -136,9 +140,7 @@ def _looking_up(
     source[row, :, CLOUD] += leg.transmittance * column.slab_emission(index, from_above=False)[streams]
     source[row, :, CLOUD_SUN] += leg.transmittance * sunlight[streams] * frozen.sun_base[index]
     matrix[row, :, row - 1] += leg.transmittance[:, None] * column.slabs[index].reflection[streams]
-    _pass_through(
-        column, index, streams, leg, frozen.inside_up[index], matrix[row], 2 * index + 1, source[row]
-    )
+    _pass_through(column, index, streams, leg, frozen.inside_up[index], matrix[row], row - 2, source[row])
 
 
 def _pass_through(
@@ -192,13 +194,13 @@ def _freeze(column: Column) -> _Frozen:
 
     clouds = range(len(column.slabs))
     return _Frozen(
-        down=[legs(gap, *column.gap_m(gap), downward=True) for gap in range(gaps)],
+        down=[legs(gap, *column.gap_m(gap), downward=True) for gap in range(1, gaps)],
         up=[legs(gap, *column.gap_m(gap), downward=False) for gap in range(gaps)],
         inside_down=[legs(i, column.slabs[i].base_m, column.slabs[i].top_m, downward=True) for i in clouds],
         inside_up=[
             legs(i + 1, column.slabs[i].base_m, column.slabs[i].top_m, downward=False) for i in clouds
         ],
-        sun_top=[sun(i, column.sun_on_slab(i, from_above=True)[1]) for i in clouds],
+        sun_top=[sun(i, column.sun_on_slab(i, from_above=True)[1]) for i in clouds[1:]],
         sun_base=[sun(i + 1, column.sun_on_slab(i, from_above=False)[1]) for i in clouds],
         sun_sea=sun(gaps - 1, column.sun_on_sea()[1]),
     )

@@ -135,7 +135,7 @@ class Tracer:
             slab.reflection,
             order,
             back,
-            lambda: self._closure.up[near] if from_above else self._closure.down[near],
+            lambda: self._closure.up[near] if from_above else self._closure.down[index],
         )
         result += self._scattered(
             rays,
