@@ -160,7 +160,7 @@ class ZarrWriter:
                 attributes = coordinate_attributes(spec, header)
                 self._add_variable(spec.name, values[spec.name], spec.dims, attributes)
         if any(spec.significant_bits is not None for spec in header.variables):
-            self._add_variable(INFO, np.array(0, dtype=np.int8), (), QUANTIZATION_ATTRIBUTES)
+            self._add_variable(INFO, np.array(b"", dtype="S1"), (), QUANTIZATION_ATTRIBUTES)
         for spec in header.variables:
             self._arrays[spec.name] = self._data_array(spec)
 

@@ -152,7 +152,7 @@ plan = make_plan(Scenario.load("stratus", {{**{SMALL!r}, "frames.count": 200}}))
 made = []
 def counted(frames, count):
     for frame in frames:
-        made.append(frame["cloud_mask"].sum())
+        made.append(frame.arrays["cloud_mask"].sum())
         if len(made) == 1:
             resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
         yield frame
