@@ -97,7 +97,7 @@ def _names(option: click.Option) -> str:
     return f"{names} {_escaped(f'`{value}`')}"
 
 
-def _choices(kind: click.ParamType) -> str:
+def _choices(kind: Any) -> str:
     if isinstance(kind, click.Choice):
         return "|".join(map(str, kind.choices))
     if isinstance(kind, (click.IntRange, click.FloatRange)):

@@ -44,26 +44,31 @@ def _named(title: str, *variables: str) -> Iterator[Panel]:
 ENTRIES = (
     Entry(
         "stratus-by-day",
-        "Low water cloud over a sunlit sea. Sea in the glint outshines cloud in both short bands; in 8-14 um cloud differs from the sea by "
-        "its temperature alone, a few kelvin. In 2.7-3.0 um water vapour lets next to nothing of either through.",
+        "Low water cloud over a sunlit sea. Sea in the glint outshines cloud in both short bands; in 8-14 "
+        "um cloud differs from the sea by "
+        "its temperature alone, a few kelvin. In 2.7-3.0 um water vapour lets very little through: mind "
+        "the scale.",
         tuple(_bands("radiance", "2.7-3.0 um", "3-5 um", "8-14 um")),
     ),
     Entry(
         "push-broom",
-        "The footprint runs east at 1 km/s; the clouds drift and change beneath it. All frames share one scale.",
+        "The footprint runs east at 1 km/s; the clouds drift and change beneath it. All frames share one "
+        "scale.",
         tuple(_frames(0, *(f"{second} s" for second in range(8)))),
         4,
         (0,) * 8,
     ),
     Entry(
         "cumulus-with-shadows",
-        "The sun stands in the west and the sensor looks toward its glint: clouds are darker than the sea around them, and the shadows, which "
+        "The sun stands in the west and the sensor looks toward its glint: clouds are darker than the sea "
+        "around them, and the shadows, which "
         "take the glint away, darker still. The masks say for each pixel what it is.",
         tuple(_named("radiance 3.4-4.1 um", "cloud_mask", "shadow_mask")),
     ),
     Entry(
         "waves-in-the-glint",
-        "No cloud, 600 m of sea: waves longer than two pixels are drawn, shorter ones are in the statistics of each pixel. The slopes are "
+        "No cloud, 600 m of sea: waves longer than two pixels are drawn, shorter ones are in the "
+        "statistics of each pixel. The slopes are "
         "truth layers.",
         tuple(
             _layers(
@@ -75,7 +80,8 @@ ENTRIES = (
     ),
     Entry(
         "stratocumulus-by-night",
-        "No sun. Droplets emit less in 3.7 um than in 10.8 um, so the difference of both tells thick low cloud (negative) from the sea: what "
+        "No sun. Droplets emit less in 3.7 um than in 10.8 um, so the difference of both is more negative "
+        "over thick low cloud than over the sea: what "
         "weather services use to find fog at night. Asked for with an accuracy in kelvin.",
         (
             *_bands("brightness_temperature", "3.7 um", "10.8 um"),
@@ -86,7 +92,8 @@ ENTRIES = (
     ),
     Entry(
         "sunset",
-        "Clouds are frozen, so that only the light changes. In 3.7 um sunlight on the clouds fades and their own emission, weaker than the "
+        "Clouds are frozen, so that only the light changes. In 3.7 um sunlight on the clouds fades and "
+        "their own emission, weaker than the "
         "sea's, is left; 10.8 um does not care. One scale per band.",
         tuple(
             panel
@@ -98,8 +105,9 @@ ENTRIES = (
     ),
     Entry(
         "cirrus",
-        "Streaks of ice crystals. Thin edges let the warm sea through, more in 10.8 um than in 12.0 um: the difference is largest where the "
-        "cloud is thin.",
+        "Streaks of ice crystals. Ice absorbs more in 12.0 um than in 10.8 um, so thin cloud lets less of "
+        "the warm sea through there: the "
+        "difference tells it from the sea beneath.",
         (
             *_bands("brightness_temperature", "10.8 um", "12.0 um"),
             ("10.8 um - 12.0 um", "difference", {}),
@@ -109,12 +117,14 @@ ENTRIES = (
     ),
     Entry(
         "cirrus-over-cumulus",
-        "Two cloud types, each with its own particles, and columns that hold both. A pixel is the mean of 2 x 2 points of its footprint.",
+        "Two cloud types, each with its own particles, and columns that hold both. A pixel is the mean of "
+        "2 x 2 points of its footprint.",
         tuple(_bands("radiance", "3-5 um", "8-14 um")),
     ),
     Entry(
         "narrow-bands",
-        "From the window at 3.7 um to the core of the CO2 band at 4.3 um, where the air hides everything (mind the scale), and through the "
+        "From the window at 3.7 um to the core of the CO2 band at 4.3 um, where the air hides everything "
+        "(mind the scale), and through the "
         "ozone band at 9.7 um.",
         tuple(
             _bands(
@@ -131,7 +141,8 @@ ENTRIES = (
     ),
     Entry(
         "streets",
-        "From one grey picture (left, drawn by `make.py`; a satellite image serves as well) any number of other skies with its look, "
+        "From one grey picture (left, drawn by `make.py`; a satellite image serves as well) any number of "
+        "other skies with its look, "
         "evolving in time ([surrogates](surrogate-clouds.md)).",
         (("the picture", "template", {}), *_frames(0, "cloud at 0 min", "20 min", "40 min")),
         None,
@@ -139,7 +150,8 @@ ENTRIES = (
     ),
     Entry(
         "terms",
-        "The radiance is a sum of seven parts; six panels show it and its five largest. Glint makes the sea bright, scattered sun the "
+        "The radiance is a sum of seven parts; six panels show it and its five largest. Glint makes the "
+        "sea bright, scattered sun the "
         "clouds.",
         tuple(
             _layers(
@@ -155,7 +167,8 @@ ENTRIES = (
     ),
     Entry(
         "truth",
-        "What a detection algorithm is judged against, for every pixel of every frame. White where a temperature or an altitude does not "
+        "What a detection algorithm is judged against, for every pixel of every frame. White where a "
+        "temperature or an altitude does not "
         "exist.",
         tuple(
             _named(

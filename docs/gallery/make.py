@@ -39,7 +39,8 @@ hcss run docs/gallery/{first}.toml && hcss preview {first}.nc
 ```
 
 `hcss preview` draws contact sheets and animations; the pictures here choose variables and titles
-(`python docs/gallery/make.py {first}` draws one again). Pixels are shown north up. What every key means: [scenario reference](scenario.md).
+(`python docs/gallery/make.py {first}` draws one again). North is up. What every key means:
+[scenario reference](scenario.md).
 """
 
 
@@ -81,7 +82,7 @@ def panels(entry: Entry, cube: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]
         yield title, plane
 
 
-def draw(entry: Entry, cube: xr.Dataset) -> None:
+def draw(entry: Entry, cube: xr.Dataset, folder: Path = FOLDER) -> None:
     """Write the picture of a scenario, in 64 greys, which is a third of the size."""
     shown = list(panels(entry, cube))
     columns = entry.columns or len(shown)
@@ -120,7 +121,7 @@ def draw(entry: Entry, cube: xr.Dataset) -> None:
     figure.savefig(buffer, dpi=90)
     grey = np.asarray(Image.open(buffer).convert("L"), dtype=float)
     picture = Image.fromarray(np.uint8(np.rint(grey / 255.0 * 63.0) * 255.0 / 63.0))
-    picture.save(FOLDER / f"{entry.name}.png", optimize=True)
+    picture.save(folder / f"{entry.name}.png", optimize=True)
 
 
 def _limits(planes: list[xr.DataArray]) -> tuple[float, float]:
@@ -145,6 +146,7 @@ def page() -> str:
 
 
 def main(arguments: list[str]) -> int:
+    """Draw what is asked for, and write the page."""
     known = {entry.name: entry for entry in ENTRIES}
     if unknown := [name for name in arguments if name not in known and name != "--page"]:
         print(f"no scenario {', '.join(unknown)}; there are {', '.join(known)}", file=sys.stderr)

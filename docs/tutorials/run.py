@@ -18,7 +18,9 @@ import os
 import re
 import subprocess
 import sys
+import sysconfig
 import tempfile
+import venv
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +34,7 @@ TOLERANCE = 0.01
 
 @dataclass(frozen=True)
 class Block:
-    """One fence of a page: its language, text, the file it is, if any, and where its text begins in the page."""
+    """One fence of a page: its language, text, the file it is, if any, and where its text begins."""
 
     language: str
     text: str
@@ -65,7 +67,7 @@ def blocks(page: str) -> list[Block]:
 
 
 def run(page: str, folder: Path, environment: dict[str, str]) -> Iterator[Ran]:
-    """Run a page in a folder; raises CalledProcessError where a block fails."""
+    """Run a page in a folder; raises RuntimeError where a block fails."""
     every = blocks(page)
     for name in ("docs", "plugins", "catalogs"):  # for pages that speak of the checkout
         (folder / name).symlink_to(FOLDER.parents[1] / name)
@@ -75,19 +77,20 @@ def run(page: str, folder: Path, environment: dict[str, str]) -> Iterator[Ran]:
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_text(block.text, encoding="utf-8")
         elif block.runs:
-            command = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
+            command = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else ["python", "-c"]
             done = subprocess.run(
                 [*command, block.text],
                 cwd=folder,
                 env=environment,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
+                capture_output=True,
                 text=True,
                 timeout=600,
                 check=False,
             )
             if done.returncode:
-                raise RuntimeError(f"exit code {done.returncode} of\n{block.text}\n{done.stdout}{done.stderr}")
+                raise RuntimeError(
+                    f"exit code {done.returncode} of\n{block.text}\n{done.stdout}{done.stderr}"
+                )
             after = every[place + 1] if place + 1 < len(every) else None
             shown = after if after and after.language == "text" and after.file is None else None
             yield Ran(block, done.stdout, shown)
@@ -104,16 +107,30 @@ def same(shown: str, printed: str) -> bool:
     )
 
 
-def environment(bin_folder: Path) -> dict[str, str]:
-    """The environment of commands: ``hcss`` and ``python`` are those that run this."""
+def environment(folder: Path) -> dict[str, str]:
+    """Make an environment to install into, and return its variables.
+
+    It borrows the packages of the one that runs this, and its ``pip`` takes nothing from elsewhere: a page that
+    installs a package of its own needs hatchling beside pip.
+    """
     root = str(FOLDER.parents[1])
-    for name, words in {"hcss": f'"{sys.executable}" -m hcss_twin.cli', "python": f'"{sys.executable}"'}.items():
-        script = bin_folder / name
-        script.write_text(f'#!/bin/sh\nexec {words} "$@"\n', encoding="utf-8")
+    home = folder / "env"
+    venv.create(home, with_pip=False)
+    python = home / "bin" / "python"
+    borrowed = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib"), root}
+    site = Path(sysconfig.get_path("purelib", "venv", {"base": str(home), "platbase": str(home)}))
+    (site / "borrowed.pth").write_text("\n".join(sorted(borrowed)) + "\n", encoding="utf-8")
+    offline = "--no-index --no-deps --no-build-isolation"
+    for name, command in {
+        "hcss": f'"{python}" -m hcss_twin.cli "$@"',
+        "pip": f'"{sys.executable}" -m pip --python "{python}" "$@" {offline}',
+    }.items():
+        script = home / "bin" / name
+        script.write_text(f"#!/bin/sh\nexec {command}\n", encoding="utf-8")
         script.chmod(0o755)
-    path = os.pathsep.join([str(bin_folder), os.environ.get("PATH", "")])
-    python_path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
-    return os.environ | {"PATH": path, "PYTHONPATH": python_path}
+    path = os.pathsep.join([str(home / "bin"), os.environ.get("PATH", "")])
+    others = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+    return others | {"PATH": path, "PYTHONPATH": root, "MPLBACKEND": "Agg"}
 
 
 def refreshed(page: str, ran: list[Ran]) -> str:
@@ -133,8 +150,8 @@ def main(arguments: list[str]) -> int:
     for name in names:
         path = FOLDER / Path(name).name
         page = path.read_text(encoding="utf-8")
-        with tempfile.TemporaryDirectory() as bin_folder, tempfile.TemporaryDirectory() as folder:
-            ran = list(run(page, Path(folder), environment(Path(bin_folder))))
+        with tempfile.TemporaryDirectory() as aside, tempfile.TemporaryDirectory() as folder:
+            ran = list(run(page, Path(folder), environment(Path(aside))))
         different = [each for each in ran if each.shown and not same(each.shown.text, each.printed)]
         print(f"{path.name}: {len(ran)} blocks run, {len(different)} print something else than shown")
         if write:
