@@ -76,6 +76,7 @@ ENGINE: dict[str, tuple[Equation, ...]] = {
             r"\mathrm{sensor})",
             ("atmosphere.band_model.single_scattering.SingleScattering.radiance",),
             "F. X. Kneizys et al., LOWTRAN 7, AFGL-TR-88-0177 (1988), single scattering",
+            note="Delta tau: optical depth of scattering along the line of sight; T: of the whole way of the light.",
         ),
     ),
     "Sea": (
