@@ -47,7 +47,7 @@ class BulkProperties:
 
     @property
     def albedo(self) -> Array:
-        """Single-scattering albedo (V,)."""
+        """Single-scattering albedo (V,), eq 11 of the HCSS paper."""
         return self.scattering_m1 / self.extinction_m1
 
 
