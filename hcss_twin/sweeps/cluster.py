@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import re
 import signal
+import socket
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -19,7 +21,8 @@ from hcss_twin.versions import versions
 DEATHS = 1
 """Deaths of its worker that a point survives, on processes of this machine; a cluster has its own setting."""
 
-_CONNECT_S = 20
+_CONNECT_S = 10
+_ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})")
 
 
 class Cluster:
@@ -137,16 +140,30 @@ def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
     _require_dask()
     from distributed import Client
 
+    _require_answer(scheduler)
     try:
         client = Client(scheduler, set_as_default=False, timeout=_CONNECT_S)
     except (OSError, ValueError) as error:
-        raise SweepError(
-            f"no Dask scheduler answers at {scheduler}: {error}; allowed: an address such as tcp://host:8786"
-        ) from error
+        raise SweepError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     with client:
         cluster = Cluster(client, is_ours=False)
         cluster.require_alike(folder)
         yield cluster
+
+
+def _require_answer(scheduler: str) -> None:
+    """Find out that nobody listens before Dask tries again and again."""
+    address = _ADDRESS.fullmatch(scheduler)
+    if address is None:
+        raise SweepError(
+            f"'{scheduler}' is no address of a Dask scheduler; allowed: tcp://HOST:PORT or tls://HOST:PORT, "
+            "for example tcp://127.0.0.1:8786"
+        )
+    host, port = address.groups()
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), _CONNECT_S).close()
+    except (OSError, OverflowError) as error:
+        raise SweepError(f"no Dask scheduler answers at {scheduler}: {error}") from error
 
 
 @contextmanager

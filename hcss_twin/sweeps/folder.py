@@ -93,6 +93,8 @@ class SweepFolder:
                 yield
             finally:
                 self._remove_drafts()
+                # An interrupt may come between a cube and its line in the log.
+                self._adopt_cubes()
                 self.write_index()
 
     def note(self, outcome: Outcome) -> PointRecord:
