@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import logging
 import re
+import secrets
 import signal
 import socket
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -48,17 +49,17 @@ class Cluster:
 
         under_way: dict[Any, tuple[int, Task]] = {}
         finished = as_completed(loop=self._client.loop)
-        plugin = PointWorker(self._is_ours)
-        self._client.register_plugin(plugin, name=plugin.name)
+        self._client.register_plugin(PointWorker(self._is_ours))
+        own = secrets.token_hex(4)  # another sweep on the same cluster has the same numbers
         try:
             while True:
                 while len(under_way) < max(1, len(self._client.nthreads())):
                     following = schedule.next()
                     if following is None:
                         break
-                    future = self._client.submit(
-                        compute_on_worker, following[1], pure=False, key=f"hcss-point-{following[1].point}"
-                    )
+                    task = following[1]
+                    key = f"hcss-point-{own}-{task.point}"
+                    future = self._client.submit(compute_on_worker, task, pure=False, key=key)
                     under_way[future] = following
                     finished.add(future)
                 if not under_way:
@@ -69,8 +70,8 @@ class Cluster:
                 schedule.finished(index, outcome.error is None)
                 yield outcome
         finally:
-            self._client.cancel(list(under_way), force=True)
-            self._client.unregister_worker_plugin(plugin.name)
+            with suppress(OSError, TimeoutError):  # of a scheduler that is gone
+                self._client.cancel(list(under_way), force=True)
 
     def require_alike(self, folder: Path) -> None:
         """Check that every worker has our versions and sees the folder.
@@ -114,17 +115,23 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
 
     with ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}))
-        with _undisturbed():
-            processes = stack.enter_context(
-                LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    memory_limit=0,
-                    dashboard_address=None,
-                    silence_logs=logging.CRITICAL,
+        try:
+            with _undisturbed():
+                processes = stack.enter_context(
+                    LocalCluster(
+                        n_workers=workers,
+                        threads_per_worker=1,
+                        processes=True,
+                        memory_limit=0,
+                        dashboard_address=None,
+                        silence_logs=logging.CRITICAL,
+                    )
                 )
-            )
+        except (OSError, RuntimeError, TimeoutError) as error:
+            raise SweepError(
+                f"{workers} worker processes cannot be started: {error} (a Python script that starts them needs "
+                "'if __name__ == \"__main__\":' around its own part)"
+            ) from error
         yield Cluster(stack.enter_context(Client(processes, set_as_default=False)), is_ours=True)
 
 
@@ -192,6 +199,10 @@ def _require_dask() -> None:
 def _outcome(future: Any, task: Task) -> Outcome:
     from distributed.scheduler import KilledWorker
 
+    if future.status in ("cancelled", "lost"):
+        raise SweepError(
+            "the connection to the Dask scheduler is lost; run the sweep again to go on where it was"
+        )
     error = future.exception()
     if error is None:
         outcome: Outcome = future.result()

@@ -32,6 +32,7 @@ ALLOWED = {
     "climatology": {"catalog"} | GROUND,
     "multiple_scattering": {"physics", "providers"} | GROUND,
     "radiance": STAND_ON | {"atmosphere", "multiple_scattering"},
+    "sweeps": {"scenario", "scene", "cube", "drafts", "versions", "shelf"} | GROUND,
     "cube": {"physics", "version"} | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
