@@ -33,6 +33,14 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     return key, parsed["value"] if len(parsed) == 1 else value.strip()
 
 
+def key_parts(key: str) -> list[str]:
+    """Split a dotted key; ``clouds.KEY`` is that of the single layer."""
+    parts = key.split(".")
+    if parts[0] == "clouds" and len(parts) > 1 and parts[1] != "layers":
+        parts[1:1] = ["layers", "0"]
+    return parts
+
+
 PROVIDER_KEYS = frozenset({"provider", "model", "generator"})
 
 

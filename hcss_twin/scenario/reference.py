@@ -40,6 +40,8 @@ with a unit works too: `pixel_size = "1 km"`, `temperature = "18 degC"`, `water_
 angles are those at the surface point. Winds are named after where they come from. In the image, x (columns) points east
 and y (rows) north; row 0 is the southern edge.
 
+**Many scenes from one file:** a section `[sweep]` gives keys many values ([sweeps](sweeps.md)).
+
 **One key from the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`.
 """
 
@@ -53,6 +55,11 @@ def json_schema() -> dict[str, Any]:
     for definition in (schema, *schema.get("$defs", {}).values()):
         for name, entry in definition.get("properties", {}).items():
             _allow_quantity(name, entry)
+    # Of a file for `hcss sweep`, which checks it.
+    schema["properties"]["sweep"] = {
+        "type": "object",
+        "description": "Keys with many values (docs/sweeps.md).",
+    }
     layer = schema["$defs"]["Layer"]["properties"]
     schema["$defs"]["Clouds"]["properties"].update(layer)
     return schema

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import logging
+import re
+import secrets
 import signal
+import socket
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +22,8 @@ from hcss_twin.versions import versions
 DEATHS = 1
 """Deaths of its worker that a point survives, on processes of this machine; a cluster has its own setting."""
 
-_CONNECT_S = 20
+_CONNECT_S = 10
+_ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})")
 
 
 class Cluster:
@@ -45,17 +49,17 @@ class Cluster:
 
         under_way: dict[Any, tuple[int, Task]] = {}
         finished = as_completed(loop=self._client.loop)
-        plugin = PointWorker(self._is_ours)
-        self._client.register_plugin(plugin, name=plugin.name)
+        self._client.register_plugin(PointWorker(self._is_ours))
+        own = secrets.token_hex(4)  # another sweep on the same cluster has the same numbers
         try:
             while True:
                 while len(under_way) < max(1, len(self._client.nthreads())):
                     following = schedule.next()
                     if following is None:
                         break
-                    future = self._client.submit(
-                        compute_on_worker, following[1], pure=False, key=f"hcss-point-{following[1].point}"
-                    )
+                    task = following[1]
+                    key = f"hcss-point-{own}-{task.point}"
+                    future = self._client.submit(compute_on_worker, task, pure=False, key=key)
                     under_way[future] = following
                     finished.add(future)
                 if not under_way:
@@ -66,8 +70,8 @@ class Cluster:
                 schedule.finished(index, outcome.error is None)
                 yield outcome
         finally:
-            self._client.cancel(list(under_way), force=True)
-            self._client.unregister_worker_plugin(plugin.name)
+            with suppress(OSError, TimeoutError):  # of a scheduler that is gone
+                self._client.cancel(list(under_way), force=True)
 
     def require_alike(self, folder: Path) -> None:
         """Check that every worker has our versions and sees the folder.
@@ -111,17 +115,23 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
 
     with ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}))
-        with _undisturbed():
-            processes = stack.enter_context(
-                LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    memory_limit=0,
-                    dashboard_address=None,
-                    silence_logs=logging.CRITICAL,
+        try:
+            with _undisturbed():
+                processes = stack.enter_context(
+                    LocalCluster(
+                        n_workers=workers,
+                        threads_per_worker=1,
+                        processes=True,
+                        memory_limit=0,
+                        dashboard_address=None,
+                        silence_logs=logging.CRITICAL,
+                    )
                 )
-            )
+        except (OSError, RuntimeError, TimeoutError) as error:
+            raise SweepError(
+                f"{workers} worker processes cannot be started: {error} (a Python script that starts them needs "
+                "'if __name__ == \"__main__\":' around its own part)"
+            ) from error
         yield Cluster(stack.enter_context(Client(processes, set_as_default=False)), is_ours=True)
 
 
@@ -137,16 +147,30 @@ def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
     _require_dask()
     from distributed import Client
 
+    _require_answer(scheduler)
     try:
         client = Client(scheduler, set_as_default=False, timeout=_CONNECT_S)
     except (OSError, ValueError) as error:
-        raise SweepError(
-            f"no Dask scheduler answers at {scheduler}: {error}; allowed: an address such as tcp://host:8786"
-        ) from error
+        raise SweepError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     with client:
         cluster = Cluster(client, is_ours=False)
         cluster.require_alike(folder)
         yield cluster
+
+
+def _require_answer(scheduler: str) -> None:
+    """Find out that nobody listens before Dask tries again and again."""
+    address = _ADDRESS.fullmatch(scheduler)
+    if address is None:
+        raise SweepError(
+            f"'{scheduler}' is no address of a Dask scheduler; allowed: tcp://HOST:PORT or tls://HOST:PORT, "
+            "for example tcp://127.0.0.1:8786"
+        )
+    host, port = address.groups()
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), _CONNECT_S).close()
+    except (OSError, OverflowError) as error:
+        raise SweepError(f"no Dask scheduler answers at {scheduler}: {error}") from error
 
 
 @contextmanager
@@ -175,6 +199,10 @@ def _require_dask() -> None:
 def _outcome(future: Any, task: Task) -> Outcome:
     from distributed.scheduler import KilledWorker
 
+    if future.status in ("cancelled", "lost"):
+        raise SweepError(
+            "the connection to the Dask scheduler is lost; run the sweep again to go on where it was"
+        )
     error = future.exception()
     if error is None:
         outcome: Outcome = future.result()

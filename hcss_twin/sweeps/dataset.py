@@ -16,6 +16,7 @@ from hcss_twin.errors import SweepError
 from hcss_twin.sweeps.cube_differences import NOT_COMPARED, Differences, differences
 from hcss_twin.sweeps.dataset_layout import dimension_of
 from hcss_twin.sweeps.design import Design
+from hcss_twin.sweeps.folder import INDEX, LOG, is_cube_name
 from hcss_twin.sweeps.reader import MARK
 from hcss_twin.sweeps.record import PointRecord
 from hcss_twin.sweeps.swept_coordinates import (
@@ -29,7 +30,7 @@ from hcss_twin.sweeps.swept_coordinates import (
 _MISSING_INTEGER = 255
 
 
-def require_replaceable(path: Path, digest: str, force: bool) -> None:
+def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> None:
     """Check, before anything is computed, that a dataset may be written here.
 
     Raises
@@ -37,6 +38,13 @@ def require_replaceable(path: Path, digest: str, force: bool) -> None:
     SweepError
         If the file is something else than the dataset of this sweep, or there is no folder for it.
     """
+    own = path.absolute().parent == folder.absolute()
+    if own and (path.name in (INDEX, LOG) or is_cube_name(path.name)):
+        raise SweepError(
+            f"cannot write {path}: the sweep has another file of that name; allowed: another name"
+        )
+    if not own and not path.absolute().parent.is_dir():
+        raise SweepError(f"cannot write {path}: there is no folder {path.absolute().parent}")
     if path.is_dir():
         raise SweepError(f"cannot write {path}: it is a folder")
     if not path.exists() or force:
@@ -65,8 +73,6 @@ def write_dataset(
     cubes = {record.point: folder / record.file for record in records if record.file is not None}
     if not cubes:
         raise SweepError(f"cannot write {path}: no point has a cube")
-    if not path.absolute().parent.is_dir():
-        raise SweepError(f"cannot write {path}: there is no folder {path.absolute().parent}")
     found = differences(cubes)
     with draft_of(path, SweepError) as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as target:
         _Writer(target, design, records, cubes, found).write(digest)

@@ -11,6 +11,7 @@ from typing import Any, Self
 
 from hcss_twin.errors import Problem, ScenarioError, closest
 from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
 from hcss_twin.scenario.wording import shown
 from hcss_twin.sweeps.axis import FORMS, Axis, axis_of
@@ -190,14 +191,15 @@ def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
 
 
 def _key_problems(given: Mapping[str, Any], overrides: Mapping[str, Any]) -> Iterator[Problem]:
-    for key in given:
-        for other in given:
-            if key != other and other.startswith(f"{key}."):
+    keys = list(given)
+    for place, key in enumerate(keys):
+        for other in keys[:place]:
+            if _overlap(key, other):
                 yield Problem(
-                    f"{SWEEP}.{other}", f"is part of {key}, which is swept, too; allowed: one of both"
+                    f"{SWEEP}.{key}", f"overlaps {other}, which is swept, too; allowed: one of both"
                 )
         for other in overrides:
-            if key == other or key.startswith(f"{other}.") or other.startswith(f"{key}."):
+            if _overlap(key, other):
                 yield Problem(
                     f"{SWEEP}.{key}", f"is swept, but {other} is set to one value; allowed: one of both"
                 )
@@ -206,6 +208,12 @@ def _key_problems(given: Mapping[str, Any], overrides: Mapping[str, Any]) -> Ite
             guess = closest(first, (*ScenarioModel.model_fields, *_OPTIONS))
             hint = f"; closest is '{guess}'" if guess else ""
             yield Problem(f"{SWEEP}.{key}", f"no key of a scenario; {_ALLOWED}{hint}")
+
+
+def _overlap(one: str, other: str) -> bool:
+    """Whether two keys are the same, or one is part of the other."""
+    a, b = (f"{'.'.join(key_parts(key))}." for key in (one, other))
+    return a.startswith(b) or b.startswith(a)
 
 
 def _repeated(axes: list[Axis]) -> Iterator[Problem]:

@@ -31,6 +31,11 @@ def cube_name(point: int, count: int) -> str:
     return f"point-{point:0{max(4, len(str(count - 1)))}d}.nc"
 
 
+def is_cube_name(name: str) -> bool:
+    """Whether a point may have a file of this name."""
+    return name.startswith("point-")
+
+
 class SweepFolder:
     """Keeps what is known of every point, on the disk and here.
 
@@ -93,6 +98,8 @@ class SweepFolder:
                 yield
             finally:
                 self._remove_drafts()
+                # An interrupt may come between a cube and its line in the log.
+                self._adopt_cubes()
                 self.write_index()
 
     def note(self, outcome: Outcome) -> PointRecord:
@@ -181,11 +188,15 @@ class SweepFolder:
         path = self.path / LOG
         if not path.exists():
             return
-        for line in path.read_text(encoding="utf-8").splitlines():
+        text = path.read_text(encoding="utf-8")
+        if text and not text.endswith("\n"):  # cut off by a kill
+            with path.open("a", encoding="utf-8") as file:
+                file.write("\n")
+        for line in text.splitlines():
             try:
                 record = PointRecord(**json.loads(line))
             except (ValueError, TypeError):
-                continue  # cut off by a kill: that cube is looked at
+                continue  # its cube is looked at
             if 0 <= record.point < len(self.records):
                 self.records[record.point] = record
         for number, record in enumerate(self.records):

@@ -23,6 +23,8 @@ class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no typ
     """
 
     name = "hcss-point-worker"
+    # Sweeps that meet on a cluster take turns, too: who comes first brings it, and it stays.
+    idempotent = True
 
     def __init__(self, is_ours: bool) -> None:
         self._is_ours = is_ours

@@ -10,6 +10,7 @@ from itertools import groupby
 from typing import Any
 
 from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.wording import shown
 from hcss_twin.shelf import Shelf
@@ -70,11 +71,8 @@ def points_of(design: Design) -> tuple[Point, ...]:
 
 def value_at(plain: Mapping[str, Any], key: str) -> Any:
     """Return what stands at a dotted key of a scenario as JSON holds it; None where there is nothing."""
-    parts = key.split(".")
-    if parts[0] == "clouds" and len(parts) > 1 and parts[1] != "layers":
-        parts[1:1] = ["layers", "0"]
     found: Any = plain
-    for part in parts:
+    for part in key_parts(key):
         if isinstance(found, list):
             found = found[int(part)] if part.isdecimal() and int(part) < len(found) else None
         else:

@@ -121,9 +121,7 @@ def sweep(
     ScenarioError
         With the problems of all points, before any is computed.
     SweepError
-        If the folder or the workers cannot be used.
-    CubeError
-        If the dataset cannot be written.
+        If the folder or the workers cannot be used, or the dataset cannot be written.
     """
     design = Design.load(source, overrides, over)
     points = points_of(design)
@@ -143,7 +141,7 @@ def sweep(
     if wanted is not None:
         from hcss_twin.sweeps.dataset import require_replaceable
 
-        require_replaceable(wanted, digest, force)
+        require_replaceable(wanted, path, digest, force)
     computed: list[int] = []
     with kept.open(versions(), force):
         missing = [point for point in points if not kept.records[point.number].is_settled]

@@ -58,6 +58,7 @@ def compute(task: Task, shelf: Shelf) -> Outcome:
     try:
         with _date(task.date):
             run(make_plan(task.scenario, shelf=shelf), path, report=found.append)
+        size, digest = path.stat().st_size, sha256_of(path)
     except ScenarioError as cause:  # what only the plan finds out
         return Outcome(task.point, seconds=_since(start), error="; ".join(map(str, cause.problems)))
     except HcssError as cause:
@@ -67,7 +68,7 @@ def compute(task: Task, shelf: Shelf) -> Outcome:
     for certificate in found:
         if not certificate.passed:
             error = f"certificate {certificate.lines[0]}"
-    return Outcome(task.point, path.name, path.stat().st_size, sha256_of(path), _since(start), error)
+    return Outcome(task.point, path.name, size, digest, _since(start), error)
 
 
 def sha256_of(path: Path) -> str:

@@ -35,6 +35,7 @@ ALLOWED = {
     "cube": {"physics", "version", "drafts"} | GROUND,
     "export": {"cube", "drafts", "version"} | GROUND,
     "sensor": STAND_ON,
+    "sweeps": {"scenario", "scene", "cube", "drafts", "versions", "shelf"} | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
 

@@ -242,6 +242,9 @@ def test_cubes_that_the_log_does_not_know_are_not_made_again(tmp_path, computed)
     assert computed[0][len(before) :] == [lost[1]]
     assert [record.sha256 for record in again.points] == [record.sha256 for record in first.points]
     assert swept(folder).computed == ()
+    # The half line stays alone: what was written after it is read.
+    broken = [line for line in log.read_text().splitlines() if not line.endswith("}")]
+    assert broken == [lines[2][:30]]
 
 
 def test_an_interrupt_leaves_whole_cubes_and_an_index_that_is_gone_on_with(tmp_path, computed):
@@ -305,12 +308,14 @@ def test_two_processes_do_not_compute_the_same_sweep(tmp_path):
     assert swept(folder, {"seed": [1]}).computed == ()
 
 
-@pytest.mark.parametrize("name", ["index.json", "sweep"])
+@pytest.mark.parametrize("name", ["index.json", "sweep", "nowhere/all.nc", "sweep/point-0000.nc"])
 def test_a_dataset_replaces_nothing_but_itself(tmp_path, computed, name):
     folder = tmp_path / "sweep"
     (tmp_path / "index.json").write_text("precious")
     folder.mkdir()
-    with pytest.raises(SweepError, match=r"is no dataset of this sweep|it is a folder"):
+    with pytest.raises(
+        SweepError, match=r"is no dataset of this sweep|it is a folder|no folder|another file"
+    ):
         swept(folder, {"seed": [1]}, dataset=tmp_path / name)
     assert not computed[0]
     swept(folder, {"seed": [1]}, dataset=tmp_path / "all.nc")

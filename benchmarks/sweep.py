@@ -1,0 +1,232 @@
+"""A sweep of 200 points: its own cost, two workers against one, and what kills do to it.
+
+    python benchmarks/sweep.py [--points 200] [--rounds 3] [--write]
+
+"overhead": the sweep against a loop that calls ``simulate`` for the same scenarios, and what is not the computing of
+points, in one process and turn by turn. "kills": on two worker processes one is killed in the middle, then all of the
+sweep, which is run again; its cubes are compared with those of the serial run. "speed": points in a second once the
+workers run, two against one, turn by turn; others on the machine take their share of both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+from page import put
+
+from hcss_twin import Scenario, simulate, sweep
+from hcss_twin.benchmarking.private_cache import private_cache
+
+PAGE = Path(__file__).parents[1] / "docs" / "sweeps.md"
+HCSS = [sys.executable, "-m", "hcss_twin.cli"]
+MODELS: dict[str, Any] = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
+TINY = MODELS | {"image.rows": 16, "image.columns": 16, "frames.count": 1}
+LARGER = MODELS | {"image.rows": 400, "image.columns": 400, "frames.count": 4}
+
+
+def over(points: int) -> dict[str, Any]:
+    """Return two view angles, two coverages, and the rest seeds."""
+    return {"view.zenith": [0, 30], "clouds.coverage": [0.3, 0.7], "seed": {"count": points // 4}}
+
+
+def overhead(points: int, rounds: int, folder: Path) -> str:
+    """Time the sweep against a loop over the same scenarios."""
+    found: dict[str, list[tuple[float, float]]] = {"loop": [], "sweep": [], "own": []}
+    for number in range(rounds + 1):  # the first compiles and keeps tables
+        loop = folder / f"loop-{number}"
+        loop.mkdir()
+        started = clock()
+        for point, values in enumerate(combinations(points)):
+            simulate(Scenario.load("stratus", TINY | values), loop / f"{point}.nc").close()
+        taken = since(started)
+        started = clock()
+        result = sweep("stratus", folder / f"sweep-{number}", over=over(points), overrides=TINY)
+        whole = since(started)
+        if number:
+            computing = sum(record.seconds or 0.0 for record in result.points)
+            found["loop"].append(taken)
+            found["sweep"].append(whole)
+            found["own"].append((whole[0] - computing, 0.0))
+    ms = {
+        name: [1e3 * statistics.median(each) / points for each in zip(*times, strict=True)]
+        for name, times in found.items()
+    }
+    (loop, loop_cpu), (swept, swept_cpu) = ms["loop"], ms["sweep"]
+    return "\n".join(
+        [
+            f"| {points} points of 16 x 16 pixels, median of {rounds} rounds | ms a point | processor, ms a point |",
+            "|---|---|---|",
+            f"| `simulate` in a loop | {loop:.0f} | {loop_cpu:.0f} |",
+            f"| `hcss_twin.sweep`, one worker | {swept:.0f} | {swept_cpu:.0f} |",
+            f"| the same less the loop | {swept - loop:+.1f} | {swept_cpu - loop_cpu:+.1f} |",
+            f"| of it not the computing of points | {ms['own'][0]:.1f} | |",
+        ]
+    )
+
+
+def combinations(points: int) -> Iterator[dict[str, Any]]:
+    """Yield the values of each point, in the order of the sweep."""
+    for zenith in (0, 30):
+        for coverage in (0.3, 0.7):
+            for seed in range(points // 4):
+                yield {"view.zenith": zenith, "clouds.coverage": coverage, "seed": seed}
+
+
+def clock() -> tuple[float, float]:
+    return time.perf_counter(), time.process_time()
+
+
+def since(start: tuple[float, float]) -> tuple[float, float]:
+    now = clock()
+    return now[0] - start[0], now[1] - start[1]
+
+
+def command(folder: Path, points: int, scene: dict[str, Any], *more: str) -> list[str]:
+    settings = [word for key, value in scene.items() for word in ("--set", f"{key}={json.dumps(value)}")]
+    swept = [word for key, value in over(points).items() for word in ("--over", f"{key} = {as_toml(value)}")]
+    return [*HCSS, "sweep", "stratus", *settings, *swept, "-o", str(folder), *more]
+
+
+def as_toml(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {each}" for key, each in value.items()) + "}"
+    return json.dumps(value)
+
+
+def logged(folder: Path) -> list[str]:
+    log = folder / "points.jsonl"
+    return (
+        [line for line in log.read_text().splitlines(keepends=True) if line.endswith("\n")]
+        if log.exists()
+        else []
+    )
+
+
+def kills(points: int, folder: Path) -> str:
+    """Kill a worker, then everything; run again; compare with the serial run."""
+    os.environ["SOURCE_DATE_EPOCH"] = "1700000000"
+    serial, cluster = folder / "serial", folder / "cluster"
+    subprocess.run(command(serial, points, TINY), check=True, stdout=subprocess.DEVNULL)
+    process = subprocess.Popen(command(cluster, points, TINY, "--workers", "2"), stderr=subprocess.DEVNULL)
+    waited(cluster, points // 4, process)
+    children = psutil.Process(process.pid).children()
+    workers = [child for child in children if any("spawn_main" in word for word in child.cmdline())]
+    workers[0].kill()
+    waited(cluster, points // 2, process)
+    process.kill()
+    process.wait()
+    psutil.wait_procs(workers, timeout=60)
+    finished = {path.name: path.stat().st_ino for path in cluster.glob("point-*.nc")}
+    done = subprocess.run(
+        command(cluster, points, TINY, "--workers", "2", "--json"), check=True, capture_output=True, text=True
+    )
+    answer = json.loads(done.stdout)
+    counts = Counter(json.loads(line)["point"] for line in logged(cluster))
+    cubes = sorted(serial.glob("point-*.nc"))
+    same = sum((cluster / path.name).read_bytes() == path.read_bytes() for path in cubes)
+    kept = sum((cluster / name).stat().st_ino == node for name, node in finished.items())
+    return "\n".join(
+        [
+            f"| {points} points on two worker processes | |",
+            "|---|---|",
+            f"| one worker killed after | {points // 4} points |",
+            f"| all killed after | {len(finished)} cubes |",
+            f"| of these still the same files in the end | {kept} |",
+            f"| computed by the second run | {len(answer['computed'])} |",
+            f"| points in the log: none, once, more often | {points - len(counts)}, "
+            f"{sum(each == 1 for each in counts.values())}, {sum(each > 1 for each in counts.values())} |",
+            f"| cubes with the bytes of the serial run | {same} of {len(cubes)} |",
+        ]
+    )
+
+
+def waited(folder: Path, count: int, process: subprocess.Popen[Any]) -> None:
+    while len(logged(folder)) < count:
+        if process.poll() is not None:
+            raise RuntimeError(
+                f"the sweep ended with {process.returncode} after {len(logged(folder))} points"
+            )
+        time.sleep(0.01)
+
+
+def rate(folder: Path, points: int, workers: int) -> tuple[float, float]:
+    """Points in a second between the fourth and the last, and seconds until the fourth."""
+    start = time.perf_counter()
+    process = subprocess.Popen(
+        command(folder, points, LARGER, "--workers", str(workers)), stdout=subprocess.DEVNULL
+    )
+    waited(folder, 4, process)
+    first, before = time.perf_counter(), len(logged(folder))
+    while len(logged(folder)) < points:
+        time.sleep(0.01)
+    taken = time.perf_counter() - first
+    process.wait()
+    return (points - before) / taken, first - start
+
+
+def speed(points: int, rounds: int, folder: Path) -> str:
+    """Measure two workers against one."""
+    subprocess.run(command(folder / "speed", 4, LARGER), check=True, stdout=subprocess.DEVNULL)  # tables
+    found: dict[int, list[tuple[float, float]]] = {1: [], 2: []}
+    for number in range(rounds):
+        for workers, rates in found.items():
+            rates.append(rate(folder / f"speed-{number}-{workers}", points, workers))
+    ratios = [two[0] / one[0] for one, two in zip(found[1], found[2], strict=True)]
+    rates = {workers: statistics.median(each[0] for each in measured) for workers, measured in found.items()}
+    begun = {workers: statistics.median(each[1] for each in measured) for workers, measured in found.items()}
+    load, processors = os.getloadavg()[0], os.cpu_count()
+    return "\n".join(
+        [
+            f"| {points} points of 400 x 400 x 4, median of {rounds} rounds | one worker | two | ratio |",
+            "|---|---|---|---|",
+            f"| points in a second, once they run | {rates[1]:.2f} | {rates[2]:.2f} | "
+            f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f}) |",
+            f"| seconds until the fourth point | {begun[1]:.1f} | {begun[2]:.1f} | |",
+            "",
+            f"{processors} processors, load {load:.0f} at the end (others included).",
+        ]
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--points", type=int, default=200, help="a multiple of 4")
+    parser.add_argument("--speed-points", type=int, default=24, help="a multiple of 4")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument(
+        "--parts", nargs="+", choices=["overhead", "kills", "speed"], default=["overhead", "kills", "speed"]
+    )
+    parser.add_argument("--folder", type=Path, default=None, help="where cubes are written for a moment")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/sweeps.md")
+    given = parser.parse_args()
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    with tempfile.TemporaryDirectory(prefix="hcss-sweep-", dir=given.folder) as name:
+        folder = Path(name)
+        with private_cache(folder / "cache"):
+            for part in given.parts:
+                text = {
+                    "overhead": lambda: overhead(given.points, given.rounds, folder),
+                    "kills": lambda: kills(given.points, folder),
+                    "speed": lambda: speed(given.speed_points, given.rounds, folder),
+                }[part]()
+                print(f"\n{text}", flush=True)
+                if given.write:
+                    put(f"sweep {part}", text, PAGE)
+
+
+if __name__ == "__main__":
+    main()
