@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcss_twin.cube.header import CubeHeader
-from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M, to_geographic
+from hcss_twin.physics.ellipsoid import distance_from_equator_m
+from hcss_twin.physics.local_plane import to_geographic
 
 POINTS_PER_SIDE = 16
 
@@ -42,7 +43,7 @@ def footprint(header: CubeHeader) -> Footprint:
     south, north = float(latitudes.min()), float(latitudes.max())
     west, east = float(longitudes.min()), float(longitudes.max())
     for pole in (90.0, -90.0):
-        distance = np.deg2rad(abs(pole - header.latitude)) * MEAN_EARTH_RADIUS_M
+        distance = abs(distance_from_equator_m(pole) - distance_from_equator_m(header.latitude))
         if distance <= half_y and x0 <= 0.0 <= x1:
             south, north = min(south, pole), max(north, pole)
             west, east = -180.0, 180.0

@@ -67,6 +67,10 @@ class CubeHeader:
         Speed of the image centre over the ground along +x.
     layers : tuple of LayerInfo
         Cloud layers in the order of the ``layer`` dimension; needed where a variable has it.
+    geometry : tuple of VariableSpec
+        Coordinates of every pixel to write, of the table in :mod:`hcss_twin.cube.geometry_variables`.
+    sensor_altitude_m : float or None
+        Above the ellipsoid; None where it is not known.
 
     Raises
     ------
@@ -90,6 +94,8 @@ class CubeHeader:
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     platform_speed_m_s: float = 0.0
     layers: tuple[LayerInfo, ...] = ()
+    geometry: tuple[VariableSpec, ...] = ()
+    sensor_altitude_m: float | None = None
 
     def __post_init__(self) -> None:
         if self.start.utcoffset() is None:
@@ -127,7 +133,7 @@ def _check_sizes(header: CubeHeader) -> None:
         count = len(getattr(header, name))
         if count != header.frames:
             raise CubeError(f"{name}: {count} values for {header.frames} frames")
-    names = [spec.name for spec in header.variables]
+    names = [spec.name for spec in (*header.variables, *header.geometry)]
     if not names:
         raise CubeError("variables: none; a cube holds at least one")
     repeated = sorted({name for name in names if names.count(name) > 1})
@@ -150,6 +156,8 @@ def _check_ranges(header: CubeHeader) -> None:
         "view_azimuth_deg": (header.view_azimuth_deg, -360.0, 360.0),
         "platform_speed_m_s": (header.platform_speed_m_s, -math.inf, math.inf),
     }
+    if header.sensor_altitude_m is not None:
+        ranges["sensor_altitude_m"] = (header.sensor_altitude_m, math.nextafter(0.0, 1.0), math.inf)
     for index in range(header.frames):
         ranges[f"solar_zenith_deg[{index}]"] = (header.solar_zenith_deg[index], 0.0, 180.0)
         ranges[f"solar_azimuth_deg[{index}]"] = (header.solar_azimuth_deg[index], -360.0, 360.0)

@@ -6,7 +6,8 @@ import os
 from typing import TYPE_CHECKING
 
 from hcss_twin.cube.bit_rounding import INFO
-from hcss_twin.cube.coordinates import COORDINATES
+from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
+from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.variables import LAYER
 from hcss_twin.errors import CubeError
@@ -44,7 +45,7 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
             f"cannot read {os.fspath(path)}: {told}; "
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
         )
-    described = [*(spec.name for spec in COORDINATES), INFO]
+    described = [*(spec.name for spec in (*COORDINATES, *GEOMETRY)), GRID_MAPPING, INFO]
     dataset = dataset.set_coords([name for name in described if name in dataset])
     names = {dim: f"{dim}_name" for dim in ("band", LAYER) if f"{dim}_name" in dataset}
     return dataset.assign_coords(

@@ -30,6 +30,7 @@ from hcss_twin.cube.coordinates import (
     time_units,
 )
 from hcss_twin.cube.frames import check_frame, frame_shape
+from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader, check_attributes
 from hcss_twin.cube.metadata import global_attributes
 from hcss_twin.cube.variables import VariableSpec
@@ -74,6 +75,7 @@ class CubeWriter:
         self.header = header
         self.compression = compression
         self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
+        self._geometry = PixelGeometry(header)
         self._dataset: Any = None
         self._written: set[int] = set()
         self._turn = RLock()
@@ -118,6 +120,10 @@ class CubeWriter:
             with self._explained():
                 for name, array in arrays.items():
                     self._dataset.variables[name][index] = array
+                names, time_s = self._geometry.of_frames, self.header.frame_times_s[index]
+                for rows, values in self._geometry.parts(names, time_s):
+                    for name, array in values.items():
+                        self._dataset.variables[name][index, rows] = array
             self._written.add(index)
 
     def set_attributes(self, attributes: Mapping[str, Attribute]) -> None:
@@ -219,7 +225,7 @@ class CubeWriter:
         """Return the size of the file without compression."""
         planes = sum(
             math.prod(frame_shape(self.header, spec)) * np.dtype(spec.dtype).itemsize
-            for spec in self.header.variables
+            for spec in (*self.header.variables, *self.header.geometry)
         )
         return self.header.frames * planes + _METADATA_BYTES
 
@@ -242,6 +248,11 @@ class CubeWriter:
             info.setncatts({"algorithm": "bitround", "implementation": f"hcss_twin version {__version__}"})
         for spec in header.variables:
             self._define_data(spec)
+        for spec in header.geometry:
+            self._define_data(spec)
+        for rows, arrays in self._geometry.parts(self._geometry.of_image, header.frame_times_s[0]):
+            for name, array in arrays.items():
+                dataset.variables[name][rows] = array
 
     def _define_coordinate(self, spec: VariableSpec, values: NDArray[Any]) -> None:
         variable = self._dataset.createVariable(
@@ -281,8 +292,9 @@ class CubeWriter:
             # each frame fills whole chunks, so that a cache would only copy them
             variable.set_var_chunk_cache(size=0)
         variable.setncatts(_attributes(spec))
-        variable.coordinates = " ".join(auxiliary_names(spec.dims))
-        variable.grid_mapping = GRID_MAPPING
+        if spec.kind != "geometry":  # which is a coordinate itself
+            variable.coordinates = " ".join(auxiliary_names(self.header, spec.dims))
+            variable.grid_mapping = GRID_MAPPING
 
     def _chunk(self, spec: VariableSpec) -> tuple[int, ...]:
         """Return chunks of one plane of one frame, split by rows where the plane is very large."""
@@ -298,7 +310,7 @@ def _attributes(spec: VariableSpec) -> dict[str, Any]:
         found["standard_name"] = spec.standard_name
     if spec.units is not None:
         found["units"] = spec.units
-    content = "coordinate" if spec.kind == "coordinate" else "modelResult"
+    content = "coordinate" if spec.kind in ("coordinate", "geometry") else "modelResult"
     if spec.significant_bits is not None:
         found["quantization"] = INFO
         found["quantization_nsb"] = np.int32(spec.significant_bits)

@@ -26,6 +26,13 @@ def _lines(plan: Plan) -> Iterator[str]:
     for band in plan.bands:
         yield f"  band        {band.name}: {band.lower_um:g}-{band.upper_um:g} um"
     yield f"  view        zenith {plan.view.zenith_deg:g} deg, azimuth {plan.view.azimuth_deg:g} deg"
+    lines = plan.assembly.lines_of_sight
+    if lines is not None:
+        away = f"{lines.centre_range_m / 1e3:.1f} km from the image centre"
+        yield (
+            f"  platform    {lines.altitude_m / 1e3:g} km high, {away}; "
+            f"footprint at {plan.assembly.motion.platform_speed_m_s:g} m/s"
+        )
     yield (
         f"  sun         zenith {plan.sun_zenith_deg[0]:.3f}..{plan.sun_zenith_deg[-1]:.3f} deg, "
         f"azimuth {plan.sun_azimuth_deg[0]:.3f}..{plan.sun_azimuth_deg[-1]:.3f} deg"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 import types
 import typing
@@ -94,7 +95,7 @@ def _page() -> Iterator[str]:
         if model is None or name == "bands":
             continue
         yield f"\n## `[{name}]`\n"
-        yield f"{(model.__doc__ or '').strip()}\n"
+        yield f"{inspect.cleandoc(model.__doc__ or '')}\n"
         if name == "clouds":
             yield (
                 'A single layer\'s keys may stand in `[clouds]` itself (`clouds.type = "stratus"`); the same keys '

@@ -17,6 +17,7 @@ from hcss_twin.scenario.models import ScenarioModel, has_single_layer, selected
 from hcss_twin.scenario.names import name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
 from hcss_twin.scenario.wording import shown
 
 
@@ -107,6 +108,8 @@ class Scenario(ScenarioModel):
             scenario = cls.model_validate(data)
         except ValidationError as error:
             problems += problems_from(error, ScenarioModel, raw=data)
+        else:
+            problems += viewing_problems(scenario)
         reported = {problem.field for problem in problems}
         # Names are checked even where other keys are wrong, so that the user sees all at once.
         names = name_problems(data, Registry.discover(), Catalog(base=base))
@@ -114,6 +117,7 @@ class Scenario(ScenarioModel):
         if problems or scenario is None:
             typed = _short_fields(short, overrides or {})
             raise ScenarioError([Problem(typed(each.field), each.message) for each in problems], origin)
+        scenario = with_viewing(scenario)
         scenario._base = base
         scenario._short = short
         scenario._origin = origin
@@ -134,7 +138,7 @@ class Scenario(ScenarioModel):
         Default providers are written with our distribution's name, so that a namesake installed later
         cannot take their place.
         """
-        data = self.model_dump(mode="json")
+        data = as_given(self, self.model_dump(mode="json"))
         for key, section in data.items():
             for name in _PROVIDER_KEYS.get(key, ()):
                 section[name] = selected(getattr(self, key), name)

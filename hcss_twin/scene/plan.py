@@ -194,6 +194,19 @@ class Plan:
             for spec in self.variables
         )
 
+    @property
+    def _platform(self) -> dict[str, float] | None:
+        """Plain values of a platform of known altitude."""
+        lines = self.assembly.lines_of_sight
+        if lines is None:
+            return None
+        return {
+            "altitude_m": lines.altitude_m,
+            "slant_range_m": lines.centre_range_m,
+            "pixel_size_m": self.grid.pixel_size_m,
+            "ground_speed_m_s": self.assembly.motion.platform_speed_m_s,
+        }
+
     def as_dict(self) -> Mapping[str, Any]:
         """Plain values for ``hcss plan --json``."""
         return {
@@ -201,6 +214,8 @@ class Plan:
             "rows": self.grid.rows,
             "columns": self.grid.columns,
             "samples_per_pixel": self.samples_per_pixel,
+            "view": {"zenith_deg": self.view.zenith_deg, "azimuth_deg": self.view.azimuth_deg},
+            "platform": self._platform,
             "layers": [
                 {
                     "name": layer.name,
@@ -317,4 +332,4 @@ def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
                 [Problem(field, f"a frame lies {when}; allowed: the years {first} to {last}")]
             )
     place = scenario.place
-    return SunTrack(scenario.time, place.latitude, place.longitude, scenario.motion.platform_speed)
+    return SunTrack(scenario.time, place.latitude, place.longitude, float(scenario.motion.platform_speed))

@@ -31,7 +31,8 @@ ALLOWED = {
     "climatology": {"catalog"} | GROUND,
     "multiple_scattering": {"physics", "providers"} | GROUND,
     "radiance": STAND_ON | {"atmosphere", "multiple_scattering"},
-    "cube": {"physics", "version"} | GROUND,
+    "viewing": {"physics"} | GROUND,
+    "cube": {"physics", "version", "viewing"} | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
 

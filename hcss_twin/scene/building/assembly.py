@@ -40,8 +40,10 @@ from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.building.builder import Builder
 from hcss_twin.scene.building.cloud_assembly import assemble_clouds
+from hcss_twin.scene.building.sight import lines_of_sight
 from hcss_twin.scene.building.surroundings import FilledIn, Surroundings, surroundings
 from hcss_twin.scene.slant.slant_paths import SlantPaths
+from hcss_twin.viewing.lines_of_sight import LinesOfSight
 
 Array = NDArray[np.float64]
 
@@ -55,6 +57,7 @@ class Assembly:
 
     ``particle_fields`` are the scenario's fields from which the particles of each layer come.
     ``model_over`` makes the radiance model of the same scene over another sea, ``model_toward`` that of another view.
+    ``lines_of_sight`` lead to the sensor, None where its altitude is not known.
     """
 
     entries: Mapping[str, Entry]
@@ -76,6 +79,7 @@ class Assembly:
     sea_temperature_K: float
     filled_in: tuple[FilledIn, ...]
     slant: SlantPaths
+    lines_of_sight: LinesOfSight | None = None
 
     @property
     def view(self) -> View:
@@ -155,6 +159,9 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     builder = Builder(Registry.discover())
     around: Surroundings | None = None
     transmittance: TransmittanceProvider | None = None
+    sight: LinesOfSight | None = None
+    with builder.blaming("platform.altitude"):
+        sight = lines_of_sight(scenario)
     bands: list[SpectralBand] = []
     for index, band in enumerate(scenario.bands):
         with builder.blaming(f"bands[{index}]"):
@@ -234,6 +241,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         sea_temperature_K=temperature,
         filled_in=around.filled_in,
         slant=slant,
+        lines_of_sight=sight,
     )
 
 
@@ -243,7 +251,7 @@ def _motion(scenario: Scenario) -> Motion:
     bearing = math.radians(motion.wind_from + 180.0)
     velocity = (motion.wind_speed * math.sin(bearing), motion.wind_speed * math.cos(bearing))
     evolution = math.inf if motion.evolution_time == "frozen" else float(motion.evolution_time)
-    return Motion(motion.platform_speed, velocity, evolution, scenario.frames.interval)
+    return Motion(float(motion.platform_speed), velocity, evolution, scenario.frames.interval)
 
 
 def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: str) -> None:

@@ -18,7 +18,7 @@ from hcss_twin.scene.sun_track import SunTrack
 Array = NDArray[np.float64]
 
 SENSOR_ALTITUDE_M = 800e3
-"""The scenario has no altitude of the sensor: that of many satellites of low orbit stands for it."""
+"""Where a scenario has no altitude of the sensor that of many satellites of low orbit stands for it."""
 
 
 def one_direction(
@@ -39,7 +39,9 @@ def one_direction(
     columns = columns.only(ends)
     views, apart = corner_views(assembly)
     bound = _bound_of_views(assembly, columns, views, {sun: total for (_, sun), total in totals.items()})
-    corners = f"corners of the image seen from {SENSOR_ALTITUDE_M / 1e3:.0f} km, {apart:.2g} deg off"
+    lines = assembly.lines_of_sight
+    altitude_km = (SENSOR_ALTITUDE_M if lines is None else lines.altitude_m) / 1e3
+    corners = f"corners of the image seen from {altitude_km:.0f} km, {apart:.2g} deg off"
     yield Skipped(
         "view angles of single pixels",
         "rays are parallel, one direction for the whole image; "
@@ -62,17 +64,50 @@ def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:
 
     To first order the other corners differ by as much the other way. That whose zenith angle changes more is first.
     """
+    views = (
+        _far_views(assembly) if assembly.lines_of_sight is None else views_of(assembly, _corners_m(assembly))
+    )
+    apart = max(_between_deg(view, assembly.view) for view in views)
+    return tuple(sorted(views, key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))), apart
+
+
+def views_of(assembly: Assembly, places_m: Sequence[tuple[float, float]]) -> list[View]:
+    """Return the view from points east and north of the image centre, where the sensor's altitude is known.
+
+    Azimuths are those of the image plane, as the sun's and the wind's are.
+    """
+    assert assembly.lines_of_sight is not None
+    x, y = np.array(places_m, dtype=np.float64).T
+    seen = assembly.lines_of_sight.from_points(x, y)
+    return [
+        View(zenith, azimuth)
+        for zenith, azimuth in zip(seen.zenith_deg.tolist(), seen.plane_azimuth_deg.tolist(), strict=True)
+    ]
+
+
+def _far_views(assembly: Assembly) -> list[View]:
+    """Return the view from the corners as if the sensor were at a common altitude over a flat Earth."""
     zenith, azimuth = math.radians(assembly.view.zenith_deg), math.radians(assembly.view.azimuth_deg)
     aside = SENSOR_ALTITUDE_M * math.tan(zenith)
     sensor = np.array([aside * math.sin(azimuth), aside * math.cos(azimuth), SENSOR_ALTITUDE_M])
-    views, apart = [], 0.0
+    views = []
     for x, y in _corners_m(assembly):
         ray = sensor - np.array([x, y, 0.0])
-        apart = max(apart, math.atan2(float(np.linalg.norm(np.cross(ray, sensor))), float(ray @ sensor)))
         bearing = math.degrees(math.atan2(ray[0], ray[1])) % 360.0
         views.append(View(math.degrees(math.atan2(math.hypot(ray[0], ray[1]), ray[2])), bearing))
-    views.sort(key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))
-    return tuple(views), math.degrees(apart)
+    return views
+
+
+def _between_deg(one: View, other: View) -> float:
+    """Angle between two directions."""
+    a, b = (_direction(view) for view in (one, other))
+    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b)))
+
+
+def _direction(view: View) -> Array:
+    zenith, azimuth = math.radians(view.zenith_deg), math.radians(view.azimuth_deg)
+    across = math.sin(zenith)
+    return np.array([across * math.sin(azimuth), across * math.cos(azimuth), math.cos(zenith)])
 
 
 def corner_suns(assembly: Assembly, track: SunTrack, time_s: float) -> tuple[Sun | None, ...]:

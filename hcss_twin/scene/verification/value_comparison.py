@@ -44,8 +44,13 @@ class ValueComparison:
         self._first: Place | None = None
         self._first_beyond: Place | None = None
 
-    def add(self, cube: Values, recomputed: Values, dims: Sequence[str], frame: int | None = None) -> None:
-        """Compare two arrays of one shape with the dimensions ``dims``, those of a ``frame`` where they have one."""
+    def add(
+        self, cube: Values, recomputed: Values, dims: Sequence[str], frame: int | None = None, row: int = 0
+    ) -> None:
+        """Compare two arrays of one shape with the dimensions ``dims``, those of a ``frame`` where they have one.
+
+        ``row`` is the first of those that are compared.
+        """
         self._values += recomputed.size
         unequal = _unequal(cube, recomputed)
         if not unequal.any():
@@ -57,7 +62,7 @@ class ValueComparison:
             index = np.unravel_index(flat, recomputed.shape)
             position: dict[str, int | str] = {} if frame is None else {"frame": frame}
             for dim, along in zip(dims, index, strict=True):
-                number = int(along)
+                number = int(along) + (row if dim == "y" else 0)
                 position[_CALLED.get(dim, dim)] = self._labels[dim][number] if dim in self._labels else number
             return Place(position, float(cube[index]), float(recomputed[index]))
 
