@@ -46,6 +46,9 @@ def _lines(plan: Plan) -> Iterator[str]:
     if plan.needs_radiance:
         known = plan.spectral_grid.wavenumber_cm1.size
         yield f"  accuracy    {plan.accuracy}; of it {_shares(plan)}"
+        if plan.views is not None:
+            x, y = plan.views.order_x + 1, plan.views.order_y + 1
+            yield f"  views       each pixel has its own, from tables toward {x} x {y} over the image"
         yield f"  spectrum    a few weighted wavenumbers of {known}, chosen by the run"
     yield f"  variables   {', '.join(spec.name for spec in plan.variables)}"
     yield f"  cube        {_size(plan.uncompressed_bytes)} before compression"
@@ -76,6 +79,7 @@ def _shares(plan: Plan) -> str:
         "two_layers": several,
         "faint_sunlight": plan.faint_sunlight is not None,
         "waves": plan.waves is not None,
+        "views": plan.views is not None,
         "shadows": plan.scenario.slant.shadows,
         "time": plan.sun_matters and plan.frame_times_s.size > 1,
         "other_instants": plan.sun_matters and plan.frame_times_s.size > 1 and any(plan.cloudy_layers),

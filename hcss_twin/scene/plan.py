@@ -35,6 +35,7 @@ from hcss_twin.scene.quantization import quantized
 from hcss_twin.scene.slant.sea_sun import require_sea_sun_terms
 from hcss_twin.scene.slant.slant_paths import SlantPaths, slant_paths
 from hcss_twin.scene.sun_track import SunTrack
+from hcss_twin.scene.views.view_axis import ViewAxis
 from hcss_twin.scene.waves.wave_choice import DRAWN_NOTE, DrawnWaves
 
 Array = NDArray[np.float64]
@@ -61,6 +62,8 @@ class Plan:
         None where the sea is averaged over its waves.
     faint_sunlight : float or None
         Largest share of sunlight in any band, where radiance is computed without it by day; else None.
+    views : ViewAxis or None
+        None where the view of the image centre stands for all pixels.
     """
 
     scenario: Scenario
@@ -76,6 +79,7 @@ class Plan:
     waves: DrawnWaves | None
     accuracy: RequestedAccuracy
     faint_sunlight: float | None = None
+    views: ViewAxis | None = None
 
     @property
     def budget(self) -> Budget:
@@ -216,6 +220,7 @@ class Plan:
             "samples_per_pixel": self.samples_per_pixel,
             "view": {"zenith_deg": self.view.zenith_deg, "azimuth_deg": self.view.azimuth_deg},
             "platform": self._platform,
+            "views": None if self.views is None else vars(self.views),
             "layers": [
                 {
                     "name": layer.name,
@@ -316,6 +321,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         waves=waves,
         accuracy=findings.accuracy,
         faint_sunlight=findings.faint_sunlight,
+        views=findings.views,
     )
 
 

@@ -18,6 +18,7 @@ from hcss_twin.scene.slant.shadows import Shadows
 from hcss_twin.scene.tables.look_up import LookUp
 from hcss_twin.scene.tables.radiance_tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.scene.truth import Truth
+from hcss_twin.scene.views.viewed_look_up import ViewedLookUp
 from hcss_twin.scene.waves.waves import WaveStage
 
 Frame = dict[str, NDArray[Any]]
@@ -53,7 +54,8 @@ class _FrameMaker:
     def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
         self._plan = plan
         self._quantities = () if tables is None else tables.quantities.names
-        self._reader = None if tables is None else TableReader(tables)
+        each = () if tables is None else tables.over_views or (tables,)
+        self._readers = [TableReader(toward) for toward in each]
         self._truth = Truth(plan)
         self._shadows = Shadows(plan, tables)
         self._waves = (
@@ -73,7 +75,7 @@ class _FrameMaker:
 
     def frame(self, time_s: float, sample: FrameSample | None) -> Frame:
         plan, bands = self._plan, len(self._plan.bands)
-        look_up = None if self._reader is None else LookUp(self._reader.at(time_s))
+        look_up = self._look_up(time_s)
         shape = len(self._quantities) * bands, plan.grid.rows, plan.grid.columns
         radiance = np.empty(shape, dtype=np.float32)
         self._truth.start_frame()
@@ -104,6 +106,13 @@ class _FrameMaker:
             # of what the cube has
             sample.finish(radiance.reshape(len(self._quantities), bands, *radiance.shape[1:]))
         return {name: values for name, values in made.items() if name in self._names}
+
+    def _look_up(self, time_s: float) -> LookUp | ViewedLookUp | None:
+        """Return the look-up of an instant; None where there is no radiance."""
+        look_ups = [LookUp(reader.at(time_s)) for reader in self._readers]
+        if self._plan.views is not None and look_ups:
+            return ViewedLookUp(self._plan.views, self._plan.grid, look_ups)
+        return look_ups[0] if look_ups else None
 
     def _whole_frames(self, time_s: float) -> list[Thickness | None]:
         """Frames of the generators that only make whole ones."""

@@ -56,7 +56,7 @@ class Assembly:
     """The providers of one scene, built and guarded, and the states they share.
 
     ``particle_fields`` are the scenario's fields from which the particles of each layer come.
-    ``model_over`` makes the radiance model of the same scene over another sea, ``model_toward`` that of another view.
+    ``model_of`` makes the radiance model of the same scene over another sea, or toward another view.
     ``lines_of_sight`` lead to the sensor, None where its altitude is not known.
     """
 
@@ -73,8 +73,7 @@ class Assembly:
     sea: SeaModel
     optics: Optics
     model: RadianceModel
-    model_over: Callable[[SeaModel], RadianceModel]
-    model_toward: Callable[[View], RadianceModel]
+    model_of: Callable[[SeaModel, View], RadianceModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
     filled_in: tuple[FilledIn, ...]
@@ -85,6 +84,18 @@ class Assembly:
     def view(self) -> View:
         """Viewing direction."""
         return self.slant.view
+
+    def model_over(self, sea: SeaModel) -> RadianceModel:
+        """Make the radiance model of the same scene over another sea."""
+        return self.model_of(sea, self.view)
+
+    def model_toward(self, view: View) -> RadianceModel:
+        """Make the radiance model of the same scene toward another view."""
+        return self.model_of(self.sea, view)
+
+    def toward(self, view: View) -> Assembly:
+        """Return the same scene seen along parallel rays from another direction."""
+        return replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
 
     @property
     def declarations(self) -> tuple[Declares, ...]:
@@ -235,8 +246,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         sea=sea,
         optics=optics,
         model=model,
-        model_over=lambda other: model_of(replace(radiance_inputs, sea=other)),
-        model_toward=lambda view: model_of(replace(radiance_inputs, view=view)),
+        model_of=lambda sea, view: model_of(replace(radiance_inputs, sea=sea, view=view)),
         solar_irradiance=solar_irradiance,
         sea_temperature_K=temperature,
         filled_in=around.filled_in,
