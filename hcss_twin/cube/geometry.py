@@ -73,7 +73,7 @@ class PixelGeometry:
         known: dict[str, Array] = {}
         located = {spec.name for spec in LOCATION} & set(names)
         if located:
-            # Platforms do not turn back: what holds for all frames has a time only where they stand still.
+            # Where one place holds for all frames the platform stands still.
             along = x + header.platform_speed_m_s * time_s
             known["pixel_latitude"], known["pixel_longitude"] = to_geographic(
                 along, y, header.latitude, header.longitude

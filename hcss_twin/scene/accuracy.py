@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import RadianceModel, Sun
 from hcss_twin.radiance.spectral_grid import SpectralGrid
@@ -125,8 +126,13 @@ def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
         return []
     corners = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
-    views = ImageViews(assembly.grid, assembly.lines_of_sight).at(corners)
-    return [assembly.model_toward(view) for view in views if low <= view.zenith_deg <= high]
+    models = []
+    for view in ImageViews(assembly.grid, assembly.lines_of_sight).at(corners):
+        # Where providers do not know a view the scene does without it, and its ledger says so.
+        with suppress(ProviderError, ScenarioError):
+            if low <= view.zenith_deg <= high:
+                models.append(assembly.model_toward(view))
+    return models
 
 
 def _slope(grid: SpectralGrid, band: int, temperature_K: float) -> float:

@@ -97,7 +97,20 @@ class Plan:
             for band in self.bands
             if band.width_cm1 < resolution
         )
-        return (*narrow, *self.assembly.notes, *(() if self.waves is None else (DRAWN_NOTE,)))
+        drawn = () if self.waves is None else (DRAWN_NOTE,)
+        return (*narrow, *self.assembly.notes, *drawn, *self._of_detectors)
+
+    @property
+    def _of_detectors(self) -> tuple[str, ...]:
+        """What pixels of a slant view are beside the footprints of detectors."""
+        if self.scenario.platform.detector_pitch is None or self.view.zenith_deg == 0.0:
+            return ()
+        size = self.grid.pixel_size_m
+        length = size / math.cos(math.radians(self.view.zenith_deg))
+        return (
+            f"pixels are squares of {size:.4g} m; along the line of sight the footprint of a detector is "
+            f"{length:.4g} m long, which the image is not sampled by",
+        )
 
     @property
     def bands(self) -> tuple[SpectralBand, ...]:

@@ -4,17 +4,35 @@ import json
 import math
 
 import pytest
+from cheap import CHEAP
 
-from hcss_twin import Scenario, ScenarioError
+from hcss_twin import Scenario, ScenarioError, make_plan
+from hcss_twin.viewing.look_angle import slant_range_m
 
 RAW = {"time": "2024-04-20T12:30:00+10:00", "place": {"latitude": 35, "longitude": 150}}
 ALTITUDE = {"altitude": "800 km"}
 OPTICS = {"focal_length": "400 mm", "detector_pitch": "15 um"}
 RADIUS_M = 6371008.7714
+CUBE = {
+    "image": {"rows": 4, "columns": 4},
+    "frames": {"count": 1},
+    "output": {"variables": ["cloud_mask"]},
+    **{key.split(".")[0]: {key.split(".")[1]: value} for key, value in CHEAP.items()},
+}
 
 
 def scenario(platform, **sections):
     return Scenario.from_dict({**RAW, "platform": platform, **sections})
+
+
+def test_the_plan_says_how_long_the_footprints_of_detectors_are():
+    told = [
+        make_plan(scenario({**ALTITUDE, **OPTICS}, view={"zenith": zenith}, **CUBE)).notes
+        for zenith in (0, 60)
+    ]
+    assert not any("footprint" in note for note in told[0])
+    size = slant_range_m(60.0, 800e3) * 15e-6 / 0.4
+    assert any(f"{size:.4g} m; along" in note and f"{2 * size:.4g} m long" in note for note in told[1])
 
 
 def again(one, overrides=None):

@@ -63,15 +63,15 @@ def choose_views(
     if x == y == 0:
         return None
     _refuse_beside(scenario, tolerance)
-    worst = max(x_error, y_error)
-    if worst > each or (x + 1) * (y + 1) > MOST_NODES:
+    found = ROOM * (x_error + y_error)
+    if found > tolerance or (x + 1) * (y + 1) > MOST_NODES:
         message = (
             f"{scenario.accuracy}: the view changes so much over the image that {x + 1} x {y + 1} views leave "
-            f"{ROOM * (x_error + y_error):.1e} of the radiance, where {tolerance:.1e} is allowed; allowed: a lower "
+            f"{found:.1e} of the radiance, where {tolerance:.1e} is allowed; allowed: a lower "
             f"accuracy or a smaller image, with which up to {MOST_NODES} views do"
         )
         raise ScenarioError([Problem("accuracy", message)])
-    return ViewAxis(x, y, ROOM * (x_error + y_error))
+    return ViewAxis(x, y, found)
 
 
 def _columns(assembly: Assembly, views: ImageViews, suns: Sequence[Sun | None]) -> Values:
