@@ -21,6 +21,7 @@ from hcss_twin.cube.bit_rounding import INFO
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values, grid_mapping_attributes
 from hcss_twin.cube.durable import flush
 from hcss_twin.cube.frames import WrittenFrames, check_frame, plain_bytes
+from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader, check_attributes
 from hcss_twin.cube.layout import (
     QUANTIZATION_ATTRIBUTES,
@@ -79,6 +80,7 @@ class CubeWriter:
         self.compression = compression
         self.tile = tile
         self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
+        self._geometry = PixelGeometry(header)
         self._dataset: Any = None
         self._written = WrittenFrames(header)
         self._turn = RLock()
@@ -141,6 +143,9 @@ class CubeWriter:
             with self._explained():
                 for name, array in arrays.items():
                     self._dataset.variables[name][(index, ..., *window)] = array
+                names, time_s = self._geometry.of_frames, self.header.frame_times_s[index]
+                for name, array in self._geometry.values(names, window, time_s).items():
+                    self._dataset.variables[name][(index, *window)] = array
             self._written.add(index, window)
 
     def set_attributes(self, attributes: Mapping[str, Attribute]) -> None:
@@ -256,6 +261,13 @@ class CubeWriter:
             info.setncatts(QUANTIZATION_ATTRIBUTES)
         for spec in header.variables:
             self._define_data(spec)
+        for spec in header.geometry:
+            self._define_data(spec)
+        if header.geometry:
+            rows, columns = self._chunk(header.geometry[0])[-2:]
+            for place, arrays in self._geometry.parts(self._geometry.of_image, (rows, columns)):
+                for name, array in arrays.items():
+                    dataset.variables[name][place] = array
 
     def _define_coordinate(self, spec: VariableSpec, values: NDArray[Any]) -> None:
         variable = self._dataset.createVariable(
@@ -286,7 +298,7 @@ class CubeWriter:
         if chunked:
             # each frame fills whole chunks, so that a cache would only copy them
             variable.set_var_chunk_cache(size=0)
-        variable.setncatts({**variable_attributes(spec), **links(spec)})
+        variable.setncatts({**variable_attributes(spec), **links(spec, self.header)})
 
     def _chunk(self, spec: VariableSpec) -> tuple[int, ...]:
         """Return chunks of one tile, or of one plane of one frame, split by rows where the plane is very large."""
