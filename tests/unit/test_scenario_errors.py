@@ -59,7 +59,7 @@ WRONG = [
     ("view.azimuth = -10", "view.azimuth", ">= 0 and < 360", "choice is 350"),
     ("motion.wind_from = '7 rad'", "motion.wind_from", "'7 rad' = 401.07", "choice is 41.07"),
     ("image.pixel_size = 0", "image.pixel_size", "> 0 and <= 100000", "just above 0"),
-    ("image.rows = 99999", "image.rows", "choice is 16384"),
+    ("image.rows = 199999", "image.rows", "choice is 100000"),
     ("seed = 9223372036854775808", "seed", "choice is 9223372036854775807"),
     ("sea.temperature = 15", "sea.temperature", ">= 260 and <= 330", "choice is 288.15, which is 15 degC"),
     ("clouds.temperature = -20", "clouds.temperature", "choice is 253.15, which is -20 degC"),
