@@ -43,6 +43,7 @@ WRONG = [
     ("sea.slopes = 'isotropic'", "sea.slopes", "closest is 'sea.parameters.slopes'"),
     ("optics.phase_function = 'mie'", "optics.phase_function", "'optics.parameters.phase_function'"),
     ("radiance.streams = 8", "radiance.streams", "closest is 'radiance.parameters.streams'"),
+    ("sensor.pfs = 'airy'", "sensor.pfs", "closest is 'sensor.parameters.psf'"),
     ("sea.coverage = 0.3", "sea.coverage", "closest is 'clouds.coverage'"),
     ("sea.wind_sped = 3", "sea.wind_sped", "closest is 'wind_speed'"),
     ("sea.model = 'cox-munk'\nsea.slopes = 'x'", "sea.slopes", "'sea.parameters.slopes'", '= "rough-sea"'),
