@@ -188,6 +188,30 @@ def test_a_coordinate_that_is_not_even_is_refused():
         axis("y", np.array([2.0]), None)
 
 
+@pytest.mark.parametrize(
+    ("figure", "expected"),
+    [
+        ({"earth_radius": 6371000.0}, (6371000.0, 0.0)),
+        ({"semi_major_axis": 6378137.0, "inverse_flattening": 298.257223563}, (6378137.0, 298.257223563)),
+    ],
+)
+def test_the_figure_of_the_earth_is_that_of_the_grid_mapping(figure, expected):
+    plane = local_plane(
+        {
+            "grid_mapping_name": "azimuthal_equidistant",
+            "latitude_of_projection_origin": 10.0,
+            "longitude_of_projection_origin": 20.0,
+            **figure,
+        }
+    )
+    assert (plane.latitude, plane.longitude, plane.semi_major_m, plane.inverse_flattening) == (
+        10.0,
+        20.0,
+        *expected,
+    )
+    assert plane.is_wgs84 == (expected[1] > 0.0)
+
+
 def test_another_projection_is_refused():
     with pytest.raises(CubeError, match="grid mapping 'mercator'"):
         local_plane({"grid_mapping_name": "mercator"})
