@@ -36,7 +36,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "sweeps.md"
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
 MODELS: dict[str, Any] = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 TINY = MODELS | {"image.rows": 16, "image.columns": 16, "frames.count": 1}
-MANY = 4000
+MANY = 480
 """More points than are finished in the time."""
 LARGER = MODELS | {"image.rows": 400, "image.columns": 400, "frames.count": 4}
 
