@@ -22,6 +22,7 @@ from hcss_twin.scene.simulate import cube_header, run
 from hcss_twin.scene.stream import Frame, stream
 from hcss_twin.scene.tables.kept_tables import table_key, tables_of
 from hcss_twin.scene.tables.radiance_tables import RadianceTables
+from hcss_twin.scene.views.tables_over_views import plans_over_views
 
 PLAN, COMPILE, KEPT = "plan", "compile tables", "tables kept earlier"
 CLOUDS, LOOK_UP, WRITE = "clouds", "look-up", "write"
@@ -50,7 +51,8 @@ def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, c
     output = folder / "cube.nc"
     plan = rounds.time(prefix + PLAN, lambda: make_plan(scenario))
     if compiled:
-        Store(*TABLES).forget(table_key(plan))
+        for toward in plans_over_views(plan):
+            Store(*TABLES).forget(table_key(toward))
         rounds.time(prefix + COMPILE, lambda: tables_of(plan))
     tables = rounds.time(prefix + KEPT, lambda: tables_of(plan))
     frame = _time_frames(rounds, prefix, plan, tables)

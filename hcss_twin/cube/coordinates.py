@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cube.footprint import footprint
+from hcss_twin.cube.geometry import pixel_centres_m
+from hcss_twin.cube.geometry_variables import STANDS_FOR
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.variables import LAYER, VariableSpec
-from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M
+from hcss_twin.physics.ellipsoid import INVERSE_FLATTENING, SEMI_MAJOR_AXIS_M
 
 BOUND = "bound"
 VERTEX = "vertex"
@@ -170,6 +172,15 @@ COORDINATES: tuple[VariableSpec, ...] = (
         "sensor_azimuth_angle",
     ),
     _coordinate(
+        "platform_altitude",
+        (),
+        "m",
+        "altitude of the sensor",
+        "Altitude of the sensor above the ellipsoid; only where the scenario says it.",
+        "height_above_reference_ellipsoid",
+        positive="up",
+    ),
+    _coordinate(
         "solar_zenith_angle", ("time",), "degree", "zenith angle of the sun",
         _ZENITH.format(body="sun") + " Above 90 degrees the sun is below the horizon.",
         "solar_zenith_angle",
@@ -184,14 +195,15 @@ COORDINATES: tuple[VariableSpec, ...] = (
 def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
     """Return the value of each coordinate variable, keyed and shaped as in the table.
 
-    ``time`` is in seconds since the start. Coordinates of a dimension that no variable has are left out.
+    ``time`` is in seconds since the start. Coordinates of a dimension that no variable has, and an altitude of the
+    sensor that is not known, are left out.
     """
     extent, place = footprint(header), header.image_window
     times = np.array(header.frame_times_s, dtype=np.float64)
     values: dict[str, Any] = {
         "time": times,
-        "y": _pixel_centres_m(place.first_row, header.rows, place.image_rows, header.pixel_size_m),
-        "x": _pixel_centres_m(place.first_column, header.columns, place.image_columns, header.pixel_size_m),
+        "y": pixel_centres_m(place.first_row, header.rows, place.image_rows, header.pixel_size_m),
+        "x": pixel_centres_m(place.first_column, header.columns, place.image_columns, header.pixel_size_m),
         "band_name": np.array([band.name for band in header.bands], dtype=object),
         "wavelength": [band.central_um for band in header.bands],
         "wavelength_bounds": [(band.lower_um, band.upper_um) for band in header.bands],
@@ -206,13 +218,14 @@ def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
         "centre_displacement": header.platform_speed_m_s * times,
         "sensor_zenith_angle": header.view_zenith_deg,
         "sensor_azimuth_angle": header.view_azimuth_deg,
+        "platform_altitude": header.sensor_altitude_m,
         "solar_zenith_angle": list(header.solar_zenith_deg),
         "solar_azimuth_angle": list(header.solar_azimuth_deg),
     }
     return {
         spec.name: np.asarray(values[spec.name], dtype=object if spec.dtype == "str" else spec.dtype)
         for spec in COORDINATES
-        if LAYER not in spec.dims or LAYER in header.sizes
+        if (LAYER not in spec.dims or LAYER in header.sizes) and values[spec.name] is not None
     }
 
 
@@ -223,16 +236,24 @@ def time_units(header: CubeHeader) -> str:
     return f"seconds since {start:%Y-%m-%d %H:%M:%S}{fraction}"
 
 
-def auxiliary_names(dims: tuple[str, ...]) -> list[str]:
-    """Return the coordinate variables that belong to a data variable with these dimensions."""
-    return [
+def auxiliary_names(header: CubeHeader, dims: tuple[str, ...]) -> list[str]:
+    """Return the coordinate variables that belong to a data variable with these dimensions.
+
+    Where pixels have coordinates of their own, those of the image centre do not belong to it.
+    """
+    own = [spec.name for spec in header.geometry if set(spec.dims) <= set(dims)]
+    instead = {STANDS_FOR.get(name) for name in own} | {"altitude"}
+    if header.sensor_altitude_m is None:
+        instead.add("platform_altitude")
+    centre = [
         spec.name
         for spec in COORDINATES
         if spec.name not in dims
         and not is_bounds(spec)
-        and spec.name != "altitude"
+        and spec.name not in instead
         and set(spec.dims) <= set(dims)
     ]
+    return [*centre, *own]
 
 
 def is_bounds(spec: VariableSpec) -> bool:
@@ -248,12 +269,8 @@ def grid_mapping_attributes(header: CubeHeader) -> dict[str, str | float]:
         "latitude_of_projection_origin": header.latitude,
         "false_easting": 0.0,
         "false_northing": 0.0,
-        "earth_radius": MEAN_EARTH_RADIUS_M,
+        "semi_major_axis": SEMI_MAJOR_AXIS_M,
+        "inverse_flattening": INVERSE_FLATTENING,
         "long_name": "local tangent plane",
         "comment": "Holds for frames whose centre_displacement is 0; the plane moves with the image centre.",
     }
-
-
-def _pixel_centres_m(first: int, count: int, whole: int, size_m: float) -> NDArray[np.float64]:
-    """Centres of so many pixels, of a row of ``whole`` pixels that has its middle at 0."""
-    return (np.arange(first, first + count, dtype=np.float64) - 0.5 * (whole - 1)) * np.float64(size_m)

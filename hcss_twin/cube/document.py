@@ -11,6 +11,7 @@ from pathlib import Path
 
 from hcss_twin.cube.attributes import COMPUTED, PROVENANCE, AttributeSpec
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
+from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.metadata import DEFAULTS
 from hcss_twin.cube.sensor_variables import MEASURED_RADIANCE, SENSOR_ATTRIBUTE, SENSOR_VARIABLES
@@ -89,10 +90,17 @@ Levels above 1 gain next to nothing. zstd takes half the time of zlib for files 
 because many readers lack it. Rounding may take three tenths of `accuracy`; the plan says what it does and refuses more.
 """
 
+_VIEWING = """Coordinates that are requested like output variables (`output.variables`), one by one or as `geometry`
+([viewing geometry](viewing-geometry.md)). They are CF auxiliary coordinates: each variable of frames names them in its
+attribute `coordinates`, where latitude, longitude and view angles take the place of those of the image centre. They are
+written once, or with every frame where the platform moves and they do, too.
+"""
+
 _WORDS = {
-    "all": "every variable above and every term; those by layer where there are two",
+    "all": "every variable above and every term; those by layer where there are two; not the viewing geometry",
     "terms": "every term of the radiance model in use",
     "truth": "every variable of kind truth; those by layer where there are two",
+    "geometry": "every coordinate of the pixels below; without `platform.altitude` latitude and longitude",
 }
 
 
@@ -118,6 +126,10 @@ def markdown() -> str:
         "## Coordinates\n",
         _HEADER,
         *(_row(spec) for spec in COORDINATES),
+        "\n## Viewing geometry of every pixel\n",
+        _VIEWING,
+        _HEADER,
+        *(_row(spec) for spec in GEOMETRY),
         "\n## Global attributes of provenance\n",
         _ATTRIBUTE_HEADER,
         *map(_attribute_row, PROVENANCE),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from hcss_twin.cube.header import CubeHeader
-from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M, to_geographic
+from hcss_twin.physics.ellipsoid import distance_from_equator_m
+from hcss_twin.physics.local_plane import to_geographic
 
 POINTS_PER_SIDE = 16
 
@@ -47,7 +47,7 @@ def footprint(header: CubeHeader) -> Footprint:
     west, east = float(longitudes.min()), float(longitudes.max())
     for pole in (90.0, -90.0):
         # The plane's meridian through its centre leads to both.
-        pole_m = math.radians(pole - header.latitude) * MEAN_EARTH_RADIUS_M
+        pole_m = distance_from_equator_m(pole) - distance_from_equator_m(header.latitude)
         if y0 <= pole_m <= y1 and x0 <= 0.0 <= x1:
             south, north = min(south, pole), max(north, pole)
             west, east = -180.0, 180.0

@@ -106,8 +106,11 @@ def frame_shape(header: CubeHeader, spec: VariableSpec, place: Place | None = No
 
 def plain_bytes(header: CubeHeader) -> int:
     """Return the size of all frames without compression."""
-    return header.frames * sum(
-        math.prod(frame_shape(header, spec)) * np.dtype(spec.dtype).itemsize for spec in header.variables
+    return sum(
+        (header.frames if "time" in spec.dims else 1)
+        * math.prod(frame_shape(header, spec))
+        * np.dtype(spec.dtype).itemsize
+        for spec in (*header.variables, *header.geometry)
     )
 
 

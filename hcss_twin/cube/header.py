@@ -80,6 +80,10 @@ class CubeHeader:
     window : WindowInfo or None
         Where the cube lies in a larger image; None where it has all of it. ``rows`` and ``columns`` are those of the
         cube, ``latitude`` and ``longitude`` those of the centre of the whole image.
+    geometry : tuple of VariableSpec
+        Coordinates of every pixel to write, of the table in :mod:`hcss_twin.cube.geometry_variables`.
+    sensor_altitude_m : float or None
+        Above the ellipsoid; None where it is not known.
 
     Raises
     ------
@@ -104,6 +108,8 @@ class CubeHeader:
     platform_speed_m_s: float = 0.0
     layers: tuple[LayerInfo, ...] = ()
     window: WindowInfo | None = None
+    geometry: tuple[VariableSpec, ...] = ()
+    sensor_altitude_m: float | None = None
 
     def __post_init__(self) -> None:
         if self.start.utcoffset() is None:
@@ -153,7 +159,7 @@ def _check_sizes(header: CubeHeader) -> None:
     ):
         if not 0 <= first <= first + size <= whole:
             raise CubeError(f"window: {size} {name} from {first} on; the image has {whole}")
-    names = [spec.name for spec in header.variables]
+    names = [spec.name for spec in (*header.variables, *header.geometry)]
     if not names:
         raise CubeError("variables: none; a cube holds at least one")
     repeated = sorted({name for name in names if names.count(name) > 1})
@@ -176,6 +182,8 @@ def _check_ranges(header: CubeHeader) -> None:
         "view_azimuth_deg": (header.view_azimuth_deg, -360.0, 360.0),
         "platform_speed_m_s": (header.platform_speed_m_s, -math.inf, math.inf),
     }
+    if header.sensor_altitude_m is not None:
+        ranges["sensor_altitude_m"] = (header.sensor_altitude_m, math.nextafter(0.0, 1.0), math.inf)
     for index in range(header.frames):
         ranges[f"solar_zenith_deg[{index}]"] = (header.solar_zenith_deg[index], 0.0, 180.0)
         ranges[f"solar_azimuth_deg[{index}]"] = (header.solar_azimuth_deg[index], -360.0, 360.0)

@@ -39,7 +39,7 @@ def variable_attributes(spec: VariableSpec) -> dict[str, Any]:
         found["standard_name"] = spec.standard_name
     if spec.units is not None:
         found["units"] = spec.units
-    content = "coordinate" if spec.kind == "coordinate" else "modelResult"
+    content = "coordinate" if spec.kind in ("coordinate", "geometry") else "modelResult"
     if spec.significant_bits is not None:
         found["quantization"] = INFO
         found["quantization_nsb"] = np.int32(spec.significant_bits)
@@ -47,6 +47,8 @@ def variable_attributes(spec: VariableSpec) -> dict[str, Any]:
     return {**found, "coverage_content_type": content, **spec.attributes}
 
 
-def links(spec: VariableSpec) -> dict[str, str]:
-    """Return the attributes of a data variable that name others."""
-    return {"coordinates": " ".join(auxiliary_names(spec.dims)), "grid_mapping": GRID_MAPPING}
+def links(spec: VariableSpec, header: CubeHeader) -> dict[str, str]:
+    """Return the attributes of a variable that name others; coordinates of pixels, which others name, have none."""
+    if spec.kind == "geometry":
+        return {}
+    return {"coordinates": " ".join(auxiliary_names(header, spec.dims)), "grid_mapping": GRID_MAPPING}

@@ -6,8 +6,9 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.cube.bit_rounding import INFO
-from hcss_twin.cube.coordinates import COORDINATES
+from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.formats import is_zarr
+from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.variables import LAYER
 from hcss_twin.cube.zarr_writer import require_zarr
@@ -54,7 +55,7 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
             f"cannot read {os.fspath(path)}: {told}; "
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
         )
-    described = [*(spec.name for spec in COORDINATES), INFO]
+    described = [*(spec.name for spec in (*COORDINATES, *GEOMETRY)), GRID_MAPPING, INFO]
     dataset = dataset.set_coords([name for name in described if name in dataset])
     names = {dim: f"{dim}_name" for dim in ("band", LAYER) if f"{dim}_name" in dataset}
     return dataset.assign_coords(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcss_twin.cube.variables import BAND_FRAME, TERM_PREFIX, VARIABLES, VariableSpec
+from hcss_twin.cube.spec import BAND_FRAME
+from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES, VariableSpec
 
 SENSOR_ATTRIBUTE = "hcss_sensor"
 """Global attribute of a sensor's cube: what the sensor is (JSON)."""

@@ -9,78 +9,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcss_twin.cube.geometry_variables import DIRECTION, GEOMETRY, LOCATION, MOVING_LOCATION
+from hcss_twin.cube.spec import BAND_FRAME, FRAME, LAYER_FRAME
+from hcss_twin.cube.spec import LAYER as LAYER
+from hcss_twin.cube.spec import VariableSpec as VariableSpec
 from hcss_twin.errors import choose_from
 
-Kind = Literal["radiance", "truth", "derived", "coordinate"]
-
-FRAME = ("time", "y", "x")
-BAND_FRAME = ("time", "band", "y", "x")
-LAYER = "layer"
-LAYER_FRAME = ("time", LAYER, "y", "x")
 TERM_PREFIX = "radiance_"
 SHADOW_MASK = "shadow_mask"
 
 _TERM = re.compile(r"[a-z][a-z0-9_]*\Z")
 _ON_SCALE = {"units_metadata": "temperature: on_scale"}
-
-
-@dataclass(frozen=True)
-class VariableSpec:
-    """One variable of the cube.
-
-    Attributes
-    ----------
-    name : str
-        Name in the file.
-    dims : tuple of str
-        Dimensions, in order.
-    dtype : str
-        NumPy name of the type in the file; arrays given to the writer must have it already. Text is ``str``.
-    units : str or None
-        UDUNITS string; None for text.
-    long_name : str
-        One line for plots.
-    kind : {"radiance", "truth", "derived", "coordinate"}
-        ``radiance``: total and its terms; ``truth``: state of the scene; ``derived``: computed from radiance.
-    description : str
-        Definition, in a sentence or two; written as ``comment``.
-    standard_name : str or None
-        CF standard name.
-    attributes : mapping
-        Further attributes of the variable in the file.
-    lowest, highest : float or None
-        Inclusive limits of the values; None: no limit.
-    may_be_missing : bool
-        Whether NaN is a value, meaning that the quantity does not exist in the pixel.
-    significant_bits : int or None
-        Explicit bits of the mantissa to which values are rounded; None: all.
-    """
-
-    name: str
-    dims: tuple[str, ...]
-    dtype: str
-    units: str | None
-    long_name: str
-    kind: Kind
-    description: str
-    standard_name: str | None = None
-    attributes: Mapping[str, str | float | NDArray[np.uint8]] = field(default_factory=dict)
-    lowest: float | None = None
-    highest: float | None = None
-    may_be_missing: bool = False
-    significant_bits: int | None = None
-
-    @property
-    def needs_radiance(self) -> bool:
-        """Whether the radiance of pixels has to be computed for it."""
-        return self.kind in ("radiance", "derived")
-
 
 VARIABLES: tuple[VariableSpec, ...] = (
     VariableSpec(
@@ -261,8 +203,10 @@ def expand(
     layer_count: int = 1,
     shadows: bool = False,
     waves: bool = True,
+    altitude: bool = True,
+    moves: bool = False,
 ) -> list[VariableSpec]:
-    """Turn what a scenario asks for into variables, in the order of the table, terms last.
+    """Turn what a scenario asks for into variables, in the order of the table, then terms and viewing geometry.
 
     Variables by layer belong to the groups where there are several layers; elsewhere they repeat others. Those of
     shadows are there where clouds cast any.
@@ -270,8 +214,8 @@ def expand(
     Parameters
     ----------
     requested : iterable of str
-        Names of variables, or ``all``, ``terms`` (every term of the radiance), ``truth`` (every
-        variable of that kind).
+        Names of variables, or ``all`` (but for viewing geometry), ``terms`` (every term of the radiance), ``truth``
+        (every variable of that kind), ``geometry`` (every coordinate of the pixels that can be known).
     terms : mapping of str to str
         Description of each term of the radiance model in use, by its name.
     layer_count : int
@@ -280,12 +224,17 @@ def expand(
         Whether clouds cast shadows.
     waves : bool
         Whether the scene draws waves; without them their variables belong to no group.
+    altitude : bool
+        Whether that of the sensor is known; without it there are no directions toward it.
+    moves : bool
+        Whether the image moves over the ground; latitude and longitude then have a time.
 
     Raises
     ------
     ValueError
         If a name is unknown, with the allowed names and the closest one, if nothing is asked for, or if a variable
-        by layer is asked for without a layer, one of shadows without shadows, or one of waves where none are drawn.
+        by layer is asked for without a layer, one of shadows without shadows, one of waves where none are drawn, or a
+        direction toward a sensor of unknown altitude.
     """
     known = {spec.name: spec for spec in VARIABLES}
     known.update((spec.name, spec) for spec in (term_variable(name, text) for name, text in terms.items()))
@@ -295,11 +244,14 @@ def expand(
         absent = absent | {SHADOW_MASK}
     if not waves:
         absent = absent | WAVE_VARIABLES
+    directions = {spec.name for spec in DIRECTION}
     groups = {
         "all": set(known) - absent,
         "terms": {TERM_PREFIX + name for name in terms},
         "truth": {spec.name for spec in VARIABLES if spec.kind == "truth"} - absent,
+        "geometry": {spec.name for spec in (GEOMETRY if altitude else LOCATION)},
     }
+    known.update((spec.name, spec) for spec in (*(MOVING_LOCATION if moves else LOCATION), *DIRECTION))
     wanted: set[str] = set()
     for name in requested:
         if name not in groups and name not in known:
@@ -310,6 +262,10 @@ def expand(
             raise ValueError(f"'{name}': clouds cast no shadows; allowed: with slant.shadows = true")
         if name in WAVE_VARIABLES and not waves:
             raise ValueError(f"'{name}': the scene draws no waves; allowed: with sea.waves = \"resolved\"")
+        if name in directions and not altitude:
+            raise ValueError(
+                f"'{name}': the altitude of the sensor is not known; allowed: with platform.altitude"
+            )
         wanted |= groups.get(name, {name})
     if not wanted:
         raise ValueError(f"no output variable is asked for; {choose_from('', [*groups, *known])}")

@@ -21,6 +21,7 @@ from hcss_twin.cube.bit_rounding import INFO
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values, grid_mapping_attributes
 from hcss_twin.cube.durable import flush
 from hcss_twin.cube.frames import WrittenFrames, check_frame, plain_bytes
+from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader, check_attributes
 from hcss_twin.cube.layout import (
     QUANTIZATION_ATTRIBUTES,
@@ -79,6 +80,7 @@ class CubeWriter:
         self.compression = compression
         self.tile = tile
         self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
+        self._geometry = PixelGeometry(header)
         self._dataset: Any = None
         self._written = WrittenFrames(header)
         self._turn = RLock()
@@ -142,6 +144,9 @@ class CubeWriter:
             with self._explained():
                 for name, array in arrays.items():
                     self._dataset.variables[name][(index, ..., *window)] = array
+                names, time_s = self._geometry.of_frames, self.header.frame_times_s[index]
+                for name, array in self._geometry.values(names, window, time_s).items():
+                    self._dataset.variables[name][(index, *window)] = array
             self._written.add(index, window)
 
     def set_attributes(self, attributes: Mapping[str, Attribute]) -> None:
@@ -257,6 +262,13 @@ class CubeWriter:
             info.setncatts(QUANTIZATION_ATTRIBUTES)
         for spec in header.variables:
             self._define_data(spec)
+        for spec in header.geometry:
+            self._define_data(spec)
+        if header.geometry:
+            rows, columns = self._chunk(header.geometry[0])[-2:]
+            for place, arrays in self._geometry.parts(self._geometry.of_image, (rows, columns)):
+                for name, array in arrays.items():
+                    dataset.variables[name][place] = array
 
     def _define_coordinate(self, spec: VariableSpec, values: NDArray[Any]) -> None:
         variable = self._dataset.createVariable(
@@ -284,7 +296,7 @@ class CubeWriter:
             fill_value=np.dtype(spec.dtype).type(np.nan) if spec.may_be_missing else False,
             **layout,
         )
-        variable.setncatts({**variable_attributes(spec), **links(spec)})
+        variable.setncatts({**variable_attributes(spec), **links(spec, self.header)})
 
     def _leave_out_caches(self) -> None:
         """Write chunks past the caches, which would copy them and grow to 64 MB for each variable.

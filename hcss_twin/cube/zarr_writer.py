@@ -23,6 +23,7 @@ from hcss_twin.cube.bit_rounding import INFO
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values, grid_mapping_attributes
 from hcss_twin.cube.durable import flush
 from hcss_twin.cube.frames import WrittenFrames, check_frame, plain_bytes
+from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader, check_attributes
 from hcss_twin.cube.layout import QUANTIZATION_ATTRIBUTES, coordinate_attributes, links, variable_attributes
 from hcss_twin.cube.metadata import global_attributes
@@ -71,6 +72,7 @@ class ZarrWriter:
         self.compression = compression
         self.tile = tile or (header.rows, header.columns)
         self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
+        self._geometry = PixelGeometry(header)
         self._group: Any = None
         self._arrays: dict[str, Any] = {}
         self._written = WrittenFrames(header)
@@ -106,6 +108,9 @@ class ZarrWriter:
             with self._explained():
                 for name, array in arrays.items():
                     self._arrays[name][(index, ..., *window)] = array
+                names, time_s = self._geometry.of_frames, self.header.frame_times_s[index]
+                for name, array in self._geometry.values(names, window, time_s).items():
+                    self._arrays[name][(index, *window)] = array
             self._written.add(index, window)
 
     def set_attributes(self, attributes: Mapping[str, Attribute]) -> None:
@@ -161,8 +166,11 @@ class ZarrWriter:
                 self._add_variable(spec.name, values[spec.name], spec.dims, attributes)
         if any(spec.significant_bits is not None for spec in header.variables):
             self._add_variable(INFO, np.array(b"", dtype="S1"), (), QUANTIZATION_ATTRIBUTES)
-        for spec in header.variables:
+        for spec in (*header.variables, *header.geometry):
             self._arrays[spec.name] = self._data_array(spec)
+        for place, arrays in self._geometry.parts(self._geometry.of_image, self.tile):
+            for name, array in arrays.items():
+                self._arrays[name][place] = array
 
     def _add_variable(
         self, name: str, values: NDArray[Any], dims: tuple[str, ...], attributes: Mapping[str, Any]
@@ -195,7 +203,7 @@ class ZarrWriter:
             fill_value=np.nan if spec.may_be_missing else None,
             attributes={
                 DIMENSIONS: list(spec.dims),
-                **_plain({**variable_attributes(spec), **links(spec)}),
+                **_plain({**variable_attributes(spec), **links(spec, self.header)}),
             },
         )
 

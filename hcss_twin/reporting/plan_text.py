@@ -73,7 +73,7 @@ def _scene(plan: Plan) -> Iterator[tuple[str, str]]:
         f"{abs(place.latitude):g} {north} {abs(place.longitude):g} {east}, {scenario.time.isoformat(' ')}; "
         f"{count}{first}",
     )
-    speed = scenario.motion.platform_speed
+    speed = plan.assembly.motion.platform_speed_m_s
     motion = f", moving {'east' if speed > 0 else 'west'} at {abs(speed):g} m/s" if speed else ""
     size = f"{grid.columns * grid.pixel_size_m / 1e3:.4g} x {grid.rows * grid.pixel_size_m / 1e3:.4g} km"
     yield "image", f"{grid.rows} rows x {grid.columns} columns of {grid.pixel_size_m:g} m ({size}){motion}"
@@ -81,6 +81,16 @@ def _scene(plan: Plan) -> Iterator[tuple[str, str]]:
     if points > 1:
         yield "pixel", f"mean of {points} x {points} points, {grid.pixel_size_m / points:g} m apart"
     yield "view", f"zenith {plan.view.zenith_deg:g} deg, azimuth {plan.view.azimuth_deg:g} deg"
+    lines = plan.assembly.lines_of_sight
+    if lines is not None:
+        yield (
+            "platform",
+            f"{lines.altitude_m / 1e3:g} km high, {lines.centre_range_m / 1e3:.1f} km from the image centre; "
+            f"footprint at {plan.assembly.motion.platform_speed_m_s:g} m/s",
+        )
+    if plan.views is not None:
+        x, y = plan.views.order_x + 1, plan.views.order_y + 1
+        yield "views", f"each pixel has its own, from tables toward {x} x {y} over the image"
     zenith, azimuth = plan.sun_zenith_deg, plan.sun_azimuth_deg
     down = int((zenith >= 90.0).sum())
     where = "" if not down else f"; below the horizon in {down} of {zenith.size} frames"
@@ -174,6 +184,7 @@ def _shares(plan: Plan) -> str:
         "two_layers": several,
         "faint_sunlight": plan.faint_sunlight is not None,
         "waves": plan.waves is not None,
+        "views": plan.views is not None,
         "shadows": plan.scenario.slant.shadows,
         "time": plan.sun_matters and plan.frame_times_s.size > 1,
         "other_instants": plan.sun_matters and plan.frame_times_s.size > 1 and any(plan.cloudy_layers),

@@ -25,6 +25,7 @@ from hcss_twin.scenario.band_entries import ResponseBand as ResponseBand
 from hcss_twin.scenario.image_window import ImageWindow
 from hcss_twin.scenario.instant import Instant
 from hcss_twin.scenario.particle_limits import LARGEST_UM, MOST_WATER_KG_M3, NARROWEST, WIDEST
+from hcss_twin.scenario.platform import Platform, PlatformSpeed
 from hcss_twin.scenario.section import Section
 from hcss_twin.scenario.sensor import Sensor
 from hcss_twin.scenario.units import (
@@ -141,11 +142,10 @@ EvolutionTime = Annotated[Duration | Literal["frozen"], BeforeValidator(_evoluti
 class Motion(Section):
     """What moves and changes between frames."""
 
-    platform_speed: Speed = Field(
+    platform_speed: PlatformSpeed = Field(
         0.0,
-        ge=-1e5,
-        le=1e5,
-        description="Ground speed of the image footprint toward +x (east), m/s; 0 stares.",
+        description="Ground speed of the image footprint toward +x (east), m/s, -1e5 to 1e5; 0 stares; "
+        '"orbit": that of a circular orbit at `platform.altitude`.',
     )
     wind_speed: Speed = Field(10.0, ge=0, le=150, description="Wind that carries the clouds, m/s.")
     wind_from: Angle = Field(
@@ -370,7 +370,7 @@ class Output(Section):
     variables: tuple[str, ...] = Field(
         ("radiance", "cloud_mask"),
         min_length=1,
-        description='Output variables, or the groups "terms", "truth" and "all".',
+        description='Output variables, or the groups "terms", "truth", "geometry" and "all".',
     )
     compression: Whole = Field(
         0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest."
@@ -409,6 +409,9 @@ class ScenarioModel(Section):
         description="Where the first image centre lies, for example {latitude = 35.0, longitude = 150.0}."
     )
     view: View = Field(default_factory=lambda: View.model_validate({}), description="Viewing direction.")
+    platform: Platform = Field(
+        default_factory=lambda: Platform.model_validate({}), description="Platform and instrument."
+    )
     image: Image = Field(default_factory=lambda: Image.model_validate({}), description="Image shape.")
     frames: Frames = Field(default_factory=lambda: Frames.model_validate({}), description="Time series.")
     motion: Motion = Field(default_factory=lambda: Motion.model_validate({}), description="Motion.")

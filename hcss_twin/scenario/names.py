@@ -79,7 +79,7 @@ def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog)
 def _provider_problems(
     path: str, section: Mapping[str, Any], key: str, kind: Kind, registry: Registry
 ) -> Iterator[Problem]:
-    name = section.get(key, own(default_provider(kind)))
+    name = section[key] if key in section else own(default_provider(kind))
     if not isinstance(name, str):
         return
     parameters = section.get("parameters", {})
@@ -167,7 +167,9 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         terms = registry.provider_class(registry.resolve(Kind.RADIANCE, model)).terms
         # Also where the key is no truth value, which is a problem of its own.
         shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
-        expand(names, terms, layer_count, shadows)
+        platform = data.get("platform", {})
+        altitude = isinstance(platform, Mapping) and platform.get("altitude") is not None
+        expand(names, terms, layer_count, shadows, altitude=altitude)
     except (HcssError, AttributeError):  # reported at radiance.model
         return
     except ValueError as error:

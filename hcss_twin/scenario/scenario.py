@@ -20,6 +20,7 @@ from hcss_twin.scenario.names import name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.sensor import fill_bands
+from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
 from hcss_twin.scenario.wording import shown
 from hcss_twin.shelf import Shelf
 
@@ -118,6 +119,8 @@ class Scenario(ScenarioModel):
             scenario = cls.model_validate(data)
         except ValidationError as error:
             problems += problems_from(error, ScenarioModel, raw=data)
+        else:
+            problems += viewing_problems(scenario)
         reported = {problem.field for problem in problems}
         # Names are checked even where other keys are wrong, so that the user sees all at once.
         catalog = Catalog(base=base)
@@ -132,6 +135,7 @@ class Scenario(ScenarioModel):
                 [Problem(typed(each.field), better.get(each.field, each.message)) for each in problems],
                 origin,
             )
+        scenario = with_viewing(scenario)
         scenario._base = base
         scenario._short = short
         scenario._origin = origin
@@ -152,7 +156,7 @@ class Scenario(ScenarioModel):
         Default providers are written with our distribution's name, so that a namesake installed later
         cannot take their place.
         """
-        data = self.model_dump(mode="json")
+        data = as_given(self, self.model_dump(mode="json"))
         if self.sensor is None:
             del data["sensor"]
         for key, section in data.items():

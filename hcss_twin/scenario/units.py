@@ -22,6 +22,7 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "duration": {"s": (1.0, 0.0), "ms": (1e-3, 0.0), "min": (60.0, 0.0), "h": (3600.0, 0.0)},
     "fraction": {"": (1.0, 0.0), "%": (0.01, 0.0)},
     "particle radius": {"um": (1.0, 0.0), "nm": (1e-3, 0.0), "mm": (1e3, 0.0)},
+    "length in an instrument": {"m": (1.0, 0.0), "cm": (1e-2, 0.0), "mm": (1e-3, 0.0), "um": (1e-6, 0.0)},
     "water content": {"g/m3": (1.0, 0.0), "kg/m3": (1e3, 0.0), "mg/m3": (1e-3, 0.0)},
 }
 
@@ -111,6 +112,7 @@ Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
 """A whole number: no text, no true or false."""
 
 Length = Annotated[float, BeforeValidator(_parser("length"))]
+InstrumentLength = Annotated[float, BeforeValidator(_parser("length in an instrument"))]
 Angle = Annotated[float, BeforeValidator(_parser("angle"))]
 Temperature = Annotated[float, BeforeValidator(_parser("temperature"))]
 Speed = Annotated[float, BeforeValidator(_parser("speed"))]

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Sun
+from hcss_twin.providers import RadianceModel, Sun
 from hcss_twin.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.accuracy import LEAST, MOST, kelvin_of
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.brightness import COLDEST_K, HOTTEST_K, BrightnessTemperature
 from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.ledger.few_columns import few_columns
+from hcss_twin.scene.views.view_axis import ImageViews
 
 Array = NDArray[np.float64]
 
@@ -108,13 +110,29 @@ def requested_accuracy(
 def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
     """Brightness temperature of the brightest column of each band; infinite or 0 beyond those that are known."""
     columns = few_columns(assembly, WAVENUMBERS)
+    models = [assembly.model, *_models_toward_corners(assembly)]
     brightest = np.max(
-        [columns.total(assembly.model, sun).max(axis=0) for sun in dict.fromkeys(suns)], axis=0
+        [columns.total(model, sun).max(axis=0) for sun in dict.fromkeys(suns) for model in models], axis=0
     )
     black = BrightnessTemperature(assembly.spectral_grid, [band.name for band in assembly.bands])
     kelvin = black.where_known(brightest[:, None])[:, 0]
     beyond = np.where(brightest > black.highest_radiance, np.inf, 0.0)
     return [float(each) for each in np.where(np.isnan(kelvin), beyond, kelvin)]
+
+
+def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
+    """Radiance models of the same scene seen from the corners of the image, where the sensor's altitude is known."""
+    if assembly.lines_of_sight is None:
+        return []
+    corners = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
+    low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
+    models = []
+    for view in ImageViews(assembly.grid, assembly.lines_of_sight).at(corners):
+        # Where providers do not know a view the scene does without it, and its ledger says so.
+        with suppress(ProviderError, ScenarioError):
+            if low <= view.zenith_deg <= high:
+                models.append(assembly.model_toward(view))
+    return models
 
 
 def _slope(grid: SpectralGrid, band: int, temperature_K: float) -> float:

@@ -10,6 +10,7 @@ SHARES: Mapping[str, float] = {
     "thickness": 0.1,
     "two_layers": 0.1,
     "waves": 0.1,
+    "views": 0.07,
     "shadows": 0.05,
     "time": 0.1,
     "other_instants": 0.02,
@@ -22,6 +23,7 @@ MEANING: Mapping[str, str] = {
     "thickness": "columns with cloud in one layer, between computed ones",
     "two_layers": "columns with cloud in two layers, between computed ones",
     "waves": "clear columns over waves, between computed slopes",
+    "views": "between computed views, where pixels have views of their own",
     "shadows": "sunlight through clouds, between computed paths",
     "time": "between instants",
     "faint_sunlight": "computing without sunlight by day, where there is so little",
@@ -40,6 +42,7 @@ class Budget:
     thickness: float = 0.0
     two_layers: float = 0.0
     waves: float = 0.0
+    views: float = 0.0
     shadows: float = 0.0
     time: float = 0.0
     other_instants: float = 0.0
@@ -52,6 +55,7 @@ class Budget:
         return (
             self.wavenumbers
             + somewhere
+            + self.views
             + self.shadows
             + self.time
             + self.other_instants

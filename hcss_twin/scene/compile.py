@@ -14,6 +14,7 @@ from hcss_twin.scene.tables.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.tables.radiance_tables import RadianceTables
 from hcss_twin.scene.tables.spectrum import choose_spectrum
 from hcss_twin.scene.tables.thickness_axis import ThicknessAxis, place_axis
+from hcss_twin.scene.views.tables_over_views import tables_over_views
 from hcss_twin.scene.waves.wave_table import compile_waves
 
 Array = NDArray[np.float64]
@@ -29,7 +30,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     """Compute band radiance against thickness, and against time where the sun moves enough to matter.
 
     Nodes are added until interpolation, measured between the nodes, keeps the plan's budget, relative to the total
-    radiance of the band. There is a table for each layer alone, and where two can have cloud one of both.
+    radiance of the band. There is a table for each layer alone, and where two can have cloud one of both; and all of
+    them for each of several views, where pixels have views of their own.
 
     Raises
     ------
@@ -38,6 +40,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     ScenarioError
         If the table of two layers would be too large for the accuracy asked for.
     """
+    if plan.views is not None:
+        return tables_over_views(plan, compile_tables)
     allowed = plan.budget
     spectrum = choose_spectrum(plan, allowed.wavenumbers)
     columns = BandColumns(plan, spectrum.nodes)

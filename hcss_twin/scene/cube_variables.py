@@ -26,7 +26,9 @@ def cube_variables(
     layers, shadows = len(assembly.layers), scenario.slant.shadows
     wanted = tuple(scenario.output.variables) if wanted is None else wanted
     try:
-        return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves))
+        altitude = scenario.platform.altitude is not None
+        moves = assembly.motion.platform_speed_m_s != 0.0
+        return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves, altitude, moves))
     except ValueError as error:
         raise ScenarioError([Problem("output.variables", str(error))]) from error
 

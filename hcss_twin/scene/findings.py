@@ -17,6 +17,8 @@ from hcss_twin.scene.ledger.sun_frames import SunFrames
 from hcss_twin.scene.ledger.sunless import negligible_sunlight
 from hcss_twin.scene.probes import probe_lowest_sun, probe_particles
 from hcss_twin.scene.quantization import quantized
+from hcss_twin.scene.views.view_axis import ViewAxis
+from hcss_twin.scene.views.view_choice import choose_views
 from hcss_twin.scene.waves.wave_choice import DrawnWaves, choose_waves
 
 SUNS = 5
@@ -35,11 +37,14 @@ class Findings:
         Largest share of sunlight in any band, where radiance is computed without it by day; else None.
     skipped : tuple of Skipped
         The ledger.
+    views : ViewAxis or None
+        Views that have tables; None where that of the image centre stands for all pixels.
     """
 
     accuracy: RequestedAccuracy
     faint_sunlight: float | None
     skipped: tuple[Skipped, ...]
+    views: ViewAxis | None = None
 
 
 def find_out(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> tuple[Findings, DrawnWaves | None]:
@@ -56,18 +61,22 @@ def find_out(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> tuple[Fi
         probe_lowest_sun(assembly, sun.track, sun.time_s, sun.zenith_deg)
     telling = [position for _, position in sun.telling(assembly.view)] if radiance else []
     accuracy = requested_accuracy(scenario, assembly, telling)
+    views = choose_views(scenario, assembly, telling, share_out(accuracy.relative).views)
     suns: list[Sun | None] = [position for _, position in sun.evenly(SUNS)] if radiance else []
     waves, no_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
     drawn = waves is not None
     variables = quantized(cube_variables(scenario, assembly, drawn), scenario, accuracy)
     faint = None
-    if radiance and not drawn and _may_lack_sunlight(assembly, variables):
+    # Its share is judged for one view.
+    if radiance and not drawn and views is None and _may_lack_sunlight(assembly, variables):
         faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
     possible = cube_variables(scenario, assembly, drawn, ("all",))
-    skipped = skipped_parts(scenario, assembly, variables, possible, sun, faint, drawn, accuracy.relative)
+    skipped = skipped_parts(
+        scenario, assembly, variables, possible, sun, faint, drawn, accuracy.relative, views is not None
+    )
     # A scene without radiance has no sea whose waves it could do without.
     told = (*skipped, *((no_waves,) if no_waves is not None and radiance else ()))
-    return Findings(accuracy, faint, told), waves
+    return Findings(accuracy, faint, told, views), waves
 
 
 def _may_lack_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:

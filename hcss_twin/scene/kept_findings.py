@@ -14,6 +14,7 @@ from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.findings import Findings
 from hcss_twin.scene.kept_results import KeptResults, key_of
 from hcss_twin.scene.ledger.entry import Skipped
+from hcss_twin.scene.views.view_axis import ViewAxis
 
 
 def kept_findings(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> Findings | None:
@@ -35,7 +36,7 @@ def keep_findings(
 
 
 def _results(catalog: Catalog) -> KeptResults[Findings]:
-    return KeptResults(PLANS, catalog, Findings, (RequestedAccuracy, Skipped))
+    return KeptResults(PLANS, catalog, Findings, (RequestedAccuracy, Skipped, ViewAxis))
 
 
 def _key(scenario: Scenario, assembly: Assembly, files: Mapping[str, str]) -> str:

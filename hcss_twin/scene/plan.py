@@ -38,6 +38,7 @@ from hcss_twin.scene.sensing.planned import planned_sensor
 from hcss_twin.scene.slant.sea_sun import require_sea_sun_terms
 from hcss_twin.scene.slant.slant_paths import SlantPaths, slant_paths
 from hcss_twin.scene.sun_track import SunTrack
+from hcss_twin.scene.views.view_axis import ViewAxis
 from hcss_twin.scene.waves.wave_choice import DRAWN_NOTE, DrawnWaves
 from hcss_twin.shelf import Shelf
 
@@ -67,6 +68,8 @@ class Plan:
         Largest share of sunlight in any band, where radiance is computed without it by day; else None.
     sensor : MadeSensor or None
         Of the measured cube beside the clean one; the clean one does not depend on it.
+    views : ViewAxis or None
+        None where the view of the image centre stands for all pixels.
     """
 
     scenario: Scenario
@@ -83,6 +86,7 @@ class Plan:
     accuracy: RequestedAccuracy
     faint_sunlight: float | None = None
     sensor: MadeSensor | None = None
+    views: ViewAxis | None = None
 
     @property
     def budget(self) -> Budget:
@@ -107,7 +111,20 @@ class Plan:
             for band in self.bands
             if self.needs_radiance and band.width_cm1 < resolution
         )
-        return (*narrow, *notes, *(() if self.waves is None else (DRAWN_NOTE,)))
+        drawn = () if self.waves is None else (DRAWN_NOTE,)
+        return (*narrow, *notes, *drawn, *self._of_detectors)
+
+    @property
+    def _of_detectors(self) -> tuple[str, ...]:
+        """What pixels of a slant view are beside the footprints of detectors."""
+        if self.scenario.platform.detector_pitch is None or self.view.zenith_deg == 0.0:
+            return ()
+        size = self.grid.pixel_size_m
+        length = size / math.cos(math.radians(self.view.zenith_deg))
+        return (
+            f"pixels are squares of {size:.4g} m; along the line of sight the footprint of a detector is "
+            f"{length:.4g} m long, which the image is not sampled by",
+        )
 
     @property
     def bands(self) -> tuple[SpectralBand, ...]:
@@ -225,6 +242,19 @@ class Plan:
             for spec in self.variables
         )
 
+    @property
+    def _platform(self) -> dict[str, float] | None:
+        """Plain values of a platform of known altitude."""
+        lines = self.assembly.lines_of_sight
+        if lines is None:
+            return None
+        return {
+            "altitude_m": lines.altitude_m,
+            "slant_range_m": lines.centre_range_m,
+            "pixel_size_m": self.grid.pixel_size_m,
+            "ground_speed_m_s": self.assembly.motion.platform_speed_m_s,
+        }
+
     def as_dict(self) -> Mapping[str, Any]:
         """Plain values for ``hcss plan --json``."""
         return {
@@ -233,6 +263,9 @@ class Plan:
             "columns": self.pixels[1],
             "window_of": [self.grid.rows, self.grid.columns] if self.is_window else None,
             "samples_per_pixel": self.samples_per_pixel,
+            "view": {"zenith_deg": self.view.zenith_deg, "azimuth_deg": self.view.azimuth_deg},
+            "platform": self._platform,
+            "views": None if self.views is None else vars(self.views),
             "layers": [
                 {
                     "name": layer.name,
@@ -339,6 +372,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         accuracy=findings.accuracy,
         faint_sunlight=findings.faint_sunlight,
         sensor=sensor,
+        views=findings.views,
     )
 
 
@@ -355,4 +389,4 @@ def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
                 [Problem(field, f"a frame lies {when}; allowed: the years {first} to {last}")]
             )
     place = scenario.place
-    return SunTrack(scenario.time, place.latitude, place.longitude, scenario.motion.platform_speed)
+    return SunTrack(scenario.time, place.latitude, place.longitude, float(scenario.motion.platform_speed))

@@ -57,7 +57,7 @@ def quantization_lines(variables: tuple[VariableSpec, ...], compressed: bool) ->
 
 
 def _rounded(spec: VariableSpec, bits: int) -> VariableSpec:
-    if np.dtype(spec.dtype) != np.float32:
+    if np.dtype(spec.dtype) != np.float32 or spec.kind == "geometry":
         return spec
     kept = bits + TEMPERATURE_BITS if spec.units == "K" else bits
     return spec if kept >= MANTISSA_BITS else replace(spec, significant_bits=kept)

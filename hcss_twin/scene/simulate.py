@@ -193,11 +193,13 @@ def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
         view_azimuth_deg=plan.view.azimuth_deg,
         solar_zenith_deg=np.asarray(plan.sun_zenith_deg).tolist(),
         solar_azimuth_deg=np.asarray(plan.sun_azimuth_deg).tolist(),
-        variables=plan.variables,
+        variables=tuple(spec for spec in plan.variables if spec.kind != "geometry"),
         attributes=provenance(plan, tables),
-        platform_speed_m_s=scenario.motion.platform_speed,
+        platform_speed_m_s=plan.assembly.motion.platform_speed_m_s,
         layers=tuple(LayerInfo(layer.name, layer.base_m, layer.top_m) for layer in plan.layers),
         window=_window(plan),
+        geometry=tuple(spec for spec in plan.variables if spec.kind == "geometry"),
+        sensor_altitude_m=scenario.platform.altitude,
     )
 
 

@@ -20,6 +20,7 @@ from hcss_twin.scene.slant.shadows import InstantShadows, Shadows
 from hcss_twin.scene.tables.look_up import LookUp
 from hcss_twin.scene.tables.radiance_tables import TOTAL, RadianceTables, TableReader
 from hcss_twin.scene.truth import Truth
+from hcss_twin.scene.views.viewed_look_up import ViewedLookUp
 from hcss_twin.scene.waves.waves import WaveStage
 
 Frame = dict[str, NDArray[Any]]
@@ -68,7 +69,8 @@ class PartMaker:
     def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
         self._plan = plan
         self._quantities = () if tables is None else tables.quantities.names
-        self._reader = None if tables is None else TableReader(tables)
+        each = () if tables is None else tables.over_views or (tables,)
+        self._readers = [TableReader(toward) for toward in each]
         self._truth = Truth(plan)
         self._shadows = Shadows(plan, tables)
         self._waves = (
@@ -86,7 +88,9 @@ class PartMaker:
             else None
         )
         # Of the frame in hand: its number, look-up, shadows and clouds.
-        self._instant: tuple[int, LookUp | None, InstantShadows | None, FrameClouds] | None = None
+        self._instant: tuple[int, LookUp | ViewedLookUp | None, InstantShadows | None, FrameClouds] | None = (
+            None
+        )
 
     def part(
         self,
@@ -113,9 +117,11 @@ class PartMaker:
         plan, bands, time_s = self._plan, len(self._plan.bands), float(self._plan.frame_times_s[index])
         if self._instant is None or self._instant[0] != index:
             self._instant = None  # one whole frame of clouds at a time
-            look_up = None if self._reader is None else LookUp(self._reader.at(time_s))
-            self._instant = index, look_up, self._shadows.at(time_s), FrameClouds(plan, time_s, summaries)
+            clouds = FrameClouds(plan, time_s, summaries)
+            self._instant = index, self._look_up(time_s), self._shadows.at(time_s), clouds
         _, look_up, shadows, clouds = self._instant
+        if isinstance(look_up, ViewedLookUp):
+            look_up = look_up.of_part(extent)
         size = length(extent[0]), length(extent[1])
         radiance = np.empty((len(self._quantities) * bands, *size), dtype=np.float32)
         self._truth.start(*size)
@@ -143,3 +149,10 @@ class PartMaker:
             round_bits(made[name], bits)
         found = {name: values for name, values in made.items() if name in self._names}
         return found, radiance.reshape(len(self._quantities), bands, *size)
+
+    def _look_up(self, time_s: float) -> LookUp | ViewedLookUp | None:
+        """Return the look-up of an instant; None where there is no radiance."""
+        look_ups = [LookUp(reader.at(time_s)) for reader in self._readers]
+        if self._plan.views is not None and look_ups:
+            return ViewedLookUp(self._plan.views, self._plan.grid, look_ups)
+        return look_ups[0] if look_ups else None

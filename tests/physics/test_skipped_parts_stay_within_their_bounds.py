@@ -260,6 +260,22 @@ def test_one_view_angle_for_all_pixels(models, changes):
     assert 0.2 * bound < max(found) < bound
 
 
+@pytest.mark.parametrize("altitude", ["400 km", "800 km", "36000 km"])
+def test_one_view_angle_seen_from_a_platform(altitude):
+    narrow = {"image.pixel_size": 40.0, "frames.count": 1, "accuracy": 0.05, "platform.altitude": altitude}
+    plan = plan_of(**narrow)
+    assert plan.views is None
+    (told,) = [item for item in plan.skipped if item.what == "view angles of single pixels"]
+    assert f"seen from {altitude}" in told.why
+    sun, known, found = plan.sun_up_at(0.0), reached(plan, plan.model, plan.sun_up_at(0.0)), []
+    for x, y in PLACES:
+        # Half an image is 320 m.
+        seen = plan.assembly.lines_of_sight.from_points(np.array(x / 25.0), np.array(y / 25.0))
+        view = View(float(seen.zenith_deg), float(seen.plane_azimuth_deg))
+        found.append(largest_change(reached(plan, plan.assembly.model_toward(view), sun), known))
+    assert 0.2 * told.bound < max(found) < told.bound
+
+
 @pytest.mark.parametrize(
     ("models", "time"),
     [

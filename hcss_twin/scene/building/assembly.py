@@ -42,10 +42,12 @@ from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.building.builder import Builder
 from hcss_twin.scene.building.cloud_assembly import assemble_clouds
+from hcss_twin.scene.building.sight import lines_of_sight
 from hcss_twin.scene.building.surroundings import FilledIn, Surroundings, surroundings
 from hcss_twin.scene.kept_results import Code, code_of
 from hcss_twin.scene.slant.slant_paths import SlantPaths
 from hcss_twin.shelf import Shelf
+from hcss_twin.viewing.lines_of_sight import LinesOfSight
 
 Array = NDArray[np.float64]
 
@@ -58,8 +60,9 @@ class Assembly:
     """The providers of one scene, built and guarded, and the states they share.
 
     ``particle_fields`` are the scenario's fields from which the particles of each layer come.
-    ``model_over`` makes the radiance model of the same scene over another sea, ``model_toward`` that of another view;
-    ``shelf`` has what scenes share.
+    ``model_of`` makes the radiance model of the same scene over another sea, or toward another view.
+    ``lines_of_sight`` lead to the sensor, None where its altitude is not known. ``shelf`` has
+    what scenes share.
     """
 
     entries: Mapping[str, Entry]
@@ -75,14 +78,14 @@ class Assembly:
     sea: SeaModel
     optics: Optics
     model: RadianceModel
-    model_over: Callable[[SeaModel], RadianceModel]
-    model_toward: Callable[[View], RadianceModel]
+    model_of: Callable[[SeaModel, View], RadianceModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
     sea_wind_speed_m_s: float
     filled_in: tuple[FilledIn, ...]
     slant: SlantPaths
     shelf: Shelf
+    lines_of_sight: LinesOfSight | None = None
 
     @cached_property
     def code(self) -> Code:
@@ -93,6 +96,18 @@ class Assembly:
     def view(self) -> View:
         """Viewing direction."""
         return self.slant.view
+
+    def model_over(self, sea: SeaModel) -> RadianceModel:
+        """Make the radiance model of the same scene over another sea."""
+        return self.model_of(sea, self.view)
+
+    def model_toward(self, view: View) -> RadianceModel:
+        """Make the radiance model of the same scene toward another view."""
+        return self.model_of(self.sea, view)
+
+    def toward(self, view: View) -> Assembly:
+        """Return the same scene seen along parallel rays from another direction."""
+        return replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
 
     @property
     def declarations(self) -> tuple[Declares, ...]:
@@ -180,6 +195,9 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
     builder = Builder(catalog.shelf.once("registry", Registry.discover))
     around: Surroundings | None = None
     transmittance: TransmittanceProvider | None = None
+    sight: LinesOfSight | None = None
+    with builder.blaming("platform.altitude"):
+        sight = lines_of_sight(scenario)
     bands: list[SpectralBand] = []
     for index, band in enumerate(scenario.bands):
         with builder.blaming(f"bands[{index}]"):
@@ -253,14 +271,14 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         sea=sea,
         optics=optics,
         model=model,
-        model_over=lambda other: model_of(replace(radiance_inputs, sea=other)),
-        model_toward=lambda view: model_of(replace(radiance_inputs, view=view)),
+        model_of=lambda sea, view: model_of(replace(radiance_inputs, sea=sea, view=view)),
         solar_irradiance=solar_irradiance,
         sea_temperature_K=temperature,
         sea_wind_speed_m_s=wind,
         filled_in=around.filled_in,
         slant=slant,
         shelf=catalog.shelf,
+        lines_of_sight=sight,
     )
 
 
@@ -270,7 +288,7 @@ def _motion(scenario: Scenario) -> Motion:
     bearing = math.radians(motion.wind_from + 180.0)
     velocity = (motion.wind_speed * math.sin(bearing), motion.wind_speed * math.cos(bearing))
     evolution = math.inf if motion.evolution_time == "frozen" else float(motion.evolution_time)
-    return Motion(motion.platform_speed, velocity, evolution, scenario.frames.interval)
+    return Motion(float(motion.platform_speed), velocity, evolution, scenario.frames.interval)
 
 
 def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: str) -> None:

@@ -20,6 +20,7 @@ from hcss_twin.scene.certificate.kept_reference import reference_of
 from hcss_twin.scene.certificate.strata import stratum_names
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables.radiance_tables import TOTAL, Quantities, RadianceTables
+from hcss_twin.scene.views.tables_over_views import image_views, plan_toward
 
 Array = NDArray[np.float64]
 
@@ -107,10 +108,26 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
     for own, layer in zip(thickness.T, plan.layers, strict=True):
         # What single precision puts beyond the limits is taken for them, as in the look-up.
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
-    columns, places = np.unique(thickness, axis=0, return_inverse=True)
-    known = quantities.of(reference_of(plan, columns, pixels.time_s))
-    exact: Array = np.mean(known[places.ravel()].reshape(count, points, *known.shape[1:]), axis=1)
-    return exact
+    if plan.views is None:
+        return _means(plan, quantities, thickness, points, pixels.time_s)
+    rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
+    views = image_views(plan).of_pixels(rows.tolist(), columns.tolist())
+    nothing = np.empty((0, len(quantities.names), len(plan.bands)))
+    return np.concatenate(
+        [nothing]
+        + [
+            _means(plan_toward(plan, view), quantities, own, points, pixels.time_s)
+            for view, own in zip(views, thickness.reshape(count, points, layers), strict=True)
+        ]
+    )
+
+
+def _means(plan: Plan, quantities: Quantities, thickness_m: Array, points: int, time_s: float) -> Array:
+    """Means (M, Q, B) of pixels with so many points each, from the thickness (M x points, L) at these."""
+    columns, places = np.unique(thickness_m, axis=0, return_inverse=True)
+    known = quantities.of(reference_of(plan, columns, time_s))
+    means: Array = np.mean(known[places.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
+    return means
 
 
 def _in_kelvin(plan: Plan, written: Array, exact: Array) -> tuple[Array, Array]:

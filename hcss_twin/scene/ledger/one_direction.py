@@ -14,11 +14,15 @@ from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.ledger.entry import Skipped
 from hcss_twin.scene.ledger.few_columns import ROOM, FewColumns, largest_change
 from hcss_twin.scene.sun_track import SunTrack
+from hcss_twin.scene.views.view_axis import ImageViews
 
 Array = NDArray[np.float64]
 
 SENSOR_ALTITUDE_M = 800e3
-"""The scenario has no altitude of the sensor: that of many satellites of low orbit stands for it."""
+"""Where a scenario has no altitude of the sensor that of many satellites of low orbit stands for it."""
+
+_CORNERS = ((1.0, 1.0), (1.0, -1.0))
+"""Two neighbouring ones, of the image from -1 to 1."""
 
 
 def one_direction(
@@ -26,6 +30,7 @@ def one_direction(
     columns: FewColumns,
     track: SunTrack,
     known: Mapping[tuple[float, Sun | None], Mapping[str, Array]],
+    own_views: bool,
 ) -> Iterator[Skipped]:
     """Yield what one direction for all pixels leaves out.
 
@@ -33,19 +38,14 @@ def one_direction(
     ----------
     known : mapping of (float, Sun or None) to mapping of str to ndarray (C, B)
         Terms of the columns at some times with their sun, None where radiance is computed without.
+    own_views : bool
+        Whether pixels have views of their own.
     """
     ends = columns.ends
     totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
     columns = columns.only(ends)
-    views, apart = corner_views(assembly)
-    bound = _bound_of_views(assembly, columns, views, {sun: total for (_, sun), total in totals.items()})
-    corners = f"corners of the image seen from {SENSOR_ALTITUDE_M / 1e3:.0f} km, {apart:.2g} deg off"
-    yield Skipped(
-        "view angles of single pixels",
-        "rays are parallel, one direction for the whole image; "
-        + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
-        bound,
-    )
+    if not own_views:
+        yield _one_view(assembly, columns, {sun: total for (_, sun), total in totals.items()})
     lit = [
         (corner_suns(assembly, track, time_s), total)
         for (time_s, sun), total in totals.items()
@@ -57,22 +57,54 @@ def one_direction(
         yield Skipped("sun angles of single pixels", f"the sun is that of the image centre; {told}", bound)
 
 
+def _one_view(assembly: Assembly, columns: FewColumns, known: Mapping[Sun | None, Array]) -> Skipped:
+    views, apart = corner_views(assembly)
+    bound = _bound_of_views(assembly, columns, views, known)
+    lines = assembly.lines_of_sight
+    altitude_km = (SENSOR_ALTITUDE_M if lines is None else lines.altitude_m) / 1e3
+    corners = f"corners of the image seen from {altitude_km:.0f} km, {apart:.2g} deg off"
+    return Skipped(
+        "view angles of single pixels",
+        "rays are parallel, one direction for the whole image; "
+        + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
+        bound,
+    )
+
+
 def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:
     """Return the view from two neighbouring corners of the image, and how far it turns, in degrees.
 
     To first order the other corners differ by as much the other way. That whose zenith angle changes more is first.
     """
+    lines = assembly.lines_of_sight
+    views = _far_views(assembly) if lines is None else ImageViews(assembly.grid, lines).at(_CORNERS)
+    apart = max(_between_deg(view, assembly.view) for view in views)
+    return tuple(sorted(views, key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))), apart
+
+
+def _far_views(assembly: Assembly) -> list[View]:
+    """Return the view from the corners as if the sensor were at a common altitude over a flat Earth."""
     zenith, azimuth = math.radians(assembly.view.zenith_deg), math.radians(assembly.view.azimuth_deg)
     aside = SENSOR_ALTITUDE_M * math.tan(zenith)
     sensor = np.array([aside * math.sin(azimuth), aside * math.cos(azimuth), SENSOR_ALTITUDE_M])
-    views, apart = [], 0.0
+    views = []
     for x, y in _corners_m(assembly):
         ray = sensor - np.array([x, y, 0.0])
-        apart = max(apart, math.atan2(float(np.linalg.norm(np.cross(ray, sensor))), float(ray @ sensor)))
         bearing = math.degrees(math.atan2(ray[0], ray[1])) % 360.0
         views.append(View(math.degrees(math.atan2(math.hypot(ray[0], ray[1]), ray[2])), bearing))
-    views.sort(key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))
-    return tuple(views), math.degrees(apart)
+    return views
+
+
+def _between_deg(one: View, other: View) -> float:
+    """Angle between two directions."""
+    a, b = (_direction(view) for view in (one, other))
+    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b)))
+
+
+def _direction(view: View) -> Array:
+    zenith, azimuth = math.radians(view.zenith_deg), math.radians(view.azimuth_deg)
+    across = math.sin(zenith)
+    return np.array([across * math.sin(azimuth), across * math.cos(azimuth), math.cos(zenith)])
 
 
 def corner_suns(assembly: Assembly, track: SunTrack, time_s: float) -> tuple[Sun | None, ...]:
@@ -87,7 +119,7 @@ def _corners_m(assembly: Assembly) -> tuple[tuple[float, float], ...]:
     """Outer edges of the image in the north-east and south-east."""
     grid = assembly.grid
     x, y = 0.5 * grid.columns * grid.pixel_size_m, 0.5 * grid.rows * grid.pixel_size_m
-    return (x, y), (x, -y)
+    return tuple((across * x, up * y) for across, up in _CORNERS)
 
 
 def _bound_of_views(

@@ -26,6 +26,7 @@ def skipped_parts(
     faint_sunlight: float | None,
     waves: bool,
     accuracy: float,
+    views: bool = False,
 ) -> Iterator[Skipped]:
     """Yield what the scene does without, but for its waves, which ``choose_waves`` tells.
 
@@ -39,6 +40,8 @@ def skipped_parts(
         Whether waves are drawn.
     accuracy : float
         Relative to the radiance.
+    views : bool
+        Whether pixels have views of their own.
     """
     radiance = any(spec.needs_radiance for spec in variables)
     # Terms of sunlight that is not computed are nothing, whether they are looked up or not.
@@ -64,7 +67,7 @@ def skipped_parts(
     columns = few_columns(assembly)
     known = {frame: columns.terms(assembly.model, frame[1]) for frame in frames}
     yield from low_sun(assembly, columns, known)
-    yield from one_direction(assembly, columns, sun.track, known)
+    yield from one_direction(assembly, columns, sun.track, known, views)
     yield Skipped(
         "changes of air and sea over image and frames",
         "the scenario has one profile, one temperature of the sea and one wind",

@@ -20,6 +20,7 @@ from hcss_twin.providers import Grid, SensorBand, SensorInputs
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.scenario.band_entries import Bands
 from hcss_twin.scenario.bands import spectral_band
+from hcss_twin.scenario.viewing import told_by
 from hcss_twin.scene.verification.recorded import Recorded
 
 if TYPE_CHECKING:
@@ -95,8 +96,8 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         bands = [known_bands[str(each)] for each in dataset["band"].to_numpy()]
         interval_s = float(scenario["frames"]["interval"])
         start = np.datetime64(_utc(scenario["time"]), "ns")
-        pixel_size_m, seed = float(scenario["image"]["pixel_size"]), int(scenario["seed"])
-        speed_m_s = float(scenario["motion"]["platform_speed"])
+        seed = int(scenario["seed"])
+        pixel_size_m, speed_m_s = told_by(scenario)
     except (KeyError, TypeError, ValueError) as error:
         raise CubeError(
             f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) is not that of this cube: {error}"

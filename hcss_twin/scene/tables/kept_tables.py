@@ -24,6 +24,7 @@ from hcss_twin.scene.tables.radiance_tables import (
 )
 from hcss_twin.scene.tables.spectrum import Spectrum
 from hcss_twin.scene.tables.thickness_axis import ThicknessAxis
+from hcss_twin.scene.views.tables_over_views import tables_over_views
 
 _INDEPENDENT = ("title", "seed", "image", "clouds", "output")
 """Sections of a scenario that tables do not depend on, but for what is taken from the plan."""
@@ -47,6 +48,8 @@ def tables_of(plan: Plan) -> RadianceTables:
 
     They are the same to the bit. What an earlier run read is recorded again and must not have changed.
     """
+    if plan.views is not None:
+        return tables_over_views(plan, tables_of)
     results = KeptResults(TABLES, plan.catalog, RadianceTables, _PARTS)
     key, before = table_key(plan), plan.catalog.used
     tables = results.find(key)
@@ -62,6 +65,7 @@ def table_key(plan: Plan) -> str:
     parts: dict[str, Any] = {
         "scenario": {name: value for name, value in scenario.items() if name not in _INDEPENDENT},
         "accuracy": plan.accuracy.relative,
+        "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
         "files": dict(plan.catalog.used),
         "terms": [spec.name for spec in plan.variables if spec.name.startswith(TERM_PREFIX)],
         "sunlight": [plan.sun_matters, plan.faint_sunlight],

@@ -177,6 +177,9 @@ class RadianceTables:
         None where no cloud casts shadows.
     waves : WaveTables or None
         What resolved waves add to the clear column, at the same time nodes; None where they are averaged over.
+    over_views : tuple of RadianceTables
+        Those toward each view, where pixels have views of their own; these tables then are one of them, with the
+        largest errors of any.
     """
 
     quantities: Quantities
@@ -188,6 +191,7 @@ class RadianceTables:
     errors: Budget
     shadows: ShadowTables | None = None
     waves: WaveTables | None = None
+    over_views: tuple[RadianceTables, ...] = ()
 
     @property
     def estimated_error(self) -> float:

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values
+from hcss_twin.cube.geometry import PixelGeometry
+from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.raw_access import stored_arrays
 from hcss_twin.cube.variables import LAYER, VariableSpec
@@ -96,6 +98,10 @@ class MatchedCube:
         self._specs = {spec.name: spec for spec in specs}
         self._checks = {spec.name: ValueComparison(spec, self._labels) for spec in specs}
         self._coordinates = list(self._compared_coordinates())
+        self._geometry = PixelGeometry(header)
+        located = self._present_geometry() if same_image else []
+        self._located = {spec.name: ValueComparison(spec, self._labels) for spec in located}
+        self._compare_geometry(self._geometry.of_image, None, 0.0, None)
 
     @property
     def changes(self) -> tuple[Change, ...]:
@@ -112,10 +118,13 @@ class MatchedCube:
             dims = [dim for dim in self._specs[name].dims if dim != "time"]
             cube = self._read(name, index)
             check.add(self._taken(cube, dims, 0), self._taken(arrays[name], dims, 1), dims, number, corner)
+        time_s = self._header.frame_times_s[dict(self.frames)[number]]
+        self._compare_geometry(self._geometry.of_frames, number, time_s, place)
 
     def results(self) -> tuple[VariableCheck, ...]:
         """Return what was found, coordinates first."""
-        return (*self._coordinates, *(check.result() for check in self._checks.values()))
+        checks = (*self._located.values(), *self._checks.values())
+        return (*self._coordinates, *(check.result() for check in checks))
 
     def _tell(self, what: str, cube: object, ours: object) -> None:
         self._changes.append(Change(what, str(cube), str(ours)))
@@ -147,7 +156,7 @@ class MatchedCube:
     def _present(self) -> list[VariableSpec]:
         """Return the variables that can be compared, and tell of those that cannot."""
         specs = {spec.name: spec for spec in self._header.variables}
-        others = {spec.name for spec in COORDINATES} | {GRID_MAPPING}
+        others = {spec.name for spec in (*COORDINATES, *GEOMETRY)} | {GRID_MAPPING}
         cube = [
             name
             for name, each in self._file.variables.items()
@@ -167,6 +176,29 @@ class MatchedCube:
             else:
                 present.append(spec)
         return present
+
+    def _present_geometry(self) -> list[VariableSpec]:
+        """Return the coordinates of pixels that can be compared, and tell of those that cannot."""
+        wanted = {spec.name: spec for spec in self._header.geometry}
+        cube = [spec.name for spec in GEOMETRY if spec.name in self._file.variables]
+        if set(cube) != set(wanted):
+            self._tell("coordinates of pixels", ", ".join(cube) or "none", ", ".join(wanted) or "none")
+        present = [spec for name, spec in wanted.items() if name in cube]
+        for spec in present:
+            if (found := self._file[spec.name].dimensions) != spec.dims:
+                self._tell(f"dimensions of {spec.name}", ", ".join(found), ", ".join(spec.dims))
+        return [spec for spec in present if self._file[spec.name].dimensions == spec.dims]
+
+    def _compare_geometry(
+        self, names: tuple[str, ...], frame: int | None, time_s: float, inside: tuple[slice, slice] | None
+    ) -> None:
+        """Compare coordinates of pixels, of one frame or of all, part by part; of all rows and columns by default."""
+        present = tuple(name for name in names if name in self._located)
+        for place, values in self._geometry.parts(present, time_s=time_s, inside=inside):
+            corner = place[0].start, place[1].start
+            for name, ours in values.items():
+                cube = self._read(name, place if frame is None else (frame, *place))
+                self._located[name].add(cube, ours, ("y", "x"), frame, corner)
 
     def _compared_coordinates(self) -> Iterator[VariableCheck]:
         """Compare all coordinates but the times and names that frames and bands were matched by."""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ProviderError
+from hcss_twin.physics import chebyshev
 from hcss_twin.physics.geometry import wind_sense
 from hcss_twin.providers import RadianceModel, Sun
 from hcss_twin.scene.plan import Plan
@@ -54,7 +55,7 @@ def compile_waves(
     columns = [_Columns(plan, waves, sun) for sun in suns]
     middle = len(suns) // 2
     orders, error = _place(columns[middle], 0.25 * tolerance)
-    nodes = _nodes(orders[0]), _nodes(orders[1])
+    nodes = chebyshev.nodes(orders[0]), chebyshev.nodes(orders[1])
     sizes, rest = _dense(columns[middle](*nodes), 0.25 * tolerance)
     changes, levels = zip(*(_change(each(*nodes), each.level(), sizes) for each in columns), strict=True)
     return WaveTables(
@@ -106,11 +107,6 @@ class _Columns:
         return np.stack([np.asarray(terms[name]) @ grid.weights_cm1.T for name in model.terms])
 
 
-def _nodes(order: int) -> Array:
-    """Chebyshev's nodes (order + 1,) on [-1, 1]; every second one is a node of half the order, to the bit."""
-    return -np.cos(np.pi * (np.arange(order + 1) * (_FINEST // order)) / _FINEST)
-
-
 def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]:
     """Double the order of either slope until the polynomial keeps the tolerance.
 
@@ -122,9 +118,9 @@ def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]
     for axis in (0, 1):
         found = np.inf
         while True:
-            between = _nodes(2 * orders[axis])[1::2]
+            between = chebyshev.between(orders[axis])
             places = (between, lines) if axis == 0 else (lines, between)
-            values = columns(_nodes(orders[0]), _nodes(orders[1]))
+            values = columns(chebyshev.nodes(orders[0]), chebyshev.nodes(orders[1]))
             before, found = found, _difference(_interpolate(values, places), columns(*places))
             if found <= tolerance or (found <= ROUGHNESS and found > 0.25 * before):
                 break
@@ -151,24 +147,10 @@ def _interpolate(values: Array, places: tuple[Array, ...]) -> Array:
     constant = np.all(values == values[:1, :1], axis=(0, 1))
     followed = ~constant & (floor > 0) & (np.min(values, axis=(0, 1)) > -0.5 * floor)
     turned = np.where(followed, np.log(np.where(followed, values + floor, 1.0)), values)
-    rows, columns = (_weights(size - 1, x) for size, x in zip(values.shape[:2], places, strict=True))
+    rows, columns = (chebyshev.weights(size - 1, x) for size, x in zip(values.shape[:2], places, strict=True))
     found = np.tensordot(rows, np.tensordot(columns, turned, (1, 1)), (1, 1))
     back = np.exp(np.where(followed, found, 0.0)) - floor
     return np.where(constant, values[0, 0], np.where(followed, np.maximum(back, 0.0), found))
-
-
-def _weights(order: int, places: Array) -> Array:
-    """Weights (N, n) of the polynomial through Chebyshev's nodes: the barycentric formula.
-
-    J.-P. Berrut and L. N. Trefethen, Barycentric Lagrange interpolation, SIAM Review 46, 501-517 (2004), eq 5.4.
-    """
-    sign = np.where(np.arange(order + 1) % 2 == 0, 1.0, -1.0)
-    sign[[0, -1]] *= 0.5
-    distance = places[:, None] - _nodes(order)
-    at_node = distance == 0.0
-    terms = sign / np.where(at_node, 1.0, distance)
-    terms = np.where(np.any(at_node, axis=1, keepdims=True), at_node, terms)
-    return np.asarray(terms / np.sum(terms, axis=1, keepdims=True), dtype=np.float64)
 
 
 def _dense(values: Array, tolerance: float) -> tuple[tuple[int, int], float]:
@@ -180,7 +162,7 @@ def _dense(values: Array, tolerance: float) -> tuple[tuple[int, int], float]:
             if size >= _DENSEST:
                 raise ProviderError(f"clear radiance over tilted seas needs more than {size} slopes")
             size = 2 * size - 1
-            places = [_nodes(count - 1) for count in values.shape[:2]]
+            places = [chebyshev.nodes(count - 1) for count in values.shape[:2]]
             places[axis] = np.linspace(-1.0, 1.0, size)
             exact = np.moveaxis(_interpolate(values, (places[0], places[1])), axis, 0)
             known, between = exact[::2], exact[3:-3:2]

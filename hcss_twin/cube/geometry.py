@@ -1,0 +1,160 @@
+"""Values of the viewing geometry of every pixel, by parts of the image."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.cube.geometry_variables import LOCATION
+from hcss_twin.cube.header import CubeHeader
+from hcss_twin.errors import CubeError
+from hcss_twin.physics.local_plane import to_geographic
+from hcss_twin.viewing.lines_of_sight import LinesOfSight
+
+Array = NDArray[np.float64]
+
+PIXELS_AT_ONCE = 2**18
+"""Of which values are computed together."""
+
+Place = tuple[slice, slice]
+"""Rows and columns of the cube."""
+
+
+@dataclass(frozen=True)
+class PixelGeometry:
+    """The viewing geometry that a header asks for."""
+
+    header: CubeHeader
+
+    def __post_init__(self) -> None:
+        known = {spec.name for spec in LOCATION}
+        if self.header.sensor_altitude_m is None:
+            for spec in self.header.geometry:
+                if spec.name not in known:
+                    raise CubeError(f"{spec.name}: sensor_altitude_m is needed, and not known")
+
+    @property
+    def of_frames(self) -> tuple[str, ...]:
+        """What every frame has for itself."""
+        return tuple(spec.name for spec in self.header.geometry if "time" in spec.dims)
+
+    @property
+    def of_image(self) -> tuple[str, ...]:
+        """What holds for all frames."""
+        return tuple(spec.name for spec in self.header.geometry if "time" not in spec.dims)
+
+    def parts(
+        self,
+        names: tuple[str, ...],
+        tile: tuple[int, int] | None = None,
+        time_s: float = 0.0,
+        inside: Place | None = None,
+    ) -> Iterator[tuple[Place, dict[str, NDArray[Any]]]]:
+        """Yield parts of the cube, row by row from its first pixel on, with the values (y, x) of what is named.
+
+        Parameters
+        ----------
+        tile : (int, int), optional
+            Rows and columns of a part; by default strips of few pixels.
+        time_s : float
+            Time after the start, for what every frame has for itself.
+        inside : (slice, slice), optional
+            Rows and columns of the cube, by default all.
+        """
+        if not names:
+            return
+        all_rows, all_columns = self._all if inside is None else inside
+        height, width = tile or (max(1, PIXELS_AT_ONCE // (all_columns.stop - all_columns.start)), None)
+        for rows in _cut(all_rows, height):
+            for columns in _cut(all_columns, width):
+                yield (rows, columns), self.values(names, (rows, columns), time_s)
+
+    def values(self, names: tuple[str, ...], place: Place, time_s: float = 0.0) -> dict[str, NDArray[Any]]:
+        """Return the values (y, x) of what is named, for rows and columns of the cube.
+
+        A pixel has the same bits in every part, and in every window of the image.
+        """
+        rows, columns = place
+        types = {spec.name: spec.dtype for spec in self.header.geometry}
+        shape = rows.stop - rows.start, columns.stop - columns.start
+        found = {name: np.empty(shape, dtype=types[name]) for name in names}
+        if not names:
+            return found
+        # What is computed on the way takes much more memory than what is found.
+        for strip in _cut(rows, max(1, PIXELS_AT_ONCE // shape[1])):
+            part = slice(strip.start - rows.start, strip.stop - rows.start)
+            for name, values in self._strip(names, strip, columns, time_s).items():
+                found[name][part] = values
+        return found
+
+    @property
+    def _all(self) -> Place:
+        return slice(0, self.header.rows), slice(0, self.header.columns)
+
+    def _strip(self, names: tuple[str, ...], rows: slice, columns: slice, time_s: float) -> dict[str, Array]:
+        header, whole = self.header, self.header.image_window
+        x, y = np.meshgrid(
+            pixel_centres_m(
+                whole.first_column + columns.start,
+                columns.stop - columns.start,
+                whole.image_columns,
+                header.pixel_size_m,
+            ),
+            pixel_centres_m(
+                whole.first_row + rows.start, rows.stop - rows.start, whole.image_rows, header.pixel_size_m
+            ),
+        )
+        known: dict[str, Array] = {}
+        located = {spec.name for spec in LOCATION} & set(names)
+        if located:
+            # Where one place holds for all frames the platform stands still.
+            along = x + header.platform_speed_m_s * time_s
+            known["pixel_latitude"], known["pixel_longitude"] = to_geographic(
+                along, y, header.latitude, header.longitude
+            )
+        if set(names) - located:
+            known |= self._directions(x, y)
+        return {name: known[name] for name in names}
+
+    def _directions(self, x_m: Array, y_m: Array) -> dict[str, Array]:
+        sight = self._lines.from_points(x_m, y_m)
+        width = self.header.pixel_size_m / self._centre_range_m * sight.range_m
+        return {
+            "pixel_view_zenith": sight.zenith_deg,
+            "pixel_view_azimuth": sight.azimuth_deg,
+            "pixel_slant_range": sight.range_m,
+            "pixel_footprint_across": width,
+            "pixel_footprint_along": width / np.cos(np.radians(sight.zenith_deg)),
+        }
+
+    @cached_property
+    def _lines(self) -> LinesOfSight:
+        header = self.header
+        assert header.sensor_altitude_m is not None
+        return LinesOfSight(
+            header.latitude,
+            header.longitude,
+            header.view_zenith_deg,
+            header.view_azimuth_deg,
+            header.sensor_altitude_m,
+        )
+
+    @cached_property
+    def _centre_range_m(self) -> float:
+        return self._lines.centre_range_m
+
+
+def pixel_centres_m(first: int, count: int, whole: int, size_m: float) -> Array:
+    """Return the distances (count,) of pixel centres from that of an image of ``whole`` pixels along one axis."""
+    return (np.arange(first, first + count, dtype=np.float64) - 0.5 * (whole - 1)) * np.float64(size_m)
+
+
+def _cut(whole: slice, size: int | None) -> Iterator[slice]:
+    """Cut a range into ranges of at most so many pixels, by default one."""
+    for start in range(whole.start, whole.stop, size or max(1, whole.stop - whole.start)):
+        yield slice(start, whole.stop if size is None else min(start + size, whole.stop))

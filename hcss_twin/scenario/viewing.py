@@ -1,0 +1,173 @@
+"""What a scenario's platform says about view, pixels and motion: contradictions, and the values that follow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar
+
+from hcss_twin.errors import Problem
+from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.platform import ORBIT, Platform
+from hcss_twin.scenario.wording import shown
+from hcss_twin.viewing.circular_orbit import ground_speed_m_s
+from hcss_twin.viewing.look_angle import off_nadir_deg, slant_range_m, view_zenith_deg
+
+_Model = TypeVar("_Model", bound=ScenarioModel)
+
+LARGEST_ZENITH_DEG = 85.0
+"""That of ``view.zenith``."""
+
+LARGEST_PIXEL_M = 100_000.0
+"""That of ``image.pixel_size``."""
+
+
+def viewing_problems(scenario: ScenarioModel) -> Iterator[Problem]:
+    """Yield every contradiction between the platform and what else is said about view, pixels and motion."""
+    platform, altitude = scenario.platform, scenario.platform.altitude
+    if altitude is None:
+        given = [name for name in Platform.model_fields if getattr(platform, name) is not None]
+        if given:
+            yield Problem(
+                "platform.altitude", f"is missing beside {', '.join(given)}; allowed: 100 km to 42000 km"
+            )
+        elif scenario.motion.platform_speed == ORBIT:
+            yield Problem(
+                "motion.platform_speed", f"'{ORBIT}' without platform.altitude; allowed: with it, or a speed"
+            )
+        return
+    yield from _look_angle(scenario, altitude)
+    yield from _pixels(scenario, altitude)
+    yield from _motion(scenario)
+
+
+def with_viewing(scenario: _Model) -> _Model:
+    """Return a scenario without problems with the values that follow from its platform put where they belong.
+
+    ``view.zenith`` from ``platform.off_nadir``, ``image.pixel_size`` from focal length and pitch,
+    ``motion.platform_speed`` from ``"orbit"`` or the mode.
+    """
+    platform, altitude = scenario.platform, scenario.platform.altitude
+    if altitude is None:
+        return scenario
+    view, image, motion = scenario.view, scenario.image, scenario.motion
+    if platform.off_nadir is not None:
+        view = view.model_copy(update={"zenith": view_zenith_deg(platform.off_nadir, altitude)})
+    if platform.focal_length is not None and platform.detector_pitch is not None:
+        distance = slant_range_m(view.zenith, altitude)
+        image = image.model_copy(update={"pixel_size": _pixel_m(platform, distance)})
+    moves = platform.mode == "push-broom" and "platform_speed" not in motion.model_fields_set
+    if moves or motion.platform_speed == ORBIT:
+        motion = motion.model_copy(update={"platform_speed": ground_speed_m_s(altitude)})
+    return scenario.model_copy(update={"view": view, "image": image, "motion": motion})
+
+
+def as_given(scenario: ScenarioModel, data: dict[str, Any]) -> dict[str, Any]:
+    """Take from a dumped scenario what :func:`with_viewing` put there, so that it can be read again."""
+    platform = scenario.platform
+    if platform.off_nadir is not None:
+        del data["view"]["zenith"]
+    if platform.detector_pitch is not None:
+        del data["image"]["pixel_size"]
+    if platform.altitude is not None and data["motion"]["platform_speed"] == ground_speed_m_s(
+        platform.altitude
+    ):
+        data["motion"]["platform_speed"] = ORBIT
+    return data
+
+
+def told_by(data: Mapping[str, Any]) -> tuple[float, float]:
+    """Return size of a pixel, m, and ground speed of the footprint, m/s, of a scenario as text.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the text is not that of a scenario.
+    """
+    image, speed = data["image"], data["motion"]["platform_speed"]
+    platform = Platform.model_validate(data.get("platform", {}))
+    if platform.altitude is None or platform.detector_pitch is None:
+        size = float(image["pixel_size"])
+    else:
+        look, view = platform.off_nadir, data["view"]
+        zenith = float(view["zenith"]) if look is None else view_zenith_deg(look, platform.altitude)
+        size = _pixel_m(platform, slant_range_m(zenith, platform.altitude))
+    if platform.altitude is not None and speed == ORBIT:
+        speed = ground_speed_m_s(platform.altitude)
+    return size, float(speed)
+
+
+def _look_angle(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
+    off_nadir = scenario.platform.off_nadir
+    if off_nadir is None:
+        return
+    if "zenith" in scenario.view.model_fields_set:
+        yield Problem(
+            "platform.off_nadir",
+            f"{off_nadir:g} deg beside view.zenith {scenario.view.zenith:g} deg; allowed: one of them",
+        )
+        return
+    zenith = view_zenith_deg(off_nadir, altitude)
+    if zenith > LARGEST_ZENITH_DEG:
+        most = off_nadir_deg(LARGEST_ZENITH_DEG, altitude)
+        told = "passes the Earth" if math.isinf(zenith) else f"meets the ground at zenith {zenith:.2f} deg"
+        yield Problem(
+            "platform.off_nadir",
+            f"{off_nadir:g} deg from {altitude / 1e3:g} km {told}; allowed: up to zenith {LARGEST_ZENITH_DEG:g} deg; "
+            f"closest valid choice is {math.floor(most * 1e3) / 1e3:g}",
+        )
+
+
+def _pixels(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
+    platform = scenario.platform
+    pair = {"focal_length": platform.focal_length, "detector_pitch": platform.detector_pitch}
+    missing = [name for name, value in pair.items() if value is None]
+    if len(missing) == 2:
+        return
+    if missing:
+        (other,) = set(pair) - set(missing)
+        yield Problem(
+            f"platform.{missing[0]}", f"is missing beside {other}; allowed: both, or image.pixel_size alone"
+        )
+        return
+    if "pixel_size" in scenario.image.model_fields_set:
+        yield Problem(
+            "platform.detector_pitch",
+            f"beside image.pixel_size {scenario.image.pixel_size:g} m; allowed: one of them",
+        )
+        return
+    zenith = scenario.view.zenith
+    if platform.off_nadir is not None:
+        zenith = view_zenith_deg(platform.off_nadir, altitude)
+    if not zenith <= LARGEST_ZENITH_DEG:
+        return  # told already
+    size = _pixel_m(platform, slant_range_m(zenith, altitude))
+    if size > LARGEST_PIXEL_M:
+        yield Problem(
+            "platform.detector_pitch",
+            f"pixels of {size:.3g} m follow from pitch, focal length and distance; allowed: up to "
+            f"{LARGEST_PIXEL_M:g} m",
+        )
+
+
+def _motion(scenario: ScenarioModel) -> Iterator[Problem]:
+    mode, motion = scenario.platform.mode, scenario.motion
+    if mode is None or "platform_speed" not in motion.model_fields_set:
+        return
+    speed = motion.platform_speed
+    if mode == "staring" and speed != 0.0:
+        yield Problem(
+            "platform.mode", f"'staring' beside motion.platform_speed {shown(speed)}; allowed: speed 0"
+        )
+    if mode == "push-broom" and speed == 0.0:
+        yield Problem(
+            "platform.mode",
+            f"'push-broom' beside motion.platform_speed 0; allowed: another speed, '{ORBIT}', or mode = 'staring'",
+        )
+
+
+def _pixel_m(platform: Platform, distance_m: float) -> float:
+    """Width of a pixel across the line of sight."""
+    assert platform.focal_length is not None
+    assert platform.detector_pitch is not None
+    return platform.detector_pitch / platform.focal_length * distance_m

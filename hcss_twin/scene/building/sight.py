@@ -1,0 +1,42 @@
+"""The lines of sight of a scene whose sensor has a place."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.viewing.lines_of_sight import LinesOfSight
+
+LARGEST_ZENITH_DEG = 88.0
+"""At which a pixel may be seen; that of the image centre has its own limit."""
+
+
+def lines_of_sight(scenario: Scenario) -> LinesOfSight | None:
+    """Return the lines of sight, None where the scenario has no altitude of the sensor.
+
+    Raises
+    ------
+    ScenarioError
+        If a corner of the image is out of sight.
+    """
+    altitude, place, view, image = (
+        scenario.platform.altitude,
+        scenario.place,
+        scenario.view,
+        scenario.image,
+    )
+    if altitude is None:
+        return None
+    lines = LinesOfSight(place.latitude, place.longitude, view.zenith, view.azimuth, altitude)
+    x, y = (0.5 * count * image.pixel_size for count in (image.columns, image.rows))
+    corners = lines.from_points(np.array([x, x, -x, -x]), np.array([y, -y, y, -y]))
+    farthest = float(np.max(corners.zenith_deg))
+    if farthest > LARGEST_ZENITH_DEG:
+        message = (
+            f"a corner of {image.columns} x {image.rows} pixels of {image.pixel_size:g} m sees the sensor at zenith "
+            f"{farthest:.1f} deg from {altitude / 1e3:g} km; allowed: up to {LARGEST_ZENITH_DEG:g} deg, with a smaller "
+            "image, a smaller view.zenith or a higher platform"
+        )
+        raise ScenarioError([Problem("platform.altitude", message)])
+    return lines

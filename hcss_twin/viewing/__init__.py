@@ -1,0 +1,1 @@
+"""Where a sensor stands and how it sees each pixel."""

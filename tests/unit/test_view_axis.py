@@ -1,0 +1,138 @@
+"""Nodes over the image, what they count in pixels, and how many are taken."""
+
+import numpy as np
+import pytest
+
+from hcss_twin.physics import chebyshev
+from hcss_twin.providers import Grid
+from hcss_twin.scene.tables.look_up import LookUp
+from hcss_twin.scene.tables.radiance_tables import DenseTable
+from hcss_twin.scene.views import viewed_look_up
+from hcss_twin.scene.views.view_axis import ImageViews, ViewAxis, place_axis
+from hcss_twin.scene.views.viewed_look_up import ViewedLookUp
+from hcss_twin.viewing.lines_of_sight import LinesOfSight
+
+GRID = Grid(30, 41, 5000.0)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3, 5, 8, 16])
+def test_polynomials_up_to_the_order_are_exact(order):
+    places = np.linspace(-1.0, 1.0, 23)
+    power = np.arange(order + 1)
+    found = chebyshev.weights(order, places) @ chebyshev.nodes(order)[:, None] ** power
+    np.testing.assert_allclose(found, places[:, None] ** power, atol=1e-13)
+
+
+@pytest.mark.parametrize(("order", "following"), [(0, 2), (1, 4), (2, 4), (4, 8), (8, 16)])
+def test_nodes_and_those_between_them_are_the_nodes_of_a_following_order(order, following):
+    both = np.concatenate((chebyshev.nodes(order), chebyshev.between(order)))
+    assert np.array_equal(np.sort(both), chebyshev.nodes(following))
+
+
+def test_weights_make_the_value_at_pixel_centres():
+    axis = ViewAxis(3, 5, 0.0)
+    across, up = axis.weights(GRID)
+    assert across.shape == (41, 4)
+    assert up.shape == (30, 6)
+    values = np.array([2.0 + x**3 - y * x + y**5 for x, y in axis.places]).reshape(6, 4)
+    x, y = (np.arange(41) - 20.0) / 20.5, (np.arange(30) - 14.5) / 15.0
+    expected = 2.0 + x**3 - y[:, None] * x + y[:, None] ** 5
+    np.testing.assert_allclose(up @ values @ across.T, expected, atol=1e-13)
+
+
+def test_the_views_of_pixels_are_those_of_their_places():
+    views = ImageViews(GRID, LinesOfSight(35.0, 150.0, 40.0, 70.0, 700e3))
+    by_pixel = views.of_pixels([0, 29, 14], [0, 40, 20])
+    by_place = views.at([(-20.0 / 20.5, -14.5 / 15.0), (20.0 / 20.5, 14.5 / 15.0), (0.0, -0.5 / 15.0)])
+    assert by_pixel == by_place
+    # The sensor stands in the east: what lies there sees it higher.
+    assert by_pixel[1].zenith_deg < by_pixel[2].zenith_deg < by_pixel[0].zenith_deg
+
+
+def radiance(function):
+    """One column whose two terms share a function of the place."""
+    return lambda x, y: np.array([0.3, 0.7])[None, :, None] * function(x, y)
+
+
+@pytest.mark.parametrize(
+    ("function", "along_x", "order"),
+    [
+        (lambda x, y: 1.0 + 0.0 * x, True, 0),
+        (lambda x, y: 1.0 + 0.1 * y, True, 0),
+        (lambda x, y: 1.0 + 0.1 * y, False, 1),
+        (lambda x, y: 2.0 + x * y, True, 1),
+        (lambda x, y: 2.0 + x * x, True, 2),
+        (lambda x, y: 3.0 + y**3, False, 3),
+        (lambda x, y: 3.0 + x**5, True, 5),
+        (lambda x, y: 3.0 + x**6, True, 6),
+    ],
+)
+def test_as_few_nodes_are_taken_as_follow_the_change(function, along_x, order):
+    found, error = place_axis(radiance(function), along_x, 1e-9, 16)
+    assert found == order
+    assert error < 1e-9
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("width", [0.4, 1.0, 3.0])
+def test_the_error_told_is_that_of_the_polynomial(width, tolerance):
+    """Of a glint of Gaussian width: measured on places that the choice does not know."""
+
+    def glint(x, y):
+        return 1.0 + np.exp(-(((x - 0.3) / width) ** 2))
+
+    order, error = place_axis(radiance(glint), True, tolerance, 32)
+    places = np.random.default_rng(1).uniform(-1.0, 1.0, 400)
+    guess = chebyshev.weights(order, places) @ glint(chebyshev.nodes(order), 0.0)
+    off = np.max(np.abs(guess / glint(places, 0.0) - 1.0))
+    assert error <= tolerance
+    assert off < 1.5 * error
+
+
+def test_what_no_order_follows_is_told():
+    order, error = place_axis(radiance(lambda x, y: 1.0 + (x > 0.1)), True, 1e-3, 16)
+    assert order == 16
+    assert error > 0.1
+
+
+def table(random, layers):
+    nodes = tuple(np.array([100.0, 200.0, 400.0]) for _ in range(layers))
+    return DenseTable(
+        random.random(2),
+        nodes,
+        tuple(random.random((3, 2)) for _ in nodes),
+        random.random((3, 3, 2)).astype(np.float32) if layers == 2 else None,
+    )
+
+
+@pytest.mark.parametrize("layers", [0, 1, 2])
+@pytest.mark.parametrize("samples", [1, 3])
+def test_a_frame_is_the_weighted_sum_of_look_ups_in_whatever_strips(layers, samples, monkeypatch):
+    random, axis = np.random.default_rng(layers), ViewAxis(2, 1, 0.0)
+    look_ups = [LookUp(table(random, layers)) for _ in axis.places]
+    shape = GRID.rows * samples, GRID.columns * samples
+    thickness = [
+        np.where(random.random(shape) < 0.5, 0.0, random.uniform(100.0, 400.0, shape)).astype(np.float32)
+        for _ in range(layers)
+    ]
+    whole = np.empty((2, GRID.rows, GRID.columns), dtype=np.float32)
+    viewed = ViewedLookUp(axis, GRID, look_ups)
+    viewed.fill(whole, thickness, samples)
+    across, up = axis.weights(GRID)
+    expected = np.zeros(whole.shape)
+    for node, look_up in enumerate(look_ups):
+        part = np.empty_like(whole)
+        look_up.fill(part, thickness, samples)
+        expected += part * up[:, node // 3, None] * across[:, node % 3]
+    np.testing.assert_allclose(whole, np.maximum(expected, 0.0), rtol=1e-6)
+    monkeypatch.setattr(viewed_look_up, "VALUES_AT_ONCE", 400)
+    strips = np.empty_like(whole)
+    viewed.fill(strips, thickness, samples)
+    assert np.array_equal(strips, whole)
+    if layers:
+        pieces = np.empty_like(whole)
+        corners = ((0, 11, 0, 41), (11, 30, 0, 7), (11, 30, 7, 41))
+        for top, bottom, left, right in corners:
+            at = slice(top * samples, bottom * samples), slice(left * samples, right * samples)
+            viewed.fill(pieces, [each[at] for each in thickness], samples, (top, left))
+        assert np.array_equal(pieces, whole)
