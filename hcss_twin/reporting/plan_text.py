@@ -19,7 +19,13 @@ def plan_text(plan: Plan) -> str:
 def _lines(plan: Plan) -> Iterator[str]:
     scenario, grid = plan.scenario, plan.grid
     yield scenario.title or scenario.origin
-    yield f"  frames      {plan.frame_times_s.size} x {grid.rows} x {grid.columns} pixels of {grid.pixel_size_m:g} m"
+    rows, columns = plan.pixels
+    yield f"  frames      {plan.frame_times_s.size} x {rows} x {columns} pixels of {grid.pixel_size_m:g} m"
+    if plan.is_window:
+        first = " and ".join(
+            f"{name} {each.start}" for name, each in zip(("row", "column"), plan.extent, strict=True)
+        )
+        yield f"              a window of {grid.rows} x {grid.columns} pixels, from {first} on"
     points = plan.samples_per_pixel
     if points > 1:
         yield f"  pixel       mean of {points} x {points} points, {grid.pixel_size_m / points:g} m apart"
