@@ -9,7 +9,7 @@ from hcss_twin.cube.spec import FRAME, VariableSpec
 PLANE = ("y", "x")
 
 _MOVES = "With a platform that moves it has the dimension time in front."
-_OF_START = "Sensor and image move together, so that it holds for every frame."
+_OF_START = "Sensor and image move together: that of the start stands for every frame."
 
 LOCATION: tuple[VariableSpec, ...] = (
     VariableSpec(

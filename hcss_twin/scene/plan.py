@@ -24,6 +24,7 @@ from hcss_twin.scene.accuracy import RequestedAccuracy
 from hcss_twin.scene.budget import Budget, share_out
 from hcss_twin.scene.building.assembly import Assembly, assemble
 from hcss_twin.scene.building.particles import told
+from hcss_twin.scene.building.sight import detector_notes, platform_facts
 from hcss_twin.scene.building.surroundings import FilledIn
 from hcss_twin.scene.cube_variables import cube_variables, wants_radiance
 from hcss_twin.scene.findings import find_out
@@ -112,19 +113,7 @@ class Plan:
             if self.needs_radiance and band.width_cm1 < resolution
         )
         drawn = () if self.waves is None else (DRAWN_NOTE,)
-        return (*narrow, *notes, *drawn, *self._of_detectors)
-
-    @property
-    def _of_detectors(self) -> tuple[str, ...]:
-        """What pixels of a slant view are beside the footprints of detectors."""
-        if self.scenario.platform.detector_pitch is None or self.view.zenith_deg == 0.0:
-            return ()
-        size = self.grid.pixel_size_m
-        length = size / math.cos(math.radians(self.view.zenith_deg))
-        return (
-            f"pixels are squares of {size:.4g} m; along the line of sight the footprint of a detector is "
-            f"{length:.4g} m long, which the image is not sampled by",
-        )
+        return (*narrow, *notes, *drawn, *detector_notes(self.scenario))
 
     @property
     def bands(self) -> tuple[SpectralBand, ...]:
@@ -242,19 +231,6 @@ class Plan:
             for spec in self.variables
         )
 
-    @property
-    def _platform(self) -> dict[str, float] | None:
-        """Plain values of a platform of known altitude."""
-        lines = self.assembly.lines_of_sight
-        if lines is None:
-            return None
-        return {
-            "altitude_m": lines.altitude_m,
-            "slant_range_m": lines.centre_range_m,
-            "pixel_size_m": self.grid.pixel_size_m,
-            "ground_speed_m_s": self.assembly.motion.platform_speed_m_s,
-        }
-
     def as_dict(self) -> Mapping[str, Any]:
         """Plain values for ``hcss plan --json``."""
         return {
@@ -264,7 +240,7 @@ class Plan:
             "window_of": [self.grid.rows, self.grid.columns] if self.is_window else None,
             "samples_per_pixel": self.samples_per_pixel,
             "view": {"zenith_deg": self.view.zenith_deg, "azimuth_deg": self.view.azimuth_deg},
-            "platform": self._platform,
+            "platform": platform_facts(self.scenario, self.assembly.lines_of_sight),
             "views": None if self.views is None else vars(self.views),
             "layers": [
                 {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hcss_twin.errors import Problem, ScenarioError
@@ -40,3 +42,26 @@ def lines_of_sight(scenario: Scenario) -> LinesOfSight | None:
         )
         raise ScenarioError([Problem("platform.altitude", message)])
     return lines
+
+
+def platform_facts(scenario: Scenario, lines: LinesOfSight | None) -> dict[str, float] | None:
+    """Plain values of a platform of known altitude."""
+    if lines is None:
+        return None
+    return {
+        "altitude_m": lines.altitude_m,
+        "slant_range_m": lines.centre_range_m,
+        "pixel_size_m": scenario.image.pixel_size,
+        "ground_speed_m_s": float(scenario.motion.platform_speed),
+    }
+
+
+def detector_notes(scenario: Scenario) -> tuple[str, ...]:
+    """Say what pixels of a slant view are beside the footprints of detectors."""
+    zenith, size = scenario.view.zenith, scenario.image.pixel_size
+    if scenario.platform.detector_pitch is None or zenith == 0.0:
+        return ()
+    return (
+        f"pixels are squares of {size:.4g} m; along the line of sight the footprint of a detector is "
+        f"{size / math.cos(math.radians(zenith)):.4g} m long, which the image is not sampled by",
+    )
