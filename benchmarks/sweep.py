@@ -36,9 +36,9 @@ PAGE = Path(__file__).parents[1] / "docs" / "sweeps.md"
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
 MODELS: dict[str, Any] = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 TINY = MODELS | {"image.rows": 16, "image.columns": 16, "frames.count": 1}
-MANY = 480
+MANY = 200
 """More points than are finished in the time."""
-LARGER = MODELS | {"image.rows": 400, "image.columns": 400, "frames.count": 4}
+LARGER = MODELS | {"image.rows": 400, "image.columns": 400, "frames.count": 16}
 
 
 def over(points: int) -> dict[str, Any]:
@@ -187,7 +187,7 @@ def speed(seconds: float, rounds: int, folder: Path) -> str:
     one, two = (statistics.median(rates[workers]) for workers in (1, 2))
     return "\n".join(
         [
-            f"| points of 400 x 400 x 4 in {seconds:g} s, median of {rounds} rounds | one worker | two | ratio |",
+            f"| points of 400 x 400 x 16 in {seconds:g} s, median of {rounds} rounds | one worker | two | ratio |",
             "|---|---|---|---|",
             f"| points in a second, once they run | {one:.2f} | {two:.2f} | "
             f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f}) |",
