@@ -172,7 +172,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         "sensor_azimuth_angle",
     ),
     _coordinate(
-        "platform_altitude",
+        "sensor_altitude",
         (),
         "m",
         "altitude of the sensor",
@@ -218,7 +218,7 @@ def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
         "centre_displacement": header.platform_speed_m_s * times,
         "sensor_zenith_angle": header.view_zenith_deg,
         "sensor_azimuth_angle": header.view_azimuth_deg,
-        "platform_altitude": header.sensor_altitude_m,
+        "sensor_altitude": header.sensor_altitude_m,
         "solar_zenith_angle": list(header.solar_zenith_deg),
         "solar_azimuth_angle": list(header.solar_azimuth_deg),
     }
@@ -244,7 +244,7 @@ def auxiliary_names(header: CubeHeader, dims: tuple[str, ...]) -> list[str]:
     own = [spec.name for spec in header.geometry if set(spec.dims) <= set(dims)]
     instead = {STANDS_FOR.get(name) for name in own} | {"altitude"}
     if header.sensor_altitude_m is None:
-        instead.add("platform_altitude")
+        instead.add("sensor_altitude")
     centre = [
         spec.name
         for spec in COORDINATES

@@ -88,8 +88,8 @@ def test_readers_find_one_latitude(tmp_path):
         listed = file["cloud_mask"].coordinates.split()
         assert set(NAMES) <= set(listed)
         assert not {"latitude", "longitude", "sensor_zenith_angle", "sensor_azimuth_angle"} & set(listed)
-        assert {"platform_altitude", "solar_zenith_angle"} <= set(listed)
-        assert float(file["platform_altitude"][...]) == 800e3
+        assert {"sensor_altitude", "solar_zenith_angle"} <= set(listed)
+        assert float(file["sensor_altitude"][...]) == 800e3
         assert "earth_radius" not in file["local_plane"].ncattrs()
 
 
@@ -97,7 +97,7 @@ def test_without_an_altitude_pixels_have_places_and_no_directions(tmp_path):
     known = {**STARING, "platform.altitude": None}
     cube = cube_of(known)
     assert set(NAMES) & set(cube.coords) == {"pixel_latitude", "pixel_longitude"}
-    assert "platform_altitude" not in cube.coords
+    assert "sensor_altitude" not in cube.coords
     with pytest.raises(ScenarioError, match="altitude of the sensor is not known"):
         cube_of({**known, "output.variables": ["pixel_slant_range"]})
     header = example_header(geometry=(GEOMETRY[2],))

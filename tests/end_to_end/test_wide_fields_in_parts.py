@@ -6,7 +6,7 @@ import pytest
 from cheap import CHEAP
 
 import hcss_twin.scene.tiles as tiles_module
-from hcss_twin import Scenario, make_plan, open_cube
+from hcss_twin import Scenario, make_plan, open_cube, open_sweep, sweep
 from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.scenario.scenario import read_scenario_file
 from hcss_twin.scene.certificate.certificate_pixels import PixelSample
@@ -152,3 +152,19 @@ def test_a_sensor_measures_a_platform_that_says_its_pixels_and_speed_by_optics_a
     assert inputs.grid == plan.grid
     assert inputs.platform_speed_m_s == plan.assembly.motion.platform_speed_m_s > 6000.0
     assert str(verify_cube(measured).verdict) == "identical"
+
+
+def test_a_sweep_over_altitudes_has_the_coordinates_of_every_pixel_by_point(tmp_path):
+    scene = {**WIDE, "image.rows": 4, "image.columns": 5, "image.pixel_size": 100.0}
+    del scene["platform.altitude"]
+    scene["output.variables"] = ["cloud_mask", "geometry"]
+    over = {"platform.altitude": [500e3, 800e3]}
+    result = sweep("stratus", tmp_path / "sweep", over=over, overrides=scene, dataset=tmp_path / "all.nc")
+    with open_sweep(result.dataset) as data:
+        np.testing.assert_array_equal(data["platform_altitude"], [500e3, 800e3])
+        np.testing.assert_array_equal(data["sensor_altitude"], [500e3, 800e3])
+        for point in range(2):
+            with open_cube(result.cube(point)) as cube:
+                for name in NAMES:
+                    found = data[name].isel(platform_altitude=point)
+                    np.testing.assert_array_equal(found, cube[name])
