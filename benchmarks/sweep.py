@@ -4,8 +4,9 @@
 
 "overhead": the sweep against a loop that calls ``simulate`` for the same scenarios, and what is not the computing of
 points, in one process and turn by turn. "kills": on two worker processes one is killed in the middle, then all of the
-sweep, which is run again; its cubes are compared with those of the serial run. "speed": points in a second once the
-workers run, two against one, turn by turn; others on the machine take their share of both.
+sweep, which is run again; its cubes are compared with those of the serial run. "speed": points in a second of
+a sweep on two workers and of one on one, which run side by side, because others on the machine take their share of
+each process alike.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import statistics
 import subprocess
 import sys
@@ -20,6 +22,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +36,9 @@ PAGE = Path(__file__).parents[1] / "docs" / "sweeps.md"
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
 MODELS: dict[str, Any] = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 TINY = MODELS | {"image.rows": 16, "image.columns": 16, "frames.count": 1}
-LARGER = MODELS | {"image.rows": 400, "image.columns": 400, "frames.count": 4}
+MANY = 200
+"""More points than are finished in the time."""
+LARGER = MODELS | {"image.rows": 400, "image.columns": 400, "frames.count": 16}
 
 
 def over(points: int) -> dict[str, Any]:
@@ -161,43 +166,46 @@ def waited(folder: Path, count: int, process: subprocess.Popen[Any]) -> None:
         time.sleep(0.01)
 
 
-def rate(folder: Path, points: int, workers: int) -> tuple[float, float]:
-    """Points in a second between the fourth and the last, and seconds until the fourth."""
-    start = time.perf_counter()
-    process = subprocess.Popen(
-        command(folder, points, LARGER, "--workers", str(workers)), stdout=subprocess.DEVNULL
-    )
-    waited(folder, 4, process)
-    first, before = time.perf_counter(), len(logged(folder))
-    while len(logged(folder)) < points:
-        time.sleep(0.01)
-    taken = time.perf_counter() - first
-    process.wait()
-    return (points - before) / taken, first - start
-
-
-def speed(points: int, rounds: int, folder: Path) -> str:
-    """Measure two workers against one."""
+def speed(seconds: float, rounds: int, folder: Path) -> str:
+    """Let a sweep on two workers and one on one run side by side: the same others disturb both."""
     subprocess.run(command(folder / "speed", 4, LARGER), check=True, stdout=subprocess.DEVNULL)  # tables
-    found: dict[int, list[tuple[float, float]]] = {1: [], 2: []}
+    rates: dict[int, list[float]] = {1: [], 2: []}
     for number in range(rounds):
-        for workers, rates in found.items():
-            rates.append(rate(folder / f"speed-{number}-{workers}", points, workers))
-    ratios = [two[0] / one[0] for one, two in zip(found[1], found[2], strict=True)]
-    rates = {workers: statistics.median(each[0] for each in measured) for workers, measured in found.items()}
-    begun = {workers: statistics.median(each[1] for each in measured) for workers, measured in found.items()}
-    load, processors = os.getloadavg()[0], os.cpu_count()
+        folders = {workers: folder / f"speed-{number}-{workers}" for workers in rates}
+        with ExitStack() as stack:
+            sweeps = {
+                workers: stack.enter_context(ended(command(each, MANY, LARGER, "--workers", str(workers))))
+                for workers, each in folders.items()
+            }
+            for workers, each in folders.items():
+                waited(each, 4, sweeps[workers])
+            before = {workers: len(logged(each)) for workers, each in folders.items()}
+            time.sleep(seconds)
+            for workers, each in folders.items():
+                rates[workers].append((len(logged(each)) - before[workers]) / seconds)
+    ratios = [two / one for one, two in zip(rates[1], rates[2], strict=True)]
+    one, two = (statistics.median(rates[workers]) for workers in (1, 2))
     return "\n".join(
         [
-            f"| {points} points of 400 x 400 x 4, median of {rounds} rounds | one worker | two | ratio |",
+            f"| points of 400 x 400 x 16 in {seconds:g} s, median of {rounds} rounds | one worker | two | ratio |",
             "|---|---|---|---|",
-            f"| points in a second, once they run | {rates[1]:.2f} | {rates[2]:.2f} | "
+            f"| points in a second, once they run | {one:.2f} | {two:.2f} | "
             f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f}) |",
-            f"| seconds until the fourth point | {begun[1]:.1f} | {begun[2]:.1f} | |",
             "",
-            f"{processors} processors, load {load:.0f} at the end (others included).",
+            f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.0f} at the end (these and others).",
         ]
     )
+
+
+@contextmanager
+def ended(arguments: list[str]) -> Iterator[subprocess.Popen[Any]]:
+    """Run a sweep and interrupt it at the end of the block."""
+    process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait()
 
 
 def main() -> None:
@@ -205,7 +213,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--points", type=int, default=200, help="a multiple of 4")
-    parser.add_argument("--speed-points", type=int, default=24, help="a multiple of 4")
+    parser.add_argument("--seconds", type=float, default=40.0, help="that the sweeps are compared")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument(
         "--parts", nargs="+", choices=["overhead", "kills", "speed"], default=["overhead", "kills", "speed"]
@@ -221,7 +229,7 @@ def main() -> None:
                 text = {
                     "overhead": lambda: overhead(given.points, given.rounds, folder),
                     "kills": lambda: kills(given.points, folder),
-                    "speed": lambda: speed(given.speed_points, given.rounds, folder),
+                    "speed": lambda: speed(given.seconds, given.rounds, folder),
                 }[part]()
                 print(f"\n{text}", flush=True)
                 if given.write:

@@ -27,9 +27,8 @@ CUT = slice(330, 430), slice(360, 460)
 
 def draw(scenario: Scenario, path: Path) -> Path:
     """Draw the whole image and a part of it, clean above and measured below."""
-    assert scenario.sensor is not None
     clean = simulate(scenario)
-    measured = sense(clean, scenario.sensor)
+    measured = sense(clean, scenario)
     figure, axes = plt.subplots(2, 2, figsize=(9.2, 8.2), layout="constrained")
     frames = [1e3 * cube.radiance.isel(time=0, band=0).to_numpy() for cube in (clean, measured)]
     low, high = np.percentile(frames[0], (0.5, 99.5))

@@ -38,6 +38,10 @@ print(scenario_text("cube.nc"))
 * Azimuths are bearings from the surface point toward sensor or sun, clockwise from north; zenith angles are
   those at the surface point.
 * x points east and y north from the centre of each frame; `{GRID_MAPPING}` describes the plane.
+* A cube of a window of a larger image (`image.window`) keeps the coordinates of that image, and its centre in
+  `latitude` and `longitude`; `hcss_window` (JSON) says where it lies. Frames of more than 256 MB are
+  stored in chunks of a tile ([large scenes](large-scenes.md)).
+* A name that ends in `.zarr` makes a Zarr store with the same variables and attributes.
 * A pixel is the mean over `image.samples_per_pixel` squared points of its footprint; by default it is the one
   point at its centre. Radiance and its terms are averaged, not the state they are computed from.
 * `cloud_layer_thickness`, the dimension `layer` and its coordinates are in a cube only if asked for: by name, or by

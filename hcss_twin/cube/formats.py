@@ -30,8 +30,9 @@ def cube_writer(path: str | os.PathLike[str]) -> type[CubeWriter] | type[ZarrWri
     if not is_zarr(path):
         return CubeWriter
     # imported here because it needs a package that is optional
-    from hcss_twin.cube.zarr_writer import ZarrWriter
+    from hcss_twin.cube.zarr_writer import ZarrWriter, require_zarr
 
+    require_zarr(path)
     return ZarrWriter
 
 

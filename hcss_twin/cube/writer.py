@@ -92,6 +92,7 @@ class CubeWriter:
                 self._dataset = netCDF4.Dataset(self._partial, "w", format="NETCDF4")
                 self._define()
                 self._dataset.sync()
+                self._leave_out_caches()
         except BaseException:
             self._discard()
             raise
@@ -295,10 +296,17 @@ class CubeWriter:
             fill_value=np.dtype(spec.dtype).type(np.nan) if spec.may_be_missing else False,
             **layout,
         )
-        if chunked:
-            # each frame fills whole chunks, so that a cache would only copy them
-            variable.set_var_chunk_cache(size=0)
         variable.setncatts({**variable_attributes(spec), **links(spec, self.header)})
+
+    def _leave_out_caches(self) -> None:
+        """Write chunks past the caches, which would copy them and grow to 64 MB for each variable.
+
+        Works only once variables are on the disk. Whole chunks are filled at a time, so that nothing is read again.
+        """
+        for spec in self.header.variables:
+            variable = self._dataset.variables[spec.name]
+            if variable.chunking() != "contiguous":
+                variable.set_var_chunk_cache(size=0)
 
     def _chunk(self, spec: VariableSpec) -> tuple[int, ...]:
         """Return chunks of one tile, or of one plane of one frame, split by rows where the plane is very large."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.cube.clock import frame_times_s
+from hcss_twin.cube.coordinates import GRID_MAPPING
 from hcss_twin.cube.variables import LAYER
 from hcss_twin.errors import CubeError, choose_from
 from hcss_twin.export.place import Grid, axis, local_plane
@@ -67,6 +68,8 @@ class Selection:
         Global attributes of the cube.
     data : DataArray
         The variable.
+    chosen : tuple of int
+        Places of the planes along their dimension.
     """
 
     variable: str
@@ -86,11 +89,21 @@ class Selection:
     chosen: tuple[int, ...]
 
     def values(self, frame: Frame) -> NDArray[Any]:
-        """Return the planes of a frame (P, Y, X), the southernmost row first."""
+        """Return the planes of a frame (P, Y, X), the southernmost row first.
+
+        Raises
+        ------
+        CubeError
+            If the cube's file cannot be read.
+        """
         data = self.data if frame.number is None else self.data.isel(time=frame.number)
-        if not self.plane_kind:
-            return np.ascontiguousarray(data.to_numpy())[None]
-        return np.ascontiguousarray(data.isel({self.plane_kind: list(self.chosen)}).to_numpy())
+        if self.plane_kind:
+            data = data.isel({self.plane_kind: list(self.chosen)})
+        try:
+            values = data.to_numpy()
+        except (OSError, RuntimeError) as error:
+            raise CubeError(f"cannot read {self.variable} of frame {frame.number}: {error}") from error
+        return np.ascontiguousarray(values if self.plane_kind else values[None])
 
 
 def count_missing(values: NDArray[Any]) -> int:
@@ -201,9 +214,10 @@ def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[Fram
 
 
 def _grid(dataset: xr.Dataset, data: xr.DataArray) -> Grid:
-    mapping = data.encoding.get("grid_mapping", data.attrs.get("grid_mapping"))
+    # variables that are coordinates of others, as the latitude of each pixel, name none
+    mapping = data.encoding.get("grid_mapping", data.attrs.get("grid_mapping", GRID_MAPPING))
     if mapping not in dataset.variables:
-        raise CubeError(f"{data.name} has no grid mapping; that of a cube has")
+        raise CubeError(f"{data.name}: the cube has no grid mapping '{mapping}'")
     given = _RESOLUTION.match(str(dataset.attrs.get("geospatial_lat_resolution", "")))
     size = float(given.group(1)) if given else None
     west, step_x = axis("x", dataset["x"].to_numpy().astype(np.float64), size)

@@ -3,8 +3,8 @@
 Four kinds can be swapped by any installed package (cloud generators, sea models, optics,
 transmittance providers), a fifth, the radiance model, assembles what they return, and a sixth,
 the sensor, turns that into what is measured. A provider is a class that is called as
-``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance of
-the parameter model its spec names, or None where it names none.
+``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance
+of the parameter model its spec names, or None where it names none.
 
 Each kind has a file: its inputs, a Protocol of what every provider must have (``SeaModel``),
 and, where there is something, a Protocol of what one *may* have (``SeaModelOptions``). The

@@ -77,6 +77,13 @@ def _scene(plan: Plan) -> Iterator[tuple[str, str]]:
     motion = f", moving {'east' if speed > 0 else 'west'} at {abs(speed):g} m/s" if speed else ""
     size = f"{grid.columns * grid.pixel_size_m / 1e3:.4g} x {grid.rows * grid.pixel_size_m / 1e3:.4g} km"
     yield "image", f"{grid.rows} rows x {grid.columns} columns of {grid.pixel_size_m:g} m ({size}){motion}"
+    if plan.is_window:
+        rows, columns = plan.extent
+        yield (
+            "window",
+            f"of it rows {rows.start} to {rows.stop - 1} and columns {columns.start} to {columns.stop - 1} "
+            f"({plan.pixels[0]} x {plan.pixels[1]} pixels) are computed",
+        )
     points = plan.samples_per_pixel
     if points > 1:
         yield "pixel", f"mean of {points} x {points} points, {grid.pixel_size_m / points:g} m apart"

@@ -13,6 +13,7 @@ from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, ScenarioModel, Sea, own
 from hcss_twin.scenario.problems import homes
 from hcss_twin.scenario.section import Section
+from hcss_twin.scenario.sensor import DEFAULT_MODEL, Sensor
 
 SECTIONS: Mapping[Kind, tuple[type[Section], str]] = {
     Kind.ATMOSPHERE: (Atmosphere, "provider"),
@@ -20,6 +21,7 @@ SECTIONS: Mapping[Kind, tuple[type[Section], str]] = {
     Kind.OPTICS: (Optics, "provider"),
     Kind.RADIANCE: (Radiance, "model"),
     Kind.CLOUDS: (Layer, "generator"),
+    Kind.SENSORS: (Sensor, "model"),
 }
 """Section of each kind of provider, and its key that selects one."""
 
@@ -32,13 +34,16 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
     layers = clouds.get("layers", []) if isinstance(clouds, dict) else []
     for index, layer in enumerate(layers if isinstance(layers, list) else []):
         sections.append((f"clouds.layers[{index}]", layer, Kind.CLOUDS))
+    if "sensor" in data:
+        sections.append(("sensor", data["sensor"], Kind.SENSORS))
     return sections
 
 
 def default_provider(kind: Kind) -> str:
     """Name of the provider a section gets where it names none."""
     section, key = SECTIONS[kind]
-    default: str = section.model_fields[key].default
+    # A sensor's model may also come from a named sensor.
+    default: str = section.model_fields[key].default or DEFAULT_MODEL
     return default
 
 

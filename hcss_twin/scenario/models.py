@@ -95,7 +95,8 @@ class Image(Section):
     )
     window: ImageWindow | None = Field(
         None,
-        description="Part of the image that is computed, for example {rows = [0, 400], columns = [200, 600]}; "
+        description="Part of the image that is computed, for example {rows = [0, 400], columns = [200, 600]}: from the "
+        "first, counted from 0, up to but without the end, all where one is left out; "
         "default: all of it.",
     )
 

@@ -69,7 +69,7 @@ def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog)
     clouds = data.get("clouds", {})
     layers = clouds.get("layers", []) if isinstance(clouds, dict) else []
     for path, section, kind in provider_sections(data):
-        if isinstance(section, Mapping):
+        if isinstance(section, Mapping) and kind is not Kind.SENSORS:
             yield from _provider_problems(path, section, SECTIONS[kind][1], kind, registry)
     yield from _sensor_problems(data, registry, catalog)
     yield from _catalog_problems(data, layers, catalog)

@@ -99,10 +99,10 @@ def _write_clean(
     scheduler: str | None = None,
 ) -> Certificate | None:
     """Write the cube of a planned scene and return its certificate, if pixels were checked."""
+    writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
     tables = tables_of(plan) if plan.needs_radiance else None
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
     certificate: Certificate | None = None
-    writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
     header = cube_header(plan, tables)
     with (
         executor_of(workers, scheduler) as (executor, count),

@@ -47,7 +47,7 @@ class RadiometerParameters(BaseModel):
         None,
         min_length=1,
         description="Text file with the image of a point on the image's pixels: rows of numbers, the southernmost "
-        "first, odd numbers of rows and columns; relative to the scenario.",
+        "first, odd numbers of rows and columns; relative to the scenario, for `hcss sense` to the working folder.",
     )
     aperture_diameter: float | None = Field(None, gt=0, le=100, description="Of the telescope, m.")
     pixel_angle: float | None = Field(

@@ -19,8 +19,10 @@ from hcss_twin.sweeps.schedule import Schedule
 from hcss_twin.sweeps.work import Task
 from hcss_twin.versions import versions
 
-DEATHS = 1
-"""Deaths of its worker that a point survives, on processes of this machine; a cluster has its own setting."""
+IN_HAND = 2
+"""Points that a worker has: one that it computes and one that it need not wait for."""
+
+_DIED_TWICE = "its worker process died, and so did the next that tried: out of memory, or killed"
 
 _CONNECT_S = 10
 _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})")
@@ -29,7 +31,8 @@ _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})"
 class Cluster:
     """Workers that share the folder of the sweep.
 
-    One point is under way for each worker and no other waits there, so that who dies takes nobody else's point along.
+    Each has one point in hand and one waiting. Who dies takes both along: they are tried once more when the others
+    are done, each alone on its worker, so that only the one that kills has failed.
 
     Parameters
     ----------
@@ -45,33 +48,51 @@ class Cluster:
         """Yield the outcome of each point, in the order in which they are finished."""
         from distributed import as_completed
 
-        from hcss_twin.sweeps.on_worker import PointWorker, compute_on_worker
+        from hcss_twin.sweeps.on_worker import PointWorker
 
-        under_way: dict[Any, tuple[int, Task]] = {}
-        finished = as_completed(loop=self._client.loop)
         self._client.register_plugin(PointWorker(self._is_ours))
-        own = secrets.token_hex(4)  # another sweep on the same cluster has the same numbers
+        under_way: dict[Any, tuple[int, Task]] = {}
+        suspects: list[tuple[int, Task]] = []
+        alone = False
+        finished = as_completed(loop=self._client.loop)
         try:
             while True:
-                while len(under_way) < max(1, len(self._client.nthreads())):
-                    following = schedule.next()
-                    if following is None:
-                        break
-                    task = following[1]
-                    key = f"hcss-point-{own}-{task.point}"
-                    future = self._client.submit(compute_on_worker, task, pure=False, key=key)
-                    under_way[future] = following
+                workers = max(1, len(self._client.nthreads()))
+                found: list[tuple[int, Task]] = []
+                if not alone or not under_way:
+                    alone = False
+                    while len(under_way) + len(found) < IN_HAND * workers:
+                        following = schedule.next()
+                        if following is None:
+                            break
+                        found.append(following)
+                if not under_way and not found:
+                    alone, found, suspects = True, suspects[:workers], suspects[workers:]
+                for each in found:
+                    future = self._submit(each[1])
+                    under_way[future] = each
                     finished.add(future)
                 if not under_way:
                     return
                 future = next(finished)
                 index, task = under_way.pop(future)
                 outcome = _outcome(future, task)
+                if outcome is None and not alone:
+                    suspects.append((index, task))
+                    continue
+                outcome = outcome or Outcome(task.point, error=_DIED_TWICE)
                 schedule.finished(index, outcome.error is None)
                 yield outcome
         finally:
             with suppress(OSError, TimeoutError):  # of a scheduler that is gone
                 self._client.cancel(list(under_way), force=True)
+
+    def _submit(self, task: Task) -> Any:
+        from hcss_twin.sweeps.on_worker import compute_on_worker
+
+        # Another sweep on the same cluster, and another try, have the same number.
+        key = f"hcss-point-{secrets.token_hex(4)}-{task.point}"
+        return self._client.submit(compute_on_worker, task, pure=False, key=key)
 
     def require_alike(self, folder: Path) -> None:
         """Check that every worker has our versions and sees the folder.
@@ -114,7 +135,7 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
     from distributed import Client, LocalCluster
 
     with ExitStack() as stack:
-        stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}))
+        stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 0}))
         try:
             with _undisturbed():
                 processes = stack.enter_context(
@@ -196,7 +217,8 @@ def _require_dask() -> None:
         ) from error
 
 
-def _outcome(future: Any, task: Task) -> Outcome:
+def _outcome(future: Any, task: Task) -> Outcome | None:
+    """Return what came of a point; None if its worker died."""
     from distributed.scheduler import KilledWorker
 
     if future.status in ("cancelled", "lost"):
@@ -208,10 +230,7 @@ def _outcome(future: Any, task: Task) -> Outcome:
         outcome: Outcome = future.result()
         return outcome
     if isinstance(error, KilledWorker):
-        return Outcome(
-            task.point,
-            error="its worker process died, and so did the next that tried: out of memory, or killed",
-        )
+        return None
     return Outcome(task.point, error=f"{type(error).__name__}: {error}")
 
 

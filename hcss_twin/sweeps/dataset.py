@@ -20,6 +20,7 @@ from hcss_twin.sweeps.folder import INDEX, LOG, is_cube_name
 from hcss_twin.sweeps.reader import MARK
 from hcss_twin.sweeps.record import PointRecord
 from hcss_twin.sweeps.swept_coordinates import (
+    ELAPSED_TIME,
     FRAME_TIME,
     elapsed_attributes,
     frame_time_attributes,
@@ -117,7 +118,13 @@ class _Writer:
         same = {name: template.getncattr(name) for name in template.ncattrs() if name not in NOT_COMPARED}
         same = {name: value for name, value in same.items() if name not in found.attributes}
         target.setncatts(
-            {**same, MARK: digest, "date_created": stamp, "history": f"{stamp} created by hcss_twin"}
+            {
+                **same,
+                MARK: digest,
+                "id": f"hcss-sweep-{digest[:16]}",
+                "date_created": stamp,
+                "history": f"{stamp} created by hcss_twin",
+            }
         )
         for name, axis in zip(self._dims, self._design.axes, strict=True):
             target.createDimension(name, len(axis.values))
@@ -125,24 +132,21 @@ class _Writer:
             target.createDimension(name, dimension.size)
         for place, axis in enumerate(self._design.axes):
             self._define_swept(place, axis.key)
-        for name, long_name in (
-            ("point_number", "number of the point"),
-            ("point_state", "what became of the point"),
-        ):
-            made = target.createVariable(
-                name, "i4" if name == "point_number" else "i1", self._dims, fill_value=False
-            )
-            made.long_name = long_name
-        target.variables["point_state"].setncatts(
-            {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "done failed"}
-        )
+        self._define_of_points("point_number", "i4", "number of the point")
+        state = self._define_of_points("point_state", "i1", "what became of the point")
+        state.setncatts({"flag_values": np.array([0, 1], np.int8), "flag_meanings": "done failed"})
         for name, kind in found.attributes.items():
-            made = target.createVariable(
-                _of_point(name), kind, self._dims, fill_value=None if kind is str else False
-            )
-            made.long_name = f"global attribute {name} of the point's cube"
+            self._define_of_points(_of_point(name), kind, f"global attribute {name} of the point's cube")
         for name, variable in template.variables.items():
-            self._define_variable(name, variable)
+            if name == "time" and found.starts:
+                self._define_times(variable)
+            else:
+                self._define_variable(name, variable)
+
+    def _define_of_points(self, name: str, kind: Any, long_name: str) -> Any:
+        made = self._target.createVariable(name, kind, self._dims, fill_value=None if kind is str else False)
+        made.setncatts({"long_name": long_name, "coverage_content_type": "auxiliaryInformation"})
+        return made
 
     def _define_swept(self, place: int, key: str) -> None:
         shape = self._design.shape
@@ -163,6 +167,8 @@ class _Writer:
         attributes = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
         if found.moves:
             attributes.pop("grid_mapping", None)
+        if found.starts and "time" in variable.dimensions and "coordinates" in attributes:
+            attributes["coordinates"] += f" {ELAPSED_TIME} {FRAME_TIME}"
         dims = (
             (*self._dims, *variable.dimensions) if is_data or name in found.variables else variable.dimensions
         )
@@ -181,13 +187,17 @@ class _Writer:
             name, kind, dims, fill_value=None if kind is str else fill, **layout
         )
         made.set_auto_maskandscale(False)
-        if name == "time" and found.starts:
-            attributes = elapsed_attributes(attributes)
-            dated = self._target.createVariable(FRAME_TIME, "f8", (*self._dims, "time"), fill_value=np.nan)
-            dated.setncatts(frame_time_attributes())
         made.setncatts(attributes)
         if not is_data and name not in found.variables:
             made[...] = variable[...]
+
+    def _define_times(self, variable: Any) -> None:
+        """Keep the time after the start of a point apart from its instants."""
+        elapsed = self._target.createVariable(ELAPSED_TIME, "f8", ("time",), fill_value=False)
+        elapsed.setncatts(elapsed_attributes())
+        elapsed[:] = variable[:]
+        dated = self._target.createVariable(FRAME_TIME, "f8", (*self._dims, "time"), fill_value=np.nan)
+        dated.setncatts(frame_time_attributes())
 
     def _copy(self, cube: Any, index: Any) -> None:
         found = self._found

@@ -106,8 +106,11 @@ class SweepFolder:
         """Take note of a computed point."""
         record = self.records[outcome.point].with_outcome(outcome)
         self.records[outcome.point] = record
-        with (self.path / LOG).open("a", encoding="utf-8") as file:
-            file.write(json.dumps(record.as_dict()) + "\n")
+        try:
+            with (self.path / LOG).open("a", encoding="utf-8") as file:
+                file.write(json.dumps(record.as_dict()) + "\n")
+        except OSError as error:
+            raise SweepError(f"cannot write {self.path / LOG}: {error.strerror}") from error
         if time.monotonic() - self._written_s > _INDEX_EVERY_S:
             self.write_index()
         return record
@@ -138,7 +141,8 @@ class SweepFolder:
             known = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise SweepError(f"{path} cannot be read: {error}; give another folder") from error
-        if not isinstance(known, dict) or known.get("format") != FORMAT or "points" not in known:
+        names = {"format", "sweep", "versions", "points"}
+        if not isinstance(known, dict) or not names <= set(known) or known["format"] != FORMAT:
             raise SweepError(f"{path} is no index of a sweep of this version; give another folder")
         return known
 

@@ -1,7 +1,10 @@
 """Values and places of exported cubes, read by programs that are not ours: astropy, GDAL (rasterio) and Pillow."""
 
 import json
+import shutil
+import tracemalloc
 
+import netCDF4
 import numpy as np
 import pytest
 import rasterio
@@ -15,7 +18,7 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.export.cube_export import export_cube
 from hcss_twin.export.place import WGS84_INVERSE_FLATTENING, WGS84_SEMI_MAJOR_M, LocalPlane
-from hcss_twin.physics.local_plane import MEAN_EARTH_RADIUS_M, to_geographic
+from hcss_twin.physics.local_plane import to_geographic
 
 VARIABLES = ["radiance", "cloud_mask", "cloud_top_altitude", "cloud_layer_thickness"]
 """By band, whole numbers, with missing values, by layer."""
@@ -49,6 +52,56 @@ def test_fits_holds_the_values(cube, tmp_path, variable):
         assert found.dtype == expected.dtype.newbyteorder(">")
         assert found.ndim == (3 if variable in ("cloud_mask", "cloud_top_altitude") else 4)
     assert done.missing == (np.isnan(expected).sum() if variable == "cloud_top_altitude" else 0)
+
+
+@pytest.mark.parametrize("kind", ["u2", "u4", "i2", "f8"])
+def test_numbers_of_other_types_are_kept_by_every_format(cube, tmp_path, kind):
+    """What sensors add to a cube: digital numbers, rates."""
+    path = tmp_path / "c.nc"
+    shutil.copy(cube, path)
+    highest = 65535 if kind != "i2" else 30_000
+    numbers = np.random.default_rng(3).integers(0, highest, (3, 2, 5, 7), endpoint=True).astype(kind)
+    numbers.flat[0], numbers.flat[-1] = 0, highest
+    with netCDF4.Dataset(path, "a") as file:
+        variable = file.createVariable("digital_number", kind, ("time", "band", "y", "x"), fill_value=False)
+        variable.setncatts({"units": "1", "grid_mapping": "local_plane"})
+        variable[:] = numbers
+    wanted = {"variable": "digital_number", "bands": ["MWIR"], "frames": [1]}
+    expected = numbers[1, 1]
+    np.testing.assert_array_equal(
+        fits.getdata(export_cube(path, "fits", tmp_path, **wanted).files[0])[0, 0], expected
+    )
+    for to in ("envi", "geotiff"):
+        with rasterio.open(export_cube(path, to, tmp_path, **wanted).files[0]) as file:
+            np.testing.assert_array_equal(file.read(1), expected[::-1])
+            assert file.dtypes[0] == expected.dtype
+    done = export_cube(path, "png", tmp_path, **wanted)
+    with Image.open(done.files[0]) as image:
+        scale, offset = float(image.text["hcss_scale"]), float(image.text["hcss_offset"])
+        found = offset + scale * np.asarray(image).astype(float)
+    if kind == "f8":
+        np.testing.assert_allclose(found, expected[::-1], rtol=0, atol=0.5 * np.ptp(expected) / 65534 + 1e-9)
+    else:
+        np.testing.assert_array_equal(found, expected[::-1])
+
+
+def test_an_image_without_time_or_bands_is_one_image(cube, tmp_path):
+    path = tmp_path / "c.nc"
+    shutil.copy(cube, path)
+    values = np.random.default_rng(4).random((5, 7))
+    with netCDF4.Dataset(path, "a") as file:
+        variable = file.createVariable("latitude_of_pixel", "f8", ("y", "x"), fill_value=False)
+        variable.units = "degrees_north"
+        variable[:] = values
+    done = {
+        to: export_cube(path, to, tmp_path, variable="latitude_of_pixel")
+        for to in ("fits", "envi", "geotiff")
+    }
+    np.testing.assert_array_equal(fits.getdata(done["fits"].files[0]), values)
+    for to in ("envi", "geotiff"):
+        with rasterio.open(done[to].files[0]) as file:
+            np.testing.assert_array_equal(file.read(1), values[::-1])
+    assert [path.name for path in done["geotiff"].files] == ["c_latitude_of_pixel.tif"]
 
 
 def test_fits_says_units_axes_times_bands_and_the_scenario(cube, tmp_path):
@@ -134,16 +187,22 @@ def test_geotiff_says_units_bands_and_time(cube, tmp_path):
 def test_pixels_of_a_frame_lie_where_the_cube_says(cube, tmp_path, to, frame):
     """By GDAL and PROJ, from the file alone, against Snyder's equations; the platform moves."""
     path = export_cube(cube, to, tmp_path, frames=[frame]).files[0]
-    sphere = f"+proj=longlat +R={MEAN_EARTH_RADIUS_M} +no_defs"
     with rasterio.open(path) as file, open_cube(cube) as dataset:
+        named = dataset["local_plane"].attrs
+        figure = (
+            f"+R={named['earth_radius']}"
+            if "earth_radius" in named
+            else f"+a={named['semi_major_axis']} +rf={named['inverse_flattening']}"
+        )
+        globe = f"+proj=longlat {figure} +no_defs"
         # row 1 from the north, column 5
         x, y = file.xy(1, 5)
-        (longitude,), (latitude,) = rasterio.warp.transform(file.crs, sphere, [x], [y])
+        (longitude,), (latitude,) = rasterio.warp.transform(file.crs, globe, [x], [y])
         shift = float(dataset["centre_displacement"][frame])
         assert shift == 3000.0 * (0.0, 0.5, 1.25)[frame]
         east, north = float(dataset["x"][5]) + shift, float(dataset["y"][-2])
         expected = to_geographic(np.array([east]), np.array([north]), -62.0, 135.0)
-    assert (latitude, longitude) == pytest.approx([float(each[0]) for each in expected], abs=1e-9)
+    assert (latitude, longitude) == pytest.approx([float(each[0]) for each in expected], abs=1e-8)
 
 
 def test_frames_in_several_places_have_none_in_one_envi_file(cube, tmp_path):
@@ -224,3 +283,26 @@ def test_gdal_reads_the_png_as_pillow_does(cube, tmp_path):
     path = export_cube(cube, "png", tmp_path / "a.png", bands=["MWIR"], frames=[0]).files[0]
     with rasterio.open(path) as file, Image.open(path) as image:
         np.testing.assert_array_equal(file.read(1), np.asarray(image))
+
+
+@pytest.mark.parametrize("to", ["fits", "envi", "geotiff", "png"])
+def test_memory_does_not_grow_with_the_number_of_frames(tmp_path, to):
+    peaks = []
+    for count in (3, 24):
+        path = tmp_path / f"{count}.nc"
+        steps = np.arange(count) * 1.0
+        angles = {"solar_zenith_deg": (20.0,) * count, "solar_azimuth_deg": (180.0,) * count}
+        variables = tuple(spec for spec in example_header().variables if spec.name == "radiance")
+        header = example_header(
+            rows=200, columns=200, frame_times_s=tuple(steps), variables=variables, **angles
+        )
+        with CubeWriter(path, header) as writer:
+            for index in range(count):
+                writer.write_frame(index, example_frame(header, index))
+        export_cube(path, to, tmp_path, frames=[0])  # what is imported is not counted
+        tracemalloc.start()
+        export_cube(path, to, tmp_path, replace=True)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    frame_bytes = 2 * 200 * 200 * 4
+    assert peaks[1] < peaks[0] + 2 * frame_bytes

@@ -212,6 +212,20 @@ def test_workers_write_the_bytes_of_one(tmp_path, monkeypatch, fixed_date):
     assert alone.read_bytes() == together.read_bytes()
 
 
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore")
+def test_a_dask_cluster_writes_the_bytes_of_one(tmp_path, monkeypatch, fixed_date):
+    distributed = pytest.importorskip("distributed")
+    plan = planned(**{"output.certificate": 48, "clouds.coverage_mode": "frame"})
+    with (
+        small_tiles(monkeypatch, 900),
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+    ):
+        alone = run(plan, tmp_path / "alone.nc")
+        together = run(plan, tmp_path / "together.nc", scheduler=cluster.scheduler_address)
+    assert alone.read_bytes() == together.read_bytes()
+
+
 def test_the_certificate_of_tiles_speaks_for_all_pixels(tmp_path, monkeypatch):
     plan = planned(**{"output.certificate": 48, "clouds.coverage_mode": "field"})
     told = []

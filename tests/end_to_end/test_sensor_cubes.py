@@ -117,6 +117,8 @@ def test_a_cube_measured_later_is_the_one_of_the_run(folder, tmp_path):
     xr.testing.assert_identical(later.drop_attrs(), there.drop_attrs())
     with hcss_twin.open_cube(folder / "alone.nc") as cube:
         xr.testing.assert_identical(hcss_twin.sense(cube, section).drop_attrs(), there.drop_attrs())
+        scenario = hcss_twin.Scenario.load(folder / "pair.toml")
+        xr.testing.assert_identical(hcss_twin.sense(cube, scenario).drop_attrs(), there.drop_attrs())
         # also of some of the frames and bands, in any order
         part = hcss_twin.sense(cube.isel(time=[2, 0], band=[1]), section)
     np.testing.assert_array_equal(part.digital_number, there.digital_number.isel(time=[2, 0], band=[1]))
@@ -243,6 +245,8 @@ def test_what_is_no_clean_cube_is_refused(folder, tmp_path):
             hcss_twin.sense(cube.assign_coords(time=cube.time + np.timedelta64(100, "ms")), {})
     with pytest.raises(CubeError, match="it is the clean cube"):
         hcss_twin.sense(folder / "alone.nc", {}, folder / "alone.nc")
+    with pytest.raises(ScenarioError, match="sensor: is missing; a scenario with a sensor is needed"):
+        hcss_twin.sense(folder / "alone.nc", hcss_twin.Scenario.load(folder / "alone.toml"))
     with pytest.raises(ScenarioError, match=r"sensor\.nmae: unknown key"):
         hcss_twin.sense(folder / "alone.nc", {"nmae": "modis"})
     with pytest.raises(ScenarioError, match=r"sensor\.name: 'nobody' is neither in catalogs/sensors"):

@@ -112,7 +112,7 @@ def test_a_dataset_has_every_cube_at_its_place(tmp_path):
                 for name in ("x", "y", "wavelength", "latitude", "solar_zenith_angle", "sensor_zenith_angle"):
                     np.testing.assert_array_equal(here[name], cube[name])
                 np.testing.assert_array_equal(here.frame_time, cube.time)
-                np.testing.assert_array_equal(here.time, [0.0, 1.0])
+                np.testing.assert_array_equal(here.elapsed_time, [0.0, 1.0])
                 assert here.point_scenario.item() == cube.attrs["hcss_scenario"]
                 assert here.point_number.item() == record.point
                 assert here.point_state.item() == 0

@@ -105,7 +105,7 @@ def test_a_sweep_survives_a_killed_worker_and_a_kill_of_all_to_the_bit(tmp_path,
     done = run(command(serial, "--dataset", str(serial / "all.nc")), environment)
     assert done.returncode == 0, done.stderr
 
-    # In a session of its own, so that nothing but this process gets the signal.
+    # In a process group of its own, so that nothing but this process gets the signal.
     process = subprocess.Popen(
         command(folder, "--workers", "2"), env=environment, start_new_session=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

@@ -6,7 +6,6 @@ import shutil
 import numpy as np
 import pytest
 import xarray as xr
-import zarr
 from cheap import CHEAP
 from click.testing import CliRunner
 
@@ -18,6 +17,8 @@ from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.cube.zarr_writer import ZarrWriter
 from hcss_twin.scene.simulate import run
 from hcss_twin.scene.verification.verify import verify_cube
+
+zarr = pytest.importorskip("zarr", reason="the extra 'zarr'")
 
 SMALL = {
     **CHEAP,

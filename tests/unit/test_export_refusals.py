@@ -6,16 +6,17 @@ import shutil
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 from click.testing import CliRunner
 
 from hcss_twin.cli import cli
 from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.errors import CubeError
-from hcss_twin.export import cube_export
 from hcss_twin.export.cube_export import export_cube
 from hcss_twin.export.place import axis, local_plane
 
+START = np.datetime64("2024-06-01T12:00:00.1")
 FORMATS = ["fits", "envi", "geotiff", "png"]
 
 
@@ -84,18 +85,29 @@ def test_a_cube_that_breaks_off_leaves_no_file(cube, to, monkeypatch):
     """The second frame cannot be read: nothing of the first is left, and older files are whole."""
     old = export_cube(cube, to)
     before = {path: path.read_bytes() for path in old.files}
-    original = cube_export.Selection.values
+    original = xr.DataArray.to_numpy
 
-    def values(self, frame):
-        if frame.number == 1:
+    def to_numpy(self):
+        if self.name == "radiance" and self["time"].to_numpy() > START:
             raise OSError(5, "disk on fire")
-        return original(self, frame)
+        return original(self)
 
-    monkeypatch.setattr(cube_export.Selection, "values", values)
-    with pytest.raises(CubeError, match=r"cannot write .*: disk on fire"):
+    monkeypatch.setattr(xr.DataArray, "to_numpy", to_numpy)
+    with pytest.raises(CubeError, match=r"cannot read radiance of frame 1: .*disk on fire"):
         export_cube(cube, to, replace=True)
     assert {path: path.read_bytes() for path in before} == before
     assert {path.name for path in cube.parent.iterdir()} == {"c.nc", *(path.name for path in before)}
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_a_disk_that_refuses_is_told_with_the_file(cube, to, monkeypatch):
+    def fsync(handle):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("hcss_twin.drafts.os.fsync", fsync)
+    with pytest.raises(CubeError, match=r"cannot write .*c_radiance.*: No space left on device"):
+        export_cube(cube, to)
+    assert [path.name for path in cube.parent.iterdir()] == ["c.nc"]
 
 
 def test_every_format_has_names_of_its_own(cube):
@@ -160,6 +172,13 @@ def test_text_of_any_language_is_carried(tmp_path):
             assert path.stat().st_size > 0
 
 
+def test_a_cube_that_counts_time_otherwise_is_refused(cube):
+    with netCDF4.Dataset(cube, "a") as file:
+        file["time"].units = "hours since 2024-06-01 12:00:00"
+    with pytest.raises(CubeError, match="time is in 'hours since"):
+        export_cube(cube, "fits")
+
+
 def test_a_coordinate_that_is_not_even_is_refused():
     with pytest.raises(CubeError, match="x has uneven steps"):
         axis("x", np.array([0.0, 1.0, 2.5]), None)
@@ -167,6 +186,30 @@ def test_a_coordinate_that_is_not_even_is_refused():
         axis("y", np.array([2.0, 1.0]), None)
     with pytest.raises(CubeError, match="y has one value"):
         axis("y", np.array([2.0]), None)
+
+
+@pytest.mark.parametrize(
+    ("figure", "expected"),
+    [
+        ({"earth_radius": 6371000.0}, (6371000.0, 0.0)),
+        ({"semi_major_axis": 6378137.0, "inverse_flattening": 298.257223563}, (6378137.0, 298.257223563)),
+    ],
+)
+def test_the_figure_of_the_earth_is_that_of_the_grid_mapping(figure, expected):
+    plane = local_plane(
+        {
+            "grid_mapping_name": "azimuthal_equidistant",
+            "latitude_of_projection_origin": 10.0,
+            "longitude_of_projection_origin": 20.0,
+            **figure,
+        }
+    )
+    assert (plane.latitude, plane.longitude, plane.semi_major_m, plane.inverse_flattening) == (
+        10.0,
+        20.0,
+        *expected,
+    )
+    assert plane.is_wgs84 == (expected[1] > 0.0)
 
 
 def test_another_projection_is_refused():

@@ -156,7 +156,9 @@ class BlockCache:
                 if old is not None:
                     del self._slot_of[old]
                 yield slot
-            self._grow(max(_FEWEST_SLOTS, size // 2))
+            more, room = max(_FEWEST_SLOTS, size // 2), MOST_BLOCKS - size
+            # Beyond, only for a tile that needs more by itself: a larger pool is copied, with both in memory.
+            self._grow(min(more, room) if room > 0 else more)
 
     def _grow(self, more: int) -> None:
         kept = self.slots

@@ -37,8 +37,8 @@ def require_few_points(points: Grid, samples: int, layer: CloudLayer, field: str
     if samples > 1:
         key, fitting = "image.samples_per_pixel", max(1, math.floor(samples * math.sqrt(allowed / count)))
         message = (
-            f"{samples} makes {points.rows} x {points.columns} points of each frame, {whole}; allowed: {allowed}, "
-            f"so that the closest valid choice is {fitting}"
+            f"{samples} makes {points.rows} x {points.columns} points of each frame, {whole}; "
+            f"allowed: {allowed} points, so that the closest valid choice is {fitting}"
         )
     else:
         key = "image.rows"

@@ -15,8 +15,9 @@ from hcss_twin.cube.layout import variable_attributes
 from hcss_twin.cube.measured_writer import measured_cube
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_variables import is_replaced
-from hcss_twin.errors import CubeError, ScenarioError
+from hcss_twin.errors import CubeError, Problem, ScenarioError
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import Sensor
 from hcss_twin.scene.sensing.made_sensor import MadeSensor, make_sensor
 from hcss_twin.scene.sensing.of_cube import CleanCube, read_clean
@@ -103,7 +104,7 @@ def sense_file(
 
 def sense(
     cube: str | os.PathLike[str] | xr.Dataset,
-    sensor: str | os.PathLike[str] | Mapping[str, Any] | Sensor,
+    sensor: str | os.PathLike[str] | Mapping[str, Any] | Sensor | Scenario,
     output: str | os.PathLike[str] | None = None,
 ) -> xr.Dataset:
     """Return what a sensor measures of a clean cube.
@@ -112,9 +113,10 @@ def sense(
     ----------
     cube : path or Dataset
         A finished clean cube, or one that is open or in memory.
-    sensor : str, path, mapping or Sensor
+    sensor : str, path, mapping, Sensor or Scenario
         Name of a sensor of the catalog (``modis``), a TOML file of the same form, or the keys of a scenario's
-        ``[sensor]`` (``{"parameters": {"noise": "nedt", "nedt": 0.05}}``).
+        ``[sensor]`` (``{"parameters": {"noise": "nedt", "nedt": 0.05}}``), or a scenario that has one, from whose
+        folder its relative paths lead.
     output : path, optional
         Where to keep the measured cube, for a ``cube`` given as a path; else it is in memory.
 
@@ -128,19 +130,26 @@ def sense(
     CubeError, ScenarioError, ProviderError
         As :func:`sense_file`.
     """
+    base = sensor.base if isinstance(sensor, Scenario) else None
     section = section_of(sensor)
     if isinstance(cube, str | os.PathLike):
         if output is not None:
-            return open_cube(sense_file(cube, section, output))
+            return open_cube(sense_file(cube, section, output, base))
         with open_cube(cube) as opened:
-            return _in_memory(opened, section, os.fspath(cube)).load()
+            return _in_memory(opened, section, os.fspath(cube), base).load()
     if output is not None:
         raise CubeError("output is for cubes given as a path; write this one with Dataset.to_netcdf")
-    return _in_memory(cube, section, "the dataset")
+    return _in_memory(cube, section, "the dataset", base)
 
 
 def section_of(sensor: Any) -> Sensor:
-    """Return the section that a name, a path, a mapping or a section stands for; raises :class:`ScenarioError`."""
+    """Return the section that a name, path, mapping, section or scenario stands for; raises :class:`ScenarioError`."""
+    if isinstance(sensor, Scenario):
+        if sensor.sensor is None:
+            raise ScenarioError(
+                [Problem("sensor", "is missing; a scenario with a sensor is needed")], sensor.origin
+            )
+        return sensor.sensor
     if isinstance(sensor, Sensor):
         return sensor
     raw = {"name": os.fspath(sensor)} if isinstance(sensor, str | os.PathLike) else sensor
@@ -164,10 +173,10 @@ def _measured(sensor: MadeSensor, cube: CleanCube, index: int, radiance: Any) ->
     return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]))
 
 
-def _in_memory(dataset: xr.Dataset, section: Sensor, name: str) -> xr.Dataset:
+def _in_memory(dataset: xr.Dataset, section: Sensor, name: str, base: Path | None) -> xr.Dataset:
     import xarray as xr
 
-    cube = read_clean(dataset, name, None)
+    cube = read_clean(dataset, name, base)
     made = _made(section, cube, name)
     clean = dataset["radiance"].transpose("time", "band", "y", "x")
     frames = [

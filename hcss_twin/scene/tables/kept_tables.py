@@ -75,6 +75,7 @@ def table_key(plan: Plan) -> str:
         ],
     }
     if plan.waves is not None or plan.slant.shadows:
-        parts["image"] = scenario["image"]
+        # A window of an image has the tables of the whole.
+        parts["image"] = {name: value for name, value in scenario["image"].items() if name != "window"}
     entries = plan.assembly.entries.items()
     return key_of(parts, plan.assembly.code, [name for name, entry in entries if entry.kind is Kind.CLOUDS])

@@ -36,4 +36,5 @@ def airy_kernel(wavelength_um: float, f_number: float, pitch_um: float, radius: 
     v = np.pi * distance / (wavelength_um * f_number)
     pattern = (2.0 * j1(v) / v) ** 2
     kernel: Array = pattern.reshape(side, _POINTS, side, _POINTS).mean(axis=(1, 3))
-    return kernel / kernel.sum()
+    kernel /= kernel.sum()
+    return kernel
