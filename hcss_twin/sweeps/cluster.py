@@ -121,6 +121,19 @@ class Cluster:
                 )
 
 
+_OF_OUR_PROCESSES = {
+    "distributed.scheduler.allowed-failures": 0,
+    # Dask's own has workers give back every freed 64 kB, which many arrays then ask the system for again, and
+    # watches what they do a hundred times a second.
+    "distributed.nanny.pre-spawn-environ": {
+        "OMP_NUM_THREADS": 1,
+        "MKL_NUM_THREADS": 1,
+        "OPENBLAS_NUM_THREADS": 1,
+    },
+    "distributed.worker.profile.enabled": False,
+}
+
+
 @contextmanager
 def local_cluster(workers: int) -> Iterator[Cluster]:
     """Start processes on this machine, one thread each, and end them with the block.
@@ -135,7 +148,7 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
     from distributed import Client, LocalCluster
 
     with ExitStack() as stack:
-        stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 0}))
+        stack.enter_context(dask.config.set(_OF_OUR_PROCESSES))
         try:
             with _undisturbed():
                 processes = stack.enter_context(
