@@ -6,14 +6,11 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from numpy.typing import NDArray
 
-from hcss_twin.cube.writer import CubeWriter
-
-if TYPE_CHECKING:
-    from hcss_twin.cube.zarr_writer import ZarrWriter
+from hcss_twin.cube.streamed_writer import StreamedWriter
 
 MOST_WAITING = 2
 """Frames handed over and not yet on their way to the disk, the one being written included."""
@@ -32,11 +29,11 @@ class BackgroundWriter:
 
     Parameters
     ----------
-    writer : CubeWriter or ZarrWriter
+    writer : StreamedWriter
         Open, and still open at the end of the block.
     """
 
-    def __init__(self, writer: CubeWriter | ZarrWriter) -> None:
+    def __init__(self, writer: StreamedWriter) -> None:
         self._writer = writer
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="cube")
         self._waiting: deque[Future[None]] = deque()

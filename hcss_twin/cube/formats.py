@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from hcss_twin.cube.streamed_writer import StreamedWriter
 from hcss_twin.cube.writer import CubeWriter
-
-if TYPE_CHECKING:
-    from hcss_twin.cube.zarr_writer import ZarrWriter
 
 ZARR_SUFFIX = ".zarr"
 
@@ -19,7 +16,7 @@ def is_zarr(path: str | os.PathLike[str]) -> bool:
     return Path(path).suffix.lower() == ZARR_SUFFIX
 
 
-def cube_writer(path: str | os.PathLike[str]) -> type[CubeWriter] | type[ZarrWriter]:
+def cube_writer(path: str | os.PathLike[str]) -> type[StreamedWriter]:
     """Return the class that writes cubes of this name.
 
     Raises

@@ -6,15 +6,11 @@ in ``_ARRAY_DIMENSIONS``. Needs the package ``zarr`` (``pip install hcss-twin[za
 
 from __future__ import annotations
 
-import contextlib
 import os
-import secrets
 import shutil
-from collections.abc import Iterator, Mapping
-from pathlib import Path
-from threading import RLock
-from types import TracebackType
-from typing import Any, Self
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +18,10 @@ from numpy.typing import NDArray
 from hcss_twin.cube.bit_rounding import INFO
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values, grid_mapping_attributes
 from hcss_twin.cube.durable import flush
-from hcss_twin.cube.frames import WrittenFrames, check_frame, plain_bytes
-from hcss_twin.cube.geometry import PixelGeometry
-from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader, check_attributes
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute
 from hcss_twin.cube.layout import QUANTIZATION_ATTRIBUTES, coordinate_attributes, links, variable_attributes
 from hcss_twin.cube.metadata import global_attributes
+from hcss_twin.cube.streamed_writer import StreamedWriter
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.errors import CubeError
 
@@ -34,126 +29,45 @@ DIMENSIONS = "_ARRAY_DIMENSIONS"
 """Attribute of a variable in which readers look for the names of its dimensions."""
 
 
-class ZarrWriter:
-    """Context manager that streams frames, or tiles of them, into a Zarr store.
+class ZarrWriter(StreamedWriter):
+    """Streams frames into a Zarr store; chunks are tiles, by default whole planes of frames.
 
-    The store grows under a hidden name ending in ``.partial`` in the same folder. Leaving the block with all frames
-    written renames it to ``path``, in place of an older store; leaving it through any exception removes it.
-
-    Parameters
-    ----------
-    path : path-like
-        Final name of the store, a folder; the folder around it must exist.
-    header : CubeHeader
-        Everything but the frames.
-    compression : int, optional
-        zlib level 1 to 9; None stores plain numbers.
-    tile : (int, int), optional
-        Rows and columns of chunks; by default those of the frame.
-
-    Raises
-    ------
-    CubeError
-        As :class:`hcss_twin.cube.writer.CubeWriter`, or without the package ``zarr``.
+    Parameters as in :class:`StreamedWriter`; errors too, and one without the package ``zarr``.
     """
 
-    def __init__(
-        self,
-        path: str | os.PathLike[str],
-        header: CubeHeader,
-        *,
-        compression: int | None = None,
-        tile: tuple[int, int] | None = None,
-    ) -> None:
-        if compression is not None and not 1 <= compression <= 9:
-            raise CubeError(f"compression: {compression}; a zlib level from 1 to 9, or none, is allowed")
-        self.path = Path(path)
-        self.header = header
-        self.compression = compression
-        self.tile = tile or (header.rows, header.columns)
-        self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
-        self._geometry = PixelGeometry(header)
-        self._group: Any = None
-        self._arrays: dict[str, Any] = {}
-        self._written = WrittenFrames(header)
-        self._turn = RLock()
+    _group: Any = None
+    _arrays: Mapping[str, Any] = MappingProxyType({})
 
-    def __enter__(self) -> Self:
-        zarr = require_zarr(self.path)
-        self._claim()
-        try:
-            with self._explained():
-                self._group = zarr.open_group(str(self._partial), mode="w", zarr_format=2)
-                self._define()
-        except BaseException:
-            self._discard()
-            raise
-        return self
+    @property
+    def _is_open(self) -> bool:
+        return self._group is not None
 
-    def write_frame(self, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Write one frame, as :meth:`CubeWriter.write_frame` does."""
-        self.write_tile(index, None, arrays)
+    @property
+    def _chunk(self) -> tuple[int, int]:
+        return self.tile or (self.header.rows, self.header.columns)
 
-    def write_tile(
-        self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]
-    ) -> None:
-        """Write a part of one frame, as :meth:`CubeWriter.write_tile` does."""
-        with self._turn:
-            if self._group is None:
-                raise CubeError(
-                    f"{self.path}: not open for writing; frames are written inside a 'with' block"
-                )
-            window = self._written.room_for(index, place)
-            check_frame(self.header, index, arrays, place)
-            with self._explained():
-                for name, array in arrays.items():
-                    self._arrays[name][(index, ..., *window)] = array
-                names, time_s = self._geometry.of_frames, self.header.frame_times_s[index]
-                for name, array in self._geometry.values(names, window, time_s).items():
-                    self._arrays[name][(index, *window)] = array
-            self._written.add(index, window)
-
-    def set_attributes(self, attributes: Mapping[str, Attribute]) -> None:
-        """Add global attributes that are known only once frames are written, as :meth:`CubeWriter.set_attributes`."""
-        if self._group is None:
-            raise CubeError(f"{self.path}: not open for writing; attributes are set inside a 'with' block")
-        check_attributes(attributes)
-        for name in attributes:
-            if name == FORMAT_ATTRIBUTE or name in self._group.attrs:
-                raise CubeError(f"attribute {name}: the cube has it already; it cannot be given again")
-        with self._explained():
-            self._group.attrs.update(_plain(attributes))
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        with self._turn:
-            try:
-                if kind is None:
-                    self._finish()
-            finally:
-                # after _finish the partial name is gone and this does nothing
-                self._discard()
-
-    def _claim(self) -> None:
-        if not self.path.parent.is_dir():
-            raise CubeError(f"cannot write {self.path}: there is no folder {self.path.parent}")
+    def _require_replaceable(self) -> None:
+        require_zarr(self.path)
         if self.path.is_file():
             raise CubeError(f"cannot write {self.path}: it is a file, and a Zarr store is a folder")
         if self.path.is_dir() and any(self.path.iterdir()) and not (self.path / ".zgroup").is_file():
             raise CubeError(f"cannot write {self.path}: it is a folder of other things than a Zarr store")
-        try:
-            free = shutil.disk_usage(self.path.parent).free
-            self._partial.mkdir()
-        except OSError as error:
-            raise CubeError(f"cannot write {self.path}: {error.strerror}") from error
-        needed = plain_bytes(self.header)
-        if self.compression is None and needed > free:
-            self._discard()
-            raise CubeError(
-                f"cannot write {self.path}: it needs {needed / 1e6:.1f} MB, "
-                f"the disk has {free / 1e6:.1f} MB free"
-            )
+
+    def _create(self) -> None:
+        self._partial.mkdir()
+
+    def _open(self) -> None:
+        self._group = require_zarr(self.path).open_group(str(self._partial), mode="w", zarr_format=2)
+        self._define()
+
+    def _array(self, name: str) -> Any:
+        return self._arrays[name]
+
+    def _attribute_names(self) -> Collection[str]:
+        return set(self._group.attrs)
+
+    def _add_attributes(self, attributes: Mapping[str, Attribute]) -> None:
+        self._group.attrs.update(_plain(attributes))
 
     def _define(self) -> None:
         header = self.header
@@ -166,9 +80,9 @@ class ZarrWriter:
                 self._add_variable(spec.name, values[spec.name], spec.dims, attributes)
         if any(spec.significant_bits is not None for spec in header.variables):
             self._add_variable(INFO, np.array(b"", dtype="S1"), (), QUANTIZATION_ATTRIBUTES)
-        for spec in (*header.variables, *header.geometry):
-            self._arrays[spec.name] = self._data_array(spec)
-        for place, arrays in self._geometry.parts(self._geometry.of_image, self.tile):
+        specs = (*header.variables, *header.geometry)
+        self._arrays = {spec.name: self._data_array(spec) for spec in specs}
+        for place, arrays in self._geometry.parts(self._geometry.of_image, self._chunk):
             for name, array in arrays.items():
                 self._arrays[name][place] = array
 
@@ -189,7 +103,8 @@ class ZarrWriter:
     def _data_array(self, spec: VariableSpec) -> Any:
         from numcodecs import Blosc
 
-        sizes = {**self.header.sizes, "time": 1, "band": 1, "layer": 1, "y": self.tile[0], "x": self.tile[1]}
+        rows, columns = self._chunk
+        sizes = {**self.header.sizes, "time": 1, "band": 1, "layer": 1, "y": rows, "x": columns}
         codec = None
         if self.compression is not None:
             codec = Blosc(cname="zlib", clevel=self.compression, shuffle=Blosc.SHUFFLE)
@@ -210,12 +125,10 @@ class ZarrWriter:
     def _finish(self) -> None:
         import zarr
 
-        self._written.require_all(self.path)
-        with self._explained():
-            self._group.attrs[FORMAT_ATTRIBUTE] = FORMAT_VERSION
-            zarr.consolidate_metadata(str(self._partial), zarr_format=2)
-            self._replace()
-            flush(self.path.parent)
+        self._group.attrs[FORMAT_ATTRIBUTE] = FORMAT_VERSION
+        zarr.consolidate_metadata(str(self._partial), zarr_format=2)
+        self._replace()
+        flush(self.path.parent)
 
     def _replace(self) -> None:
         """Give the store its name; an older one is moved aside first, and back if that fails."""
@@ -231,19 +144,8 @@ class ZarrWriter:
         shutil.rmtree(old, ignore_errors=True)
 
     def _discard(self) -> None:
-        self._group, self._arrays = None, {}
+        self._group, self._arrays = None, MappingProxyType({})
         shutil.rmtree(self._partial, ignore_errors=True)
-
-    @contextlib.contextmanager
-    def _explained(self) -> Iterator[None]:
-        try:
-            yield
-        except OSError as error:
-            free = shutil.disk_usage(self.path.parent).free
-            raise CubeError(
-                f"cannot write {self.path}: {error.strerror or error} (free on this disk: {free / 1e6:.1f} MB; the "
-                f"cube needs up to {plain_bytes(self.header) / 1e6:.1f} MB)"
-            ) from error
 
 
 def require_zarr(path: str | os.PathLike[str]) -> Any:
