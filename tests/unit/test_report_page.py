@@ -1,0 +1,100 @@
+"""Pages of reports hold everything themselves and show text as it is."""
+
+from html.parser import HTMLParser
+
+import pytest
+from matplotlib.figure import Figure
+
+from hcss_twin.errors import HcssError
+from hcss_twin.reporting.page.blocks import badge, facts, folded, paragraph, table
+from hcss_twin.reporting.page.markup import Markup, element, joined
+from hcss_twin.reporting.page.page import Page, Section, page_text, write_page
+from hcss_twin.reporting.page.pictures import picture, png_of
+
+VOID = {"meta", "img", "br", "input", "link", "hr"}
+
+
+class Balance(HTMLParser):
+    """Elements that are open, and addresses that are asked for."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.addresses, self.text = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in VOID:
+            self.open.append(tag)
+        self.addresses += [value for name, value in attrs if name in {"src", "href"}]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def figure():
+    drawn = Figure(figsize=(1, 1))
+    drawn.subplots().plot([0, 1], [0, 1])
+    return drawn
+
+
+def parsed(text):
+    found = Balance()
+    found.feed(text)
+    assert found.open == []
+    return found
+
+
+SECTIONS = (
+    Section(
+        "First & <last>", [paragraph("a < b & c"), badge("passed", "good"), picture(figure(), "a line", "x")]
+    ),
+    Section("Second", [table(["name", "value"], [["<x>", "1"]]), folded("more", facts([("k", "v")]))]),
+    Section("Third", ["plain <text>"]),
+)
+
+
+def test_every_element_is_closed_and_text_is_shown_as_it_was_given():
+    found = parsed(page_text(Page("T < 1", "s", SECTIONS, ["const a = 1 < 2;"])))
+    for text in ("a < b & c", "<x>", "plain <text>", "First & <last>", "T < 1"):
+        assert text in found.text
+
+
+def test_a_page_asks_for_nothing_from_elsewhere():
+    found = parsed(page_text(Page("t", "s", SECTIONS)))
+    assert found.addresses
+    assert all(address.startswith(("data:", "#")) for address in found.addresses)
+
+
+def test_contents_link_to_every_section():
+    text = page_text(Page("t", "s", SECTIONS))
+    for section in SECTIONS:
+        assert f'href="#{section.anchor}"' in text
+        assert f'id="{section.anchor}"' in text
+
+
+def test_the_same_figure_gives_the_same_bytes():
+    assert png_of(figure()) == png_of(figure())
+
+
+def test_markup_is_not_escaped_again_and_attributes_always_are():
+    assert joined([Markup("<b>"), "<b>"]) == "<b>&lt;b&gt;"
+    assert element("a", "x", class_="c", data_key='"<', hidden=None) == (
+        '<a class="c" data-key="&quot;&lt;">x</a>'
+    )
+
+
+def test_rows_and_titles_that_do_not_fit_are_refused():
+    with pytest.raises(ValueError, match="a row of 1 cells in a table of 2"):
+        table(["a", "b"], [["1"]])
+    with pytest.raises(ValueError, match="titles that differ"):
+        page_text(Page("t", "s", [Section("A b", []), Section("a-B", [])]))
+
+
+def test_a_page_that_cannot_be_written_is_an_error_and_leaves_nothing(tmp_path):
+    with pytest.raises(HcssError):
+        write_page(tmp_path / "missing" / "page.html", Page("t", "s", SECTIONS))
+    assert list(tmp_path.iterdir()) == []
+    write_page(tmp_path / "page.html", Page("t", "s", SECTIONS))
+    assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
