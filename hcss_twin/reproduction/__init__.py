@@ -1,0 +1,1 @@
+"""The published tables and figures, computed again and laid beside what is printed."""
