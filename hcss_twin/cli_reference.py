@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
+import argparse
 import inspect
 import re
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -123,5 +123,7 @@ def _escaped(text: str) -> str:
 
 
 if __name__ == "__main__":
-    target = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("docs/cli.md")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("path", nargs="?", type=Path, default=Path("docs/cli.md"))
+    target: Path = parser.parse_args().path
     target.write_text(markdown(), encoding="utf-8")

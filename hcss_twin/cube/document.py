@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -149,8 +150,9 @@ def markdown() -> str:
 
 def main(arguments: Iterable[str] = ()) -> None:
     """Write the reference to the path given, or to docs/cube.md of the checkout."""
-    given = list(arguments)
-    path = Path(given[0]) if given else Path(__file__).parents[2] / "docs" / "cube.md"
+    parser = argparse.ArgumentParser(description="Write the reference of the cube.")
+    parser.add_argument("path", nargs="?", type=Path, default=Path(__file__).parents[2] / "docs" / "cube.md")
+    path: Path = parser.parse_args(list(arguments)).path
     path.write_text(markdown(), encoding="utf-8")
 
 

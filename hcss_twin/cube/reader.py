@@ -56,11 +56,14 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
         )
     described = [*(spec.name for spec in (*COORDINATES, *GEOMETRY)), GRID_MAPPING, INFO]
-    dataset = dataset.set_coords([name for name in described if name in dataset])
+    named = dataset.set_coords([name for name in described if name in dataset])
     names = {dim: f"{dim}_name" for dim in ("band", LAYER) if f"{dim}_name" in dataset}
-    return dataset.assign_coords(
+    named = named.assign_coords(
         {dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()}
     )
+    # a dataset made from another one does not close its file
+    named.set_close(dataset.close)
+    return named
 
 
 def _why_not(path: str | os.PathLike[str], error: Exception) -> str:

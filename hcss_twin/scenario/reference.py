@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
 import inspect
-import sys
 import types
 import typing
 from collections.abc import Iterator
@@ -234,5 +234,7 @@ def _is_model(annotation: Any) -> bool:
 
 
 if __name__ == "__main__":
-    target = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("docs/scenario.md")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("path", nargs="?", type=Path, default=Path("docs/scenario.md"))
+    target: Path = parser.parse_args().path
     target.write_text(markdown(), encoding="utf-8")

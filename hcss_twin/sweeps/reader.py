@@ -40,12 +40,15 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
         raise CubeError(f"cannot read {os.fspath(path)}: it is no dataset of a sweep; open_cube reads cubes")
     described = [spec.name for spec in COORDINATES if spec.name in dataset]
     of_points = [str(name) for name in dataset.variables if str(name).startswith("point_")]
-    dataset = dataset.set_coords([*described, *of_points])
+    named = dataset.set_coords([*described, *of_points])
     names = {
         dim: f"{dim}_name"
         for dim in ("band", LAYER)
         if f"{dim}_name" in dataset and dataset[f"{dim}_name"].dims == (dim,)
     }
-    return dataset.assign_coords(
+    named = named.assign_coords(
         {dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()}
     )
+    # a dataset made from another one does not close its file
+    named.set_close(dataset.close)
+    return named

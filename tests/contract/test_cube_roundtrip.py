@@ -1,5 +1,8 @@
 """What is written is read again, and what is not allowed is not written."""
 
+import os
+from pathlib import Path
+
 import netCDF4
 import numpy as np
 import pytest
@@ -212,3 +215,18 @@ def test_another_format_version_is_refused(tmp_path):
         dataset.hcss_cube_format = np.int32(2)
     with pytest.raises(CubeError, match="cube format 2"):
         open_cube(path)
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="open files are counted in /proc")
+def test_a_cube_that_is_closed_holds_no_file(tmp_path):
+    path = write(tmp_path / "c.nc", example_header())
+
+    def held():
+        return [
+            each for each in Path("/proc/self/fd").iterdir() if os.path.realpath(each) == str(path.resolve())
+        ]
+
+    with open_cube(path) as cube:
+        cube["radiance"].isel(time=0).load()
+        assert held()
+    assert not held()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -24,21 +25,36 @@ def cli() -> None:
     help="Folder.",
 )
 @click.option("--band", help="Name of the band; default: the first of CUBE.")
-def example(cube: Path, output: Path, band: str | None) -> None:
-    """Write a pipeline for CUBE: optics, photon noise, quantum efficiency, well, ADC."""
-    from hcss_pyxel.example import write_example
+@click.option("--pitch", "pitch_um", type=float, help="Side of a pixel, um; default: 15.")
+@click.option("--f-number", type=float, help="Focal length over aperture; default: 2.")
+@click.option("--transmission", type=float, help="Of the optics; default: 0.8.")
+@click.option("--quantum-efficiency", type=float, help="Default: 0.7.")
+@click.option("--full-well", type=float, help="Electrons; default: 7e6.")
+@click.option("--bits", type=int, help="Of the ADC; default: 14.")
+def example(cube: Path, output: Path, band: str | None, **instrument: Any) -> None:
+    """Write a pipeline for CUBE and an instrument: optics, photon noise, quantum efficiency, well, ADC.
 
-    made = write_example(cube, output, band)
+    psf.npy is the Airy pattern of the f-number, the pixels and the band: make the example anew if they change.
+    """
+    from hcss_pyxel.example import Instrument, write_example
+
+    given = {name: value for name, value in instrument.items() if value is not None}
+    made = write_example(cube, output, band, Instrument(**given))
     click.echo(f"{made.pipeline}\n{made.kernel}")
     click.echo(
-        f"  band {made.band}, {len(made.times_s)} frames, read at {made.times_s[0]:g} to {made.times_s[-1]:g} s, "
-        f"integration {made.integration_time_s:g} s"
+        f"  band {made.band}, {_reading(made.times_s)}, integration {made.integration_time_s:.4g} s: {made.fill}"
     )
     if made.wavelength_um is None:
         click.echo(f"  wavelength_um: black-body, because the scene cannot be computed again: {made.why_not}")
     else:
         click.echo(f"  wavelength_um: {made.wavelength_um:g}, by the scene's own spectra")
     click.echo(f"run it with: hcss-pyxel run {made.pipeline}")
+
+
+def _reading(times_s: tuple[float, ...]) -> str:
+    if len(times_s) == 1:
+        return f"one frame, read at {times_s[0]:g} s"
+    return f"{len(times_s)} frames, read at {times_s[0]:g} to {times_s[-1]:g} s"
 
 
 @cli.command()

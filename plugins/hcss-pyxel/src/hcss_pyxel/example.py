@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
@@ -26,7 +27,26 @@ FILL = 2.0 / 3.0
 
 @dataclass(frozen=True)
 class Instrument:
-    """The example's instrument: round numbers of a cooled infrared camera, generic on purpose."""
+    """The example's instrument: round numbers of a cooled infrared camera, generic on purpose.
+
+    Attributes
+    ----------
+    pitch_um : float
+        Side of a square pixel.
+    f_number, transmission, quantum_efficiency : float
+        Of the optics and the detector; the Airy pattern goes by the first.
+    full_well : float
+        Electrons.
+    bits : int
+        Of the ADC.
+    volts : float
+        Of a full well.
+
+    Raises
+    ------
+    HcssError
+        If a number is not possible.
+    """
 
     pitch_um: float = 15.0
     f_number: float = 2.0
@@ -35,6 +55,15 @@ class Instrument:
     full_well: float = 7e6
     bits: int = 14
     volts: float = 2.1
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            most = (
+                1.0 if name in ("transmission", "quantum_efficiency") else 32 if name == "bits" else math.inf
+            )
+            if not (0.0 < value <= most and math.isfinite(value)):
+                limit = "above 0" if most == math.inf else f"above 0, at most {most:g}"
+                raise HcssError(f"{name}: {value:g}; allowed: {limit}")
 
 
 @dataclass(frozen=True)
@@ -48,6 +77,8 @@ class Example:
     times_s : tuple of float
         Of reading.
     integration_time_s : float
+    fill : str
+        How far the brightest pixel fills the well, and what limits it.
     wavelength_um : float or None
         Mean wavelength of the scene's light in the band; None where the scene could not be computed again.
     why_not : str
@@ -59,6 +90,7 @@ class Example:
     band: str
     times_s: tuple[float, ...]
     integration_time_s: float
+    fill: str
     wavelength_um: float | None
     why_not: str
 
@@ -111,7 +143,13 @@ def write_example(
     steps = np.append(np.diff(seconds), seconds[-1] - seconds[-2]) if seconds.size > 1 else np.ones(1)
     times = tuple(round(float(time), 9) for time in seconds - seconds[0] + steps)
     longest = min(FILL * instrument.full_well / electrons_s if electrons_s > 0.0 else np.inf, steps.min())
-    integration = float(f"{0.95 * longest:.2g}") if longest < steps.min() else float(steps.min())
+    whole_step = longest == steps.min()
+    integration = round(float(longest), 9) if whole_step else float(f"{0.95 * longest:.2g}")
+    filled = electrons_s * integration / instrument.full_well
+    fill = (
+        f"the brightest pixel of the cube fills {filled:.0%} of the well"
+        f"{', the interval of the frames allows no more' if whole_step else ''}"
+    )
     pipeline, kernel = folder / "pipeline.yaml", folder / "psf.npy"
     text = Template(files("hcss_pyxel").joinpath("pipeline.yaml").read_text(encoding="utf-8")).substitute(
         frame_count=len(times),
@@ -130,6 +168,7 @@ def write_example(
         transmission=instrument.transmission,
         wavelength_um="black-body" if known_um is None else known_um,
         integration_time=repr(integration),
+        fill=fill,
         time_offset=repr(float(seconds[0])),
         psf=json.dumps(str(kernel)),
     )
@@ -142,7 +181,7 @@ def write_example(
     with draft_of(pipeline, CubeError) as draft_pipeline, draft_of(kernel, CubeError) as draft_kernel:
         draft_pipeline.write_text(text, encoding="utf-8")
         draft_kernel.write_bytes(numbers.getvalue())
-    return Example(pipeline, kernel, band, times, integration, known_um, why_not)
+    return Example(pipeline, kernel, band, times, integration, fill, known_um, why_not)
 
 
 def _of_the_scene(cube: Path, band: str, radiance: NDArray[np.float64]) -> tuple[float | None, str]:
