@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.band_model.absorber_density import LevelState
-from hcss_twin.atmosphere.band_model.layers import Layers, join_states, make_layers, stack_layers, state_at
+from hcss_twin.atmosphere.band_model.layers import Layers, cell_limits_m, make_layers, stack_layers
 from hcss_twin.atmosphere.band_model.refraction import slant_factors
 from hcss_twin.physics.paths import SPACE, Leg, Path
 
@@ -24,6 +24,9 @@ _KEPT_LEGS = 100_000
 
 _SAME_ALTITUDE_M = 1e-3
 """Altitudes are compared through distances from the Earth's centre, which round to about 1e-9 m."""
+
+_NOTHING_M = 1e-6
+"""Pieces of a layer as thin as this are left out: rounding is a thousandth of them."""
 
 
 class LayeredAir:
@@ -39,7 +42,8 @@ class LayeredAir:
     def __init__(self, state: LevelState, earth_radius_m: float) -> None:
         self._state = state
         self.earth_radius_m = earth_radius_m
-        self._layers = make_layers(state, earth_radius_m)
+        self._limit_m = cell_limits_m(state.altitude_m)
+        self._layers = make_layers(state, earth_radius_m, self._limit_m)
         self.columns = state.density.shape[1]
         self._kept = lru_cache(maxsize=_KEPT_PARTS)(self._between)
         self.amounts_upwards = lru_cache(maxsize=_KEPT_PARTS)(self._amounts_upwards)
@@ -139,7 +143,9 @@ class LayeredAir:
         return 1.0 + math.exp(float(refractivity))
 
     def _partial(self, lower_m: float, upper_m: float) -> Layers:
-        if upper_m <= lower_m:
+        if upper_m - lower_m <= _NOTHING_M:
             return self._layers.slice(0, 0)
-        ends = join_states(state_at(self._state, lower_m), state_at(self._state, upper_m))
-        return make_layers(ends, self.earth_radius_m)
+        limit = self._limit_m
+        # Pieces of a cell likewise.
+        inner = limit[(limit > lower_m + _NOTHING_M) & (limit < upper_m - _NOTHING_M)]
+        return make_layers(self._state, self.earth_radius_m, np.array([lower_m, *inner, upper_m]))
