@@ -1,9 +1,11 @@
 """Part of a layer has the densities and the cells of the whole, so that amounts do not jump with the ends of a leg."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.band_model.absorber_density import COLD_SELF_COLUMN, level_state
+from hcss_twin.atmosphere.band_model.absorber_density import COLD_SELF_COLUMN, LevelState, level_state
 from hcss_twin.atmosphere.band_model.coefficients import read_coefficients
 from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
 from hcss_twin.atmosphere.band_model.path_amounts import LayeredAir
@@ -85,6 +87,16 @@ def test_pieces_as_thin_as_rounding_are_no_pieces(distance):
             air, *(Leg(height, SPACE, 85.0) for height in (level, level - distance, level + distance))
         )
         np.testing.assert_allclose(near, [exact, exact], rtol=1e-9)
+
+
+def test_levels_a_hair_apart_are_as_one():
+    state = level_state(load_profile("us-standard-1976", CATALOG), COEFFICIENTS, BandModelParameters())
+    twice = np.sort(np.append(np.arange(state.altitude_m.size), 3))
+    doubled = LevelState(*(getattr(state, field.name)[twice] for field in dataclasses.fields(state)))
+    doubled.altitude_m[4] += 1e-7
+    legs = [Leg(height, SPACE, 80.0) for height in (0.0, 2500.0, 3000.0, 3200.0)]
+    expected = amounts(LayeredAir(state, EARTH_RADIUS_M), *legs)
+    np.testing.assert_allclose(amounts(LayeredAir(doubled, EARTH_RADIUS_M), *legs), expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("zenith", [0.0, 85.0])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from hcss_twin.atmosphere.parameters import TableParameters
 from hcss_twin.atmosphere.profile_file import load_profile
@@ -68,10 +69,51 @@ def test_nothing_is_crossed_without_legs_and_more_absorbs_more(gas):
     assert np.any(longer < sunlit)
 
 
-def test_suns_beyond_the_angles_of_the_table_follow_the_law(gas, table):
-    low = to_space(0.0, 20.0) + to_space(0.0, 89.5)
+def mass(height, *zeniths):
+    return float(np.sum(PROFILE.mean_airmass(height, np.array(zeniths))))
+
+
+@pytest.mark.parametrize(("view", "sun"), [(0.0, 87.6), (20.0, 87.5), (60.0, 87.3)])
+def test_light_of_a_low_sun_does_not_jump_where_clouds_rise_out_of_the_reach_of_the_table(
+    gas, table, view, sun
+):
+    longest = table.declares.valid["view_zenith"][1]
+    height = brentq(lambda z: mass(z, view, sun) - mass(z, longest), 0.0, 10e3)
+    paths = [to_space(z, view) + to_space(z, sun) for z in height + np.array([-6.0, -2.0, 2.0, 6.0])]
+    table.transmittance(WAVENUMBER, paths[:2])
+    for path in paths[2:]:
+        with pytest.raises(ProviderError, match="air mass"):
+            table.transmittance(WAVENUMBER, [path])
+    # By 4 m it changes about as much above that height, below it, and across it.
+    below, across, above = np.diff(gas.transmittance(WAVENUMBER, paths), axis=0)
+    np.testing.assert_allclose(across, 0.5 * (below + above), rtol=0.2, atol=1e-6)
+
+
+def test_suns_beyond_the_angles_of_the_table_continue_its_longest_paths(gas, table):
+    zeniths = (85.0, 87.0, 88.0, 89.0, 89.9)
+    paths = [to_space(0.0, 20.0) + to_space(0.0, sun) for sun in zeniths]
     with pytest.raises(ProviderError, match="air mass"):
-        table.transmittance(WAVENUMBER, [low])
-    found, higher = gas.transmittance(WAVENUMBER, [low, to_space(0.0, 20.0)])
-    assert np.all(np.isfinite(found))
-    assert np.all(found <= higher)
+        table.transmittance(WAVENUMBER, paths[-2:-1])
+    found = gas.transmittance(WAVENUMBER, paths)
+    assert np.all(np.diff(found, axis=0) < 1e-30)  # at which the table ends
+    assert np.all(found > 0.0)
+    # ln(-ln T) rises with ln(air mass) by the exponent, which is that of a power of at most 1 (weak absorption).
+    slope = np.log(np.log(found[4]) / np.log(found[3])) / np.log(
+        mass(0.0, 20.0, 89.9) / mass(0.0, 20.0, 89.0)
+    )
+    assert np.all((slope > 0.2 - 1e-9) & (slope < 1.0 + 1e-9))
+
+
+def test_what_a_provider_refuses_for_another_reason_follows_the_fit(table):
+    class SingleLegs:
+        declares = table.declares
+
+        def transmittance(self, wavenumber_cm1, paths):
+            if any(len(path.legs) > 1 for path in paths):
+                raise ProviderError("single legs only")
+            return table.transmittance(wavenumber_cm1, paths)
+
+    found = PowerLawGas(SingleLegs(), PROFILE).transmittance(WAVENUMBER, [SUNLIT])
+    # A few percent from what the table says.
+    np.testing.assert_allclose(found, table.transmittance(WAVENUMBER, [SUNLIT]), rtol=0, atol=0.05)
+    assert np.all(found != table.transmittance(WAVENUMBER, [SUNLIT]))

@@ -97,7 +97,7 @@ def cell_limits_m(level_m: Array) -> Array:
     """Altitudes (M + 1,) at which the cells of the layers between levels end, lowest first."""
     thickness = np.diff(level_m)
     thickest = np.where(level_m[:-1] < _LOW_M, _LOW_CELL_M, _CELL_M)
-    parts = np.ceil(thickness / thickest - 1e-9).astype(np.intp)
+    parts = np.maximum(np.ceil(thickness / thickest - 1e-9).astype(np.intp), 1)
     first = np.repeat(np.cumsum(parts) - parts, parts)
     layer = np.repeat(np.arange(thickness.size), parts)
     share = (np.arange(layer.size) - first) / parts[layer]

@@ -50,7 +50,7 @@ class LayeredAir:
         self._sums = LegSums(self.columns, self._compute)
 
     def between(self, lower_m: float, upper_m: float) -> Layers:
-        """Layers from one altitude to another; a target inside a layer becomes a level of its own."""
+        """Layers from one altitude to another; of one that an end lies in, the part between."""
         return self._kept(lower_m, upper_m)
 
     def _between(self, lower_m: float, upper_m: float) -> Layers:

@@ -3,7 +3,8 @@
 At each wavenumber -ln T = (sum over layers of air mass x w)^a. The layers' amounts w follow from vertical paths to
 space, so that these are reproduced; the exponent a, from a vertical and a slant path at the surface, tells how far
 absorption saturates. Errors of slant paths are below those of the product of legs, but stay a few percent of band
-means for paths up and down again; a provider with any path is better.
+means for paths up and down again; a provider with any path is better. What the provider says of the path from the sun
+down to a target and up again is taken from it, and continued by the law where the sun is too low for it.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ _EXPONENTS = (0.2, 1.0)
 
 _KEPT_OWN = 512
 """Paths from the sun to a target and up again that are kept: columns with the same cloud share them."""
+
+_SURELY_WITHIN = 0.99
+"""Share of the greatest air mass up to which a provider that refuses a path does not do so for its air mass."""
 
 
 class PowerLawGas:
@@ -84,9 +88,30 @@ class PowerLawGas:
         wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
         try:
             found: Array = self._provider.transmittance(wavenumber, [Path(legs)])[0]
-        except ProviderError:  # beyond its angles
-            return None
+        except ProviderError:
+            return self._beyond(wavenumber, legs)
         return found
+
+    def _beyond(self, wavenumber_cm1: Array, legs: tuple[Leg, ...]) -> Array | None:
+        """Transmittance (V,) of a path with more air than the provider's angles reach, from its longest by the law.
+
+        The fit itself is some percent off there, and light of a low sun would jump where clouds rise out of that reach.
+        None where the provider refuses the path for another reason.
+        """
+        target, angles = legs[0].lower_m, self.declares.valid.get("view_zenith")
+        if angles is None:
+            return None
+        mass = float(np.sum(self._profile.mean_airmass(target, np.array([leg.zenith_deg for leg in legs]))))
+        longest = float(self._profile.mean_airmass(target, np.array([angles[1]]))[0])
+        # The provider's profile may differ a little from this one.
+        if mass < _SURELY_WITHIN * longest:
+            return None
+        try:
+            depth = self._depth(wavenumber_cm1, [to_space(target, angles[1])])[0]
+        except ProviderError:
+            return None
+        exponent = self._fit(wavenumber_cm1)[1]
+        return np.asarray(np.exp(-depth * (mass / longest) ** exponent))
 
     def _fit(self, wavenumber_cm1: Array) -> tuple[Array, Array]:
         """Amounts of the layers (L, V) and exponents (V,)."""
