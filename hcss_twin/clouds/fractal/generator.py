@@ -225,6 +225,28 @@ class FractalClouds:
         exponent = self.parameters.brightness_exponent
         return thickness_in_frame(self.field(time_s, *inside), first, width, summary, self._layer, exponent)
 
+    def thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: FrameSummary | None
+    ) -> NDArray[np.float32]:
+        """Return geometric thickness (y, x) in metres of a window that may reach outside the image.
+
+        Where the coverage is that of the frame, its threshold and its scale of thickness hold outside it as well:
+        what exceeds the frame's greatest value has the greatest thickness, and beyond a full cover there is one.
+
+        Parameters
+        ----------
+        summary : FrameSummary or None
+            Of the frame at ``time_s``; None where the coverage is that of the field.
+        """
+        layer, exponent = self._layer, self.parameters.brightness_exponent
+        field = self.field(time_s, rows, columns)
+        if summary is None:
+            return field_thickness(field, layer, exponent)
+        if layer.coverage == 1.0 and summary.lowest is not None:
+            np.maximum(field, np.float32(summary.lowest), out=field)
+        first, width = rows.start * self._grid.columns + columns.start, self._grid.columns
+        return thickness_in_frame(field, first, width, summary, layer, exponent)
+
     def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
         if window.start is None or window.stop is None or window.step not in (None, 1):
             raise ValueError(f"{name}: {window} given, allowed: a slice with start and stop and no step")
