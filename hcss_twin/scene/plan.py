@@ -19,6 +19,7 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, Sun, View
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid
+from hcss_twin.registry.kinds import Kind
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.accuracy import RequestedAccuracy
 from hcss_twin.scene.budget import Budget, share_out
@@ -106,7 +107,7 @@ class Plan:
             sunlight=self.sun_matters,
         )
         resolution = self.assembly.transmittance.declares.resolution_cm1
-        atmosphere = self.scenario.atmosphere.provider
+        atmosphere = self.assembly.entries[str(Kind.ATMOSPHERE)].name
         narrow = (
             f"band '{band.name}' is {band.width_cm1:.3g} cm-1 wide, but the atmosphere '{atmosphere}' knows means over "
             f"{resolution:g} cm-1: lines within it are not resolved, whatever the accuracy"

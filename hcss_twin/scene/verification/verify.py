@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hcss_twin.cube.metadata import window_attribute
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_variables import SENSOR_ATTRIBUTE
 from hcss_twin.errors import CubeError, HcssError, ScenarioError
@@ -132,7 +133,7 @@ def _compared(
             found,
             frames_checked=len(pairs),
             layout=matched.changes,
-            attributes=recorded.attribute_changes(header.attributes),
+            attributes=recorded.attribute_changes({**header.attributes, **window_attribute(header)}),
             variables=matched.results(),
         )
 
