@@ -19,7 +19,7 @@ SCENE = """
 time = 2024-04-20T12:30:00+10:00
 place = {latitude = 35.0, longitude = 150.0}
 seed = 5
-bands = ["mwir"]
+bands = [{name = "window", limits = [3.7, 3.9]}]
 image = {rows = 40, columns = 50}
 frames = {count = 2, first = 1, interval = 0.5}
 motion.platform_speed = 1000
@@ -62,10 +62,9 @@ def test_the_measured_window_is_that_part_of_the_measured_image(tmp_path, mode):
     window, _ = measured(tmp_path / "window.nc", COUNTING, **changes, **WINDOW)
     assert whole.radiance.std() > 0.05 * whole.radiance.mean()
     assert_same(whole.isel(y=ROWS, x=COLUMNS), window)
-    for name in ("whole", "window"):
-        found = verify_cube(tmp_path / f"{name}.sensor.nc")
-        assert found.verdict == Verdict.IDENTICAL
-        assert not found.attributes
+    found = verify_cube(tmp_path / "window.sensor.nc", frames=1)
+    assert found.verdict == Verdict.IDENTICAL
+    assert not found.attributes
 
 
 def test_the_window_of_an_image_whose_clouds_end_with_it_sees_the_rest_of_the_image(tmp_path, monkeypatch):
@@ -73,7 +72,7 @@ def test_the_window_of_an_image_whose_clouds_end_with_it_sees_the_rest_of_the_im
     plan = planned(BLURRED, **WINDOW)
     assert plan.sensor.given == (slice(0, 40), slice(0, 50))
     (note,) = plan.sensor.notes
-    assert "up to 10 rows and columns beyond the edges" in note
+    assert "sees the scene up to 10 rows and columns beyond them" in note
     assert "the clouds of 'stratus' are known within the image" in note
     whole, clean = measured(tmp_path / "whole.nc", BLURRED)
     window, _ = measured(tmp_path / "window.nc", BLURRED, **WINDOW)
@@ -82,7 +81,7 @@ def test_the_window_of_an_image_whose_clouds_end_with_it_sees_the_rest_of_the_im
     assert "takes the scene beyond them for its mirror image" in planned(BLURRED).sensor.notes[0]
     assert_same(whole, hcss_twin.sense(clean, BLURRED), ["radiance"])
     for name in ("whole", "window"):
-        assert verify_cube(tmp_path / f"{name}.sensor.nc").verdict == Verdict.IDENTICAL
+        assert verify_cube(tmp_path / f"{name}.sensor.nc", frames=1).verdict == Verdict.IDENTICAL
 
 
 @pytest.mark.parametrize(
@@ -150,6 +149,36 @@ def test_how_far_the_scene_is_computed_has_an_end():
     plan = planned({"parameters": {"psf": "gaussian", "psf_sigma": 300.0}})
     assert plan.sensor.given == (slice(-512, 552), slice(-512, 562))
     assert (
-        "what it takes beyond them is the mirror image (more than 512 are not computed)"
-        in plan.sensor.notes[0]
+        "farther out takes it for its mirror image (more than 512 are not computed)" in plan.sensor.notes[0]
     )
+
+
+def test_large_frames_are_surrounded_tile_by_tile(tmp_path, monkeypatch):
+    whole, _ = measured(tmp_path / "whole.nc", COUNTING)
+    monkeypatch.setattr("hcss_twin.scene.tiles.LARGEST_FRAME_BYTES", 2**10)
+    monkeypatch.setattr("hcss_twin.scene.tiles.TILE_PIXELS", 2**8)
+    monkeypatch.setattr("hcss_twin.scene.frame_clouds.WHOLE_POINTS", 2**8)
+    tiled, _ = measured(tmp_path / "tiled.nc", COUNTING)
+    assert_same(whole, tiled)
+
+
+@pytest.mark.long
+def test_the_sea_with_its_waves_goes_on_beyond_the_edges(tmp_path):
+    changes = {"sea__model": "rough-sea", "sea__waves": "resolved", "image__pixel_size": 1.0}
+    changes |= {"clouds__coverage": 0.2, "sea__wind_speed": 6.0, "motion__platform_speed": 10}
+    whole, clean = measured(tmp_path / "whole.nc", BLURRED, **changes)
+    window, _ = measured(tmp_path / "window.nc", BLURRED, **changes, **WINDOW)
+    assert "goes on beyond them" in planned(BLURRED, **changes).sensor.notes[0]
+    assert clean.radiance.where(clean.cloud_mask == 0).std() > 0.0
+    np.testing.assert_allclose(whole.radiance[:, :, ROWS, COLUMNS], window.radiance, rtol=3e-7)
+
+
+@pytest.mark.long
+def test_where_pixels_have_views_of_their_own_the_image_is_mirrored():
+    changes = {"platform__altitude": 5e5, "image__pixel_size": 12_000.0, "view__zenith": 20.0}
+    plan = planned(BLURRED, **changes)
+    assert plan.views is not None
+    assert "mirror image" in plan.sensor.notes[0]
+    assert "views of their own" in plan.sensor.notes[0]
+    window = planned(BLURRED, **changes, **WINDOW).sensor
+    assert window.given == (slice(0, 40), slice(0, 50))

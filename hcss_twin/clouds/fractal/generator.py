@@ -242,9 +242,10 @@ class FractalClouds:
         field = self.field(time_s, rows, columns)
         if summary is None:
             return field_thickness(field, layer, exponent)
+        first, width = rows.start * self._grid.columns + columns.start, self._grid.columns
         if layer.coverage == 1.0 and summary.lowest is not None:
             np.maximum(field, np.float32(summary.lowest), out=field)
-        first, width = rows.start * self._grid.columns + columns.start, self._grid.columns
+            summary = replace(summary, last=first + field.shape[0] * width + field.shape[1])
         return thickness_in_frame(field, first, width, summary, layer, exponent)
 
     def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:

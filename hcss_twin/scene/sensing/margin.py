@@ -70,15 +70,15 @@ def _note(given: Window, cube: Window, reach: int, ends: str | None) -> str:
     ]
     if min(margins) >= reach:
         return (
-            f"blur sees the scene beyond the edges, of which {reach} rows and columns on each side are computed: "
-            "pixels there are those of a larger image"
+            f"blur at the edges sees the scene as it goes on beyond them: {reach} rows and columns on each side are "
+            "computed for it"
         )
     why = f"more than {MOST} are not computed" if ends is None else ends
     if max(margins) == 0:
         return f"{MIRROR_NOTE} ({why})"
     return (
-        f"blur reaches {reach} pixels and sees the scene up to {max(margins)} rows and columns beyond the edges; what "
-        f"it takes beyond them is the mirror image ({why})"
+        f"blur at the edges reaches {reach} pixels: it sees the scene up to {max(margins)} rows and columns beyond "
+        f"them, as computed, and farther out takes it for its mirror image ({why})"
     )
 
 

@@ -149,7 +149,7 @@ def _corner(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple
         centres_m = dataset[name].to_numpy().astype(np.float64)
         place = centres_m / size_m + 0.5 * count - 0.5
         first = int(np.rint(place[0]))
-        if first < 0 or np.max(np.abs(place - first - np.arange(place.size))) > 1e-3:
+        if first < 0 or np.max(np.abs(place - first - np.arange(place.size))) > 0.1:
             return 0, 0
         found.append(first)
     return found[0], found[1]
