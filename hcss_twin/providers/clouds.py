@@ -204,7 +204,7 @@ class CloudGeneratorOptions(Protocol):
         """Return the thickness (y, x) of a window that may reach outside the image, to negative rows and columns too.
 
         For generators whose sky has no edge: sensors whose optics blur see clouds beyond the image. Inside it pixels
-        are to the bit what ``thickness_m`` has there. ``summary`` is that of ``frame_summary``, None where the
-        generator gives windows without one.
+        are to the bit what ``thickness_m`` has there. ``summary`` is that of ``frame_summary``, which
+        generators of whole frames need for it; None where windows are given without one.
         """
         ...

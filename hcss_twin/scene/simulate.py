@@ -84,8 +84,7 @@ def run(
     """
     if plan.scenario.sensor is not None:
         require_netcdf(output)
-    tables = _tables(plan)
-    certificate = _write_clean(plan, tables, output, progress, workers, scheduler)
+    certificate, tables = _write_clean(plan, output, progress, workers, scheduler)
     if plan.sensor is not None:
         sense_run(plan, tables, output, progress)
     if certificate is not None:
@@ -93,20 +92,16 @@ def run(
     return Path(output)
 
 
-def _tables(plan: Plan) -> RadianceTables | None:
-    return tables_of(plan) if plan.needs_radiance else None
-
-
 def _write_clean(
     plan: Plan,
-    tables: RadianceTables | None,
     output: str | Path,
     progress: Progress[Any] | None = None,
     workers: int = 1,
     scheduler: str | None = None,
-) -> Certificate | None:
-    """Write the cube of a planned scene and return its certificate, if pixels were checked."""
+) -> tuple[Certificate | None, RadianceTables | None]:
+    """Write the cube of a planned scene; return its certificate, if pixels were checked, and its tables, if any."""
     writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
+    tables = tables_of(plan) if plan.needs_radiance else None
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
     certificate: Certificate | None = None
     header = cube_header(plan, tables)
@@ -123,7 +118,7 @@ def _write_clean(
         if tables is not None and sample is not None:
             certificate = certify(plan, tables, sample.frames)
             writer.set_attributes(certificate.attributes())
-    return certificate
+    return certificate, tables
 
 
 def _warn(certificate: Certificate) -> None:
@@ -167,7 +162,7 @@ def _in_memory(plan: Plan) -> xr.Dataset:
     folder = tempfile.TemporaryDirectory(prefix="hcss-twin-")
     try:
         path = Path(folder.name) / "cube.nc"
-        certificate = _write_clean(plan, _tables(plan), path)
+        certificate, _ = _write_clean(plan, path)
         if certificate is not None:
             _warn(certificate)
         dataset = open_cube(path)

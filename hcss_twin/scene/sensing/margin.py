@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.scene.building.whole_frames import sums_up
 from hcss_twin.scene.footprint import Window, length
 from hcss_twin.scene.sensing.made_sensor import MadeSensor, make_sensor
 
@@ -34,14 +35,10 @@ def with_margin(plan: Plan) -> MadeSensor | None:
     reach = sensor.reach
     if reach == 0:
         return replace(sensor, from_scene=True)
-    ends = _where_it_ends(plan)
-    image = (slice(0, plan.grid.rows), slice(0, plan.grid.columns))
-    wide = tuple(
-        slice(pixels.start - min(reach, MOST), pixels.stop + min(reach, MOST)) for pixels in plan.extent
-    )
-    given: Window = (
-        (wide[0], wide[1]) if ends is None else (_within(wide[0], image[0]), _within(wide[1], image[1]))
-    )
+    ends, margin = _where_it_ends(plan), min(reach, MOST)
+    sizes = (plan.grid.rows, plan.grid.columns) if ends is not None else (None, None)
+    rows, columns = (_around(pixels, margin, size) for pixels, size in zip(plan.extent, sizes, strict=True))
+    given = rows, columns
     note = _note(given, plan.extent, reach, ends)
     return replace(_made_for(given, sensor), cube=plan.extent, from_scene=True, edge_note=note)
 
@@ -53,13 +50,16 @@ def _where_it_ends(plan: Plan) -> str | None:
     if plan.waves is not None and plan.assembly.entries[str(Kind.SEA)].distribution != OWN_DISTRIBUTION:
         return "the waves of this sea model are known within the image"
     for layer, generator, cloudy in zip(plan.layers, plan.generators, plan.cloudy_layers, strict=True):
-        if cloudy and not hasattr(generator, "thickness_around_m"):
+        summed_up = generator.declares.tileable or sums_up(generator)
+        if cloudy and not (summed_up and hasattr(generator, "thickness_around_m")):
             return f"the clouds of '{layer.name}' are known within the image"
     return None
 
 
-def _within(pixels: slice, image: slice) -> slice:
-    return slice(max(pixels.start, image.start), min(pixels.stop, image.stop))
+def _around(pixels: slice, margin: int, size: int | None) -> slice:
+    """Pixels with a margin, as far as an image of this size goes; None has no end."""
+    first, end = pixels.start - margin, pixels.stop + margin
+    return slice(first, end) if size is None else slice(max(first, 0), min(end, size))
 
 
 def _note(given: Window, cube: Window, reach: int, ends: str | None) -> str:
