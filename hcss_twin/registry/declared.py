@@ -132,6 +132,7 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "image_coverage": (lambda value: value is None or _is_number(value, 1.0), "None or a number from 0 to 1"),
     "frame_summary": (callable, "a method"),
     "thickness_in_frame_m": (callable, "a method"),
+    "thickness_around_m": (callable, "a method"),
     "anisotropic": (lambda value: value in (True, False), "True or False"),
     "significant_wave_height_m": (lambda value: _is_number(value, math.inf), "a number of metres, 0 or more"),
     "mean_square_slope": (lambda value: _is_number(value, math.inf), "a number, 0 or more"),
