@@ -55,7 +55,7 @@ def folder(tmp_path_factory):
     for name in ("pair", "alone"):
         told = hcss("run", folder / f"{name}.toml", "-o", folder / f"{name}.nc", "--json", *CHEAP_OPTIONS)
         assert told.exit_code == 0, told.output
-        measured = json.loads(told.output).get("sensor_cube")
+        measured = json.loads(told.stdout).get("sensor_cube")
         assert measured == (str(folder / "pair.sensor.nc") if name == "pair" else None)
     return folder
 
@@ -174,7 +174,7 @@ def test_hcss_sense_names_a_sensor_and_changes_it(folder, tmp_path):
     change = ("--set", "parameters.photon_temperature=250.0", "--set", 'variables=["saturated"]')
     told = hcss(*words, *change, "--json")
     assert told.exit_code == 0, told.output
-    about = json.loads(told.output)
+    about = json.loads(told.stdout)
     assert about["sensor"]["title"] == "generic staring mid-wave imager"
     assert about["sensor"]["parameters"]["photon_temperature"] == 250.0
     assert "saturated" in about["variables"]
