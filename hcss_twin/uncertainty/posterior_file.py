@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -89,11 +89,14 @@ class Posterior:
         Parameters that were not free.
     attributes : dict
         Global attributes of the file.
+    diagnostics : dict of str to dict
+        For each of ``chains`` its attributes, as :class:`Diagnostic`.
     """
 
     chains: dict[str, Array]
     fixed: dict[str, float]
     attributes: dict[str, Any] = field(default_factory=dict)
+    diagnostics: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property
     def samples(self) -> dict[str, Array]:
@@ -204,7 +207,11 @@ def read_posterior(path: Path) -> Posterior:
                 for name, variable in dataset.variables.items()
                 if variable.dimensions[:2] == ("chain", "draw") and name != _LOG_PROBABILITY
             }
-        except (OSError, RuntimeError) as error:
+            diagnostics = {
+                name: {each.name: dataset[name].getncattr(each.name) for each in fields(Diagnostic)}
+                for name in chains
+            }
+        except (OSError, RuntimeError, AttributeError) as error:
             raise PosteriorError(f"cannot read {path}: damaged: {error}") from error
     if not chains or not all(values.size and np.isfinite(values).all() for values in chains.values()):
         raise PosteriorError(f"cannot read {path}: damaged: no draws, or draws that are not finite")
@@ -213,7 +220,7 @@ def read_posterior(path: Path) -> Posterior:
         for name, value in attributes.items()
         if name.startswith(_FIXED)
     }
-    return Posterior(chains, fixed, attributes)
+    return Posterior(chains, fixed, attributes, diagnostics)
 
 
 def _check_header(path: Path, attributes: Mapping[str, Any]) -> None:
