@@ -59,7 +59,7 @@ class Checkpoint:
             return None
         remedy = f"delete {self._path} to begin anew"
         try:
-            with np.load(self._path, allow_pickle=False) as file:
+            with self._path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 if str(file["fingerprint"]) != self._fingerprint:
                     raise PosteriorError(
                         f"{self._path}: state of another fit (images, options, seed or version differ); {remedy}"

@@ -25,6 +25,7 @@ def log_densities(
     mean: Any,
     log_deviation: Any,
     inverse: Any,
+    basis: Any,
     simulations: float,
     density: Any,
 ) -> None:
@@ -46,7 +47,7 @@ def log_densities(
         Whether the threshold is a statistic.
     first, step, table
         Of :attr:`hcss_twin.uncertainty.normal_scores.ScoreSemivariance.table`.
-    centre, width, mean, log_deviation, inverse, simulations
+    centre, width, mean, log_deviation, inverse, basis, simulations
         Of :class:`hcss_twin.uncertainty.estimator_noise.EstimatorNoise`.
     density : ndarray (N,)
         Result.
@@ -55,7 +56,7 @@ def log_densities(
     count = inverse.shape[0]
     x = np.empty(number)
     feature = np.empty(mean.shape[0])
-    residual = np.empty(count)
+    residual, raw = np.empty(count), np.empty(count)
     for n in range(positions.shape[0]):
         inside = True
         for i in range(number):
@@ -80,9 +81,13 @@ def log_densities(
                 at = min(max(at, 0.0), table.size - 1.0)
                 low = min(int(at), table.size - 2)
                 expected = table[low] + (at - low) * (table[low + 1] - table[low])
-                found = (observed[s] - expected) / size
+                raw[s] = (observed[s] - expected) / size
             else:
-                found = (sky[n] - np.sqrt(variance[n]) * threshold) / size
+                raw[s] = (sky[n] - np.sqrt(variance[n]) * threshold) / size
+        for s in range(count):
+            found = 0.0
+            for k in range(count):
+                found += basis[s, k] * raw[k]
             for k in range(feature.size):
                 found -= feature[k] * mean[k, s]
             spread = log_deviation[0, s]

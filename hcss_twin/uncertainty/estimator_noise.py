@@ -43,6 +43,8 @@ class EstimatorNoise:
         Cholesky factor of the correlation matrix of residuals.
     inverse : ndarray (S, S)
         Of it.
+    basis : ndarray (S, S)
+        From residuals to the numbers of which all this is told: see :func:`contrasts`.
     simulations : int
         How many taught it, less the coefficients of the mean.
     """
@@ -53,10 +55,11 @@ class EstimatorNoise:
     log_deviation: Array
     lower: Array
     inverse: Array
+    basis: Array
     simulations: int
 
     @classmethod
-    def learn(cls, positions: Array, residuals: Array) -> EstimatorNoise:
+    def learn(cls, positions: Array, residuals: Array, basis: Array | None = None) -> EstimatorNoise:
         """Learn from residuals (N, S), in units of the analytic size, at positions (N, P).
 
         Raises
@@ -64,6 +67,8 @@ class EstimatorNoise:
         PosteriorError
             If a statistic never varies.
         """
+        basis = np.eye(residuals.shape[1]) if basis is None else basis
+        residuals = residuals @ basis.T
         low, high = positions.min(axis=0), positions.max(axis=0)
         centre, width = 0.5 * (low + high), 0.5 * (high - low)
         x = _scaled(positions, centre, width)
@@ -83,7 +88,7 @@ class EstimatorNoise:
         left = residuals.shape[0] - features.shape[1]
         lower = np.linalg.cholesky(standard.T @ standard / left)
         inverse = solve_triangular(lower, np.eye(lower.shape[0]), lower=True)
-        return cls(centre, width, mean, slopes, lower, inverse, left)
+        return cls(centre, width, mean, slopes, lower, inverse, basis, left)
 
     def log_likelihood(self, positions: Array, residuals: Array) -> Array:
         """Return ln of the density (N,) of residuals (N, S) at positions (N, P), up to a constant.
@@ -106,7 +111,7 @@ class EstimatorNoise:
         """Return independent residuals of unit variance, and ln of the standard deviation, both (N, S)."""
         x = _scaled(positions, self.centre, self.width)
         log_deviation = _linear(x) @ self.log_deviation
-        standard = (residuals - _quadratic(x) @ self.mean) * np.exp(-log_deviation)
+        standard = (residuals @ self.basis.T - _quadratic(x) @ self.mean) * np.exp(-log_deviation)
         # Not a triangular solution: its threads cost more than they do for a dozen numbers.
         return standard @ self.inverse.T, log_deviation
 
@@ -119,7 +124,22 @@ class EstimatorNoise:
         """Draw one residual (N, S) for each position."""
         x = _scaled(positions, self.centre, self.width)
         noise = rng.standard_normal((positions.shape[0], self.lower.shape[0])) @ self.lower.T
-        return np.asarray(_quadratic(x) @ self.mean + noise * np.exp(_linear(x) @ self.log_deviation))
+        drawn = _quadratic(x) @ self.mean + noise * np.exp(_linear(x) @ self.log_deviation)
+        return np.asarray(np.linalg.solve(self.basis, drawn.T).T)
+
+
+def contrasts(lags: int, others: int) -> Array:
+    """Return the basis (S, S) for so many lags along x, the same along y, and other statistics.
+
+    A frame with more variance than others has it at all lags and along both axes, so that semivariances are
+    nearly collinear, and how nearly depends on the parameters. Steps from one lag to the next, of the mean of both
+    axes and of their difference, scatter each in its own way and are nearly uncorrelated.
+    """
+    steps = np.eye(lags) - np.eye(lags, k=1)
+    half = 0.5 * steps
+    basis = np.eye(2 * lags + others)
+    basis[: 2 * lags, : 2 * lags] = np.block([[half, half], [steps, -steps]])
+    return basis
 
 
 def _scaled(positions: Array, centre: Array, width: Array) -> Array:

@@ -14,7 +14,7 @@ from scipy.special import ndtri
 from hcss_twin.errors import ImageError, PosteriorError
 from hcss_twin.uncertainty.batch_variogram import BatchVariogram
 from hcss_twin.uncertainty.compiled_density import log_densities
-from hcss_twin.uncertainty.estimator_noise import EstimatorNoise
+from hcss_twin.uncertainty.estimator_noise import EstimatorNoise, contrasts
 from hcss_twin.uncertainty.image_data import ImageData
 from hcss_twin.uncertainty.normal_scores import ScoreSemivariance
 from hcss_twin.uncertainty.scales import KINDS, SHAPE
@@ -117,6 +117,7 @@ class ImageLikelihood:
             noise.mean,
             noise.log_deviation,
             noise.inverse,
+            noise.basis,
             noise.simulations,
             density,
         )
@@ -197,7 +198,8 @@ class ImageLikelihood:
             # Part of the scatter like any other, so that it is learned with it.
             extra = rng.standard_normal((shapes.shape[0], 2 * self.data.lags.size)) * self.misfit
             residuals[:, : extra.shape[1]] += extra / size[:, None]
-        return replace(self, noise=EstimatorNoise.learn(on_scales(shapes), residuals))
+        basis = contrasts(self.data.lags.size, int(self.uses_coverage))
+        return replace(self, noise=EstimatorNoise.learn(on_scales(shapes), residuals, basis))
 
     def replicate(self, shapes: Array, rng: np.random.Generator) -> Array:
         """Draw the ln semivariances (N, 2 M) that an image of each of ``shapes`` (N, 4) might show."""

@@ -24,8 +24,9 @@ _PILOT, _SETTLED = 400, 200
 # Positions of the prior among which the pilot's start is chosen, per walker; and how many of them stay.
 _CANDIDATES, _CHOSEN = 64, 4
 
-# How much wider than the pilot's posterior simulations are spread.
-_WIDER = 1.5
+# Powers of the likelihood in pilots, less than 1 because what is learned over the prior is rough; and how much wider
+# than such a pilot's draws simulations are spread.
+_POWERS, _WIDER = (0.25, 0.7), 1.3
 
 # Of the way to a limit, at least.
 _INSIDE = 1e-4
@@ -39,8 +40,8 @@ def prepare(
 ) -> tuple[ImageLikelihood, Array]:
     """Learn the scatter, first over the prior and then, twice, where the posterior lies.
 
-    The final likelihood is 0 outside the positions of the last simulations, which are half as far again
-    from the middle as the pilot's draws: nothing is extrapolated.
+    The final likelihood is 0 outside the positions of the last simulations, which reach beyond four standard
+    deviations of the posterior: nothing is extrapolated.
 
     Parameters
     ----------
@@ -69,8 +70,8 @@ def prepare(
     broad, *near = SIMULATIONS
     likelihood = likelihood.learn(_shapes(space, space.draw(rng, broad)), rng, told)
     candidates = space.draw(rng, _CANDIDATES * walkers_of(len(space.names)))
-    for count in near:
-        pilot = candidates = _pilot(SingleModel(space, likelihood), candidates, rng)
+    for count, power in zip(near, _POWERS, strict=True):
+        pilot = candidates = _pilot(_flattened(space, likelihood, power), candidates, rng)
         centre = pilot.mean(axis=0)
         low, high = _limits(space, pilot)
         drawn = pilot[rng.permutation(pilot.shape[0])[:count]]
@@ -78,6 +79,10 @@ def prepare(
         likelihood = likelihood.learn(_shapes(space, drawn), rng, told)
     density = SingleModel(space, likelihood).log_probability(pilot)
     return likelihood, pilot[np.argsort(-density, kind="stable")[: pilot.shape[0] // 2]]
+
+
+def _flattened(space: Space, likelihood: ImageLikelihood, power: float) -> SingleModel:
+    return SingleModel(space, lambda values: power * likelihood(values))
 
 
 def _pilot(model: SingleModel, candidates: Array, rng: np.random.Generator) -> Array:
