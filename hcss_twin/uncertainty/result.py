@@ -12,17 +12,21 @@ from numpy.typing import NDArray
 
 from hcss_twin.uncertainty.chains import Chains
 from hcss_twin.uncertainty.convergence import Convergence
-from hcss_twin.uncertainty.image_likelihood import ImageLikelihood
+from hcss_twin.uncertainty.image_likelihood import ImageLikelihood, on_scales
 from hcss_twin.uncertainty.posterior_file import Diagnostic, write_posterior
 from hcss_twin.uncertainty.posterior_model import PopulationModel, SingleModel
 from hcss_twin.uncertainty.predictive import SUSPICIOUS, predictive_check
-from hcss_twin.uncertainty.scales import KINDS
+from hcss_twin.uncertainty.scales import KINDS, SHAPE
 from hcss_twin.uncertainty.space import Space
 
 Array = NDArray[np.float64]
 
 # Steps of the trace.
 _LONGEST_TRACE = 500
+
+# Draws in these outer parts of the half-width of the range are at its edge; more of them than this are a crowd. Even
+# draws have a part of _EDGE there.
+_EDGE, _CROWDED = 0.02, 0.06
 
 _TITLE = "Posterior of the parameters of fractal clouds"
 
@@ -68,6 +72,8 @@ def write_result(
         more["predictive_p_value"] = p_values
         more["image_coverage"] = [each.data.coverage for each in likelihoods]
         more["pixel_size_m"] = [each.data.pixel_size_m for each in likelihoods]
+        for (name, _), likelihood, each in zip(inputs, likelihoods, drawn, strict=True):
+            told += _at_edges(name, likelihood, each, space)
         told += [_suspicion(name, p) for (name, _), p in zip(inputs, p_values, strict=True) if p < SUSPICIOUS]
     more["notes"] = "\n".join(told)
     step = math.ceil(chains.positions.shape[0] / _LONGEST_TRACE)
@@ -131,6 +137,25 @@ def _diagnostics(
             float(np.max(convergence.split_r_hat[columns])),
         )
     return found
+
+
+def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> list[str]:
+    """Say which parameters crowd at the edge of the prior, or of where the scatter was learned."""
+    noise = likelihood.noise
+    assert noise is not None
+    lines = []
+    position = on_scales(values[:, : len(SHAPE)])
+    for column, parameter in enumerate(SHAPE):
+        if parameter in space.fixed:
+            continue
+        away = np.abs(position[:, column] - noise.centre[column]) / noise.width[column]
+        part = float(np.mean(away > 1.0 - _EDGE))
+        if part > _CROWDED:
+            lines.append(
+                f"{name}: {part:.0%} of the draws of {parameter} lie at the edge of the prior, or of what was "
+                "simulated: it is a limit and not a result."
+            )
+    return lines
 
 
 def _suspicion(name: str, p_value: float) -> str:

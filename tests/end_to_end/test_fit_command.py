@@ -17,6 +17,8 @@ from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.matching.cloud_image import simulate_image
 from hcss_twin.matching.cloud_type import empty_frame
 from hcss_twin.uncertainty import chains, prepare
+from hcss_twin.uncertainty.batch_variogram import BatchVariogram
+from hcss_twin.uncertainty.dimension_likelihood import DimensionLikelihood
 
 TRUTH = FractalParameters(gamma=2.0, H=0.4, L=(75.0, 100.0), k=(0, 8))
 QUICK = ["--fix", "gamma=2", "--fix", "coverage=image", "--samples", "400"]
@@ -107,6 +109,17 @@ def test_a_dimension_is_met_by_its_posterior(here):
     given = {"fixed": {"gamma": 2.0, "Lx": 75.0, "Ly": 75.0, "coverage": 0.4}, "samples": 400.0}
     found = fit_dimension(2.3, 0.03, "p.nc", **given)
     assert set(found.samples) == {"H"}
+    # One parameter: the posterior is an integral.
+    hurst = np.linspace(0.021, 0.979, 500)
+    values = np.column_stack([hurst, *(np.full(500, each) for each in (2.0, 75.0, 75.0, 0.4))])
+    likelihood = DimensionLikelihood(2.3, 0.03, 800, 800, 20.0, BatchVariogram.of((0, 8)))
+    weight = np.exp(likelihood(values))
+    mean = np.average(hurst, weights=weight)
+    deviation = np.sqrt(np.average((hurst - mean) ** 2, weights=weight))
+    drawn = found.samples["H"]
+    error = deviation / np.sqrt(found.diagnostics["H"]["effective_sample_size"])
+    assert abs(drawn.mean() - mean) < 4 * error
+    assert drawn.std() == pytest.approx(deviation, rel=0.15)
     # A larger dimension is a smaller Hurst exponent.
     rougher = fit_dimension(2.6, 0.03, "q.nc", **given)
     assert rougher.samples["H"].mean() < found.samples["H"].mean() - 0.2
