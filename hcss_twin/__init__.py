@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         CatalogError,
         CubeError,
         HcssError,
+        PosteriorError,
         ProviderError,
         ScenarioError,
         SweepError,
@@ -33,11 +34,14 @@ if TYPE_CHECKING:
     from hcss_twin.scene.simulate import simulate
     from hcss_twin.sweeps.reader import open_sweep
     from hcss_twin.sweeps.run import sweep
+    from hcss_twin.uncertainty.fit import fit, fit_dimension
+    from hcss_twin.uncertainty.posterior_file import read_posterior
 
 __all__ = [
     "CatalogError",
     "CubeError",
     "HcssError",
+    "PosteriorError",
     "ProviderError",
     "ProviderSpec",
     "Scenario",
@@ -45,10 +49,13 @@ __all__ = [
     "SweepError",
     "__version__",
     "export_cube",
+    "fit",
+    "fit_dimension",
     "hookimpl",
     "make_plan",
     "open_cube",
     "open_sweep",
+    "read_posterior",
     "sense",
     "simulate",
     "sweep",
@@ -60,12 +67,16 @@ def __getattr__(name: str) -> Any:
         "CatalogError": "errors",
         "CubeError": "errors",
         "HcssError": "errors",
+        "PosteriorError": "errors",
         "ProviderError": "errors",
         "ScenarioError": "errors",
         "SweepError": "errors",
         "ProviderSpec": "registry.specs",
         "export_cube": "export.cube_export",
+        "fit": "uncertainty.fit",
+        "fit_dimension": "uncertainty.fit",
         "hookimpl": "registry.hookspecs",
+        "read_posterior": "uncertainty.posterior_file",
         "Scenario": "scenario.scenario",
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",

@@ -16,6 +16,7 @@ from hcss_twin.cli_bench import bench
 from hcss_twin.cli_cache import cache
 from hcss_twin.cli_clouds import clouds, import_command
 from hcss_twin.cli_export import export_command
+from hcss_twin.cli_fit import fit_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
 from hcss_twin.cli_scenario import load, scenario_options
@@ -256,6 +257,7 @@ cli.add_command(atmosphere)
 cli.add_command(import_command)
 cli.add_command(clouds)
 cli.add_command(match_command)
+cli.add_command(fit_command)
 cli.add_command(volume)
 cli.add_command(verify)
 cli.add_command(bench)
