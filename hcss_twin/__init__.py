@@ -15,11 +15,14 @@ from typing import TYPE_CHECKING, Any
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
+    from hcss_twin.comparison.choice import Choice
+    from hcss_twin.comparison.evaluate import evaluate
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.errors import (
         CatalogError,
         CubeError,
         HcssError,
+        ImageError,
         ProviderError,
         ScenarioError,
         SweepError,
@@ -36,14 +39,17 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CatalogError",
+    "Choice",
     "CubeError",
     "HcssError",
+    "ImageError",
     "ProviderError",
     "ProviderSpec",
     "Scenario",
     "ScenarioError",
     "SweepError",
     "__version__",
+    "evaluate",
     "export_cube",
     "hookimpl",
     "make_plan",
@@ -58,12 +64,15 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     homes = {
         "CatalogError": "errors",
+        "Choice": "comparison.choice",
         "CubeError": "errors",
         "HcssError": "errors",
+        "ImageError": "errors",
         "ProviderError": "errors",
         "ScenarioError": "errors",
         "SweepError": "errors",
         "ProviderSpec": "registry.specs",
+        "evaluate": "comparison.evaluate",
         "export_cube": "export.cube_export",
         "hookimpl": "registry.hookspecs",
         "Scenario": "scenario.scenario",
