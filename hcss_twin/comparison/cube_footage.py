@@ -81,7 +81,7 @@ def cube_footage(dataset: xr.Dataset, path: Path, choice: Choice, like: Footage 
         shape=(selection.rows, selection.columns),
         pixel_size_m=size,
         is_nominal=False,
-        labels=tuple(frame.time for frame in frames),
+        labels=tuple(frame.time.replace(".000000Z", "Z") for frame in frames),
         seconds=tuple(frame.seconds - frames[0].seconds for frame in frames),
         bright_is_cloud=bright,
         method=method,

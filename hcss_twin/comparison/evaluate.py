@@ -288,8 +288,8 @@ def _side(
     if missing:
         share = missing / (len(measured.frames) * side.shape[0] * side.shape[1])
         notes.append(
-            f"{share:.2%} of the pixels are missing: left out of pairs, coverage and histograms; boxes and spectra "
-            "are of the largest rectangle without them."
+            f"{100 * share:.2f} % of the pixels are missing: left out of pairs, coverage and histograms; boxes and "
+            "spectra are of the largest rectangle without them."
         )
     for reason in dict.fromkeys(reason for frame in measured.frames for reason in frame.measures.left_out):
         notes.append(f"Not measured: {reason}.")

@@ -76,9 +76,12 @@ def build_metrics(
                 difference=mean_sim - mean_real,
                 scale=row.scale,
                 comparable=comparable[row.scale],
+                is_ratio=row.is_ratio,
             )
         )
-    metrics += _directions(real, sim, spectra, same_pixels)
+    directions = _directions(real, sim, spectra, same_pixels)
+    place = next(n for n, each in enumerate(metrics) if each.group == VALUES)
+    metrics[place:place] = directions
     times = [math.nan if each is None else each.decorrelation_s for each in temporal]
     if not all(map(math.isnan, times)):
         metrics.append(
@@ -111,6 +114,7 @@ class _Row:
     unit: str = "1"
     definition: Definition = "both"
     scale: Scale = _PIXEL
+    is_ratio: bool = True
 
 
 def _rows(unit: str) -> Iterator[_Row]:
@@ -185,7 +189,16 @@ def _rows(unit: str) -> Iterator[_Row]:
         _shape("anisotropy"),
     )
     yield _Row(DIRECTIONS, "aspect", "length along x over length along y", _shape("aspect"))
-    yield _Row(VALUES, "mean", "of all pixels", lambda frame: frame.measures.mean, unit, scale=_ANY)
+    # Kelvin has a zero, but nothing here is near it.
+    yield _Row(
+        VALUES,
+        "mean",
+        "of all pixels",
+        lambda frame: frame.measures.mean,
+        unit,
+        scale=_ANY,
+        is_ratio=unit != "K",
+    )
     yield _Row(
         VALUES,
         "deviation",
@@ -263,5 +276,6 @@ def _directions(
             difference=turn,
             scale=_PIXEL,
             comparable=same_pixels,
+            is_ratio=False,
         ),
     ]

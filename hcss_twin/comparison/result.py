@@ -111,6 +111,12 @@ class Side:
     pictured: Pictured
     notes: Sequence[str]
 
+    @property
+    def pictured_coverage(self) -> float:
+        """Cloudy part of the valid pixels of the pictured frame."""
+        known = int(np.count_nonzero(~np.isnan(self.pictured.values)))
+        return int(np.count_nonzero(self.pictured.level)) / known
+
 
 @dataclass(frozen=True)
 class Metric:
@@ -131,6 +137,8 @@ class Metric:
         What it depends on besides what is seen.
     comparable : bool
         Whether both sides have what it depends on in common.
+    is_ratio : bool
+        Whether a difference relative to the real value means something.
     """
 
     name: str
@@ -145,10 +153,13 @@ class Metric:
     difference: float
     scale: Scale
     comparable: bool
+    is_ratio: bool = True
 
     @property
     def relative(self) -> float:
         """Difference over the real value; NaN where that says nothing."""
+        if not self.is_ratio:
+            return math.nan
         if self.difference == 0.0:
             return 0.0
         return self.difference / self.real if self.real else math.nan
