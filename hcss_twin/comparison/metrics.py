@@ -96,8 +96,8 @@ def build_metrics(
                 real_spread=math.nan,
                 sim_spread=math.nan,
                 difference=times[1] - times[0],
-                scale=_PIXELS,
-                comparable=comparable[_PIXELS],
+                scale=_PIXEL,
+                comparable=same_pixels,
             )
         )
     return tuple(metrics)
@@ -261,6 +261,7 @@ def _directions(
             difference=degrees[1] - degrees[0],
             scale=_PIXEL,
             comparable=same_pixels,
+            is_ratio=False,
         ),
         Metric(
             name="long axis",

@@ -182,12 +182,14 @@ def mean_spectrum(spectra: Sequence[PowerSpectrum]) -> PowerSpectrum | None:
     )
 
 
-def spectral_distance_db(first: PowerSpectrum, second: PowerSpectrum) -> float:
+def spectral_distance_db(first: PowerSpectrum | None, second: PowerSpectrum | None) -> float:
     """Return the root mean square difference of two spectra in decibels, over the rings that both have.
 
-    Rings count alike: four per octave. 10 dB is a factor of ten in power. NaN where there is no common ring, or one
-    without power.
+    Rings count alike: four per octave. 10 dB is a factor of ten in power. NaN where there is no
+    common ring, or one without power, or no spectrum.
     """
+    if first is None or second is None:
+        return math.nan
     low = max(first.wavenumber[0], second.wavenumber[0])
     at = first.wavenumber[first.wavenumber >= low * (1.0 - 1e-9)]
     if at.size == 0 or first.power.min() <= 0.0 or second.power.min() <= 0.0:

@@ -218,7 +218,8 @@ def draw_frames(found: Evaluation) -> Iterator[tuple[str, Figure]]:
         ("FD", "fractal_dimension"),
         ("coverage", "coverage"),
     )
-    timed = not any(math.isnan(each.seconds) for side in (found.real, found.sim) for each in side.frames)
+    sequences = [side.frames for side in (found.real, found.sim) if len(side.frames) > 1]
+    timed = not any(math.isnan(each.seconds) for frames in sequences for each in frames)
     for name, field in measures:
         drawn = figure(5.4, 2.5)
         axes = drawn.subplots()

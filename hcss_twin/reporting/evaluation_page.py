@@ -17,8 +17,8 @@ from hcss_twin.reporting.evaluation_text import (
     signed,
     with_spread,
 )
-from hcss_twin.reporting.page.blocks import beside, bullets, facts, note, paragraph, table
-from hcss_twin.reporting.page.markup import Markup, element
+from hcss_twin.reporting.page.blocks import beside, bullets, facts, folded, note, paragraph, table
+from hcss_twin.reporting.page.markup import element
 from hcss_twin.reporting.page.page import Page, Section
 from hcss_twin.reporting.page.pictures import picture
 from hcss_twin.version import __version__
@@ -48,7 +48,7 @@ def evaluation_page(found: Evaluation) -> Page:
     if len(found.real.frames) > 1 or len(found.sim.frames) > 1:
         sections.append(Section("Change over time", _over_time(found)))
     sections += [
-        Section("All measures", [_all_metrics(found)]),
+        Section("All measures", _all_metrics(found)),
         Section("Definitions", _definitions()),
         Section("What was compared", _compared(found)),
     ]
@@ -239,27 +239,35 @@ def _over_time(found: Evaluation) -> list[str]:
     return [*content, beside(*pictures)]
 
 
-def _all_metrics(found: Evaluation) -> Markup:
-    rows = [
-        [
-            name_of(each),
-            each.meaning,
-            with_spread(each.real, each.real_spread),
-            with_spread(each.sim, each.sim_spread),
-            signed(each.difference),
-            percent(each.relative),
-            "" if each.unit == "1" else each.unit,
+def _all_metrics(found: Evaluation) -> list[str]:
+    groups = dict.fromkeys(each.group for each in found.metrics)
+    several = any(each.real_spread > 0.0 or each.sim_spread > 0.0 for each in found.metrics)
+    content: list[str] = []
+    if several:
+        content.append(paragraph("Means and standard deviations over frames."))
+    if any(not each.comparable for each in found.metrics):
+        content.append(
+            paragraph(
+                "~ depends on the size or the number of pixels, which both sides do not have in common."
+            )
+        )
+    for group in groups:
+        rows = [
+            [
+                f"{name_of(each)} ({each.unit})" if each.unit not in ("", "1") else name_of(each),
+                with_spread(each.real, each.real_spread).replace("+-", "\u00b1"),
+                with_spread(each.sim, each.sim_spread).replace("+-", "\u00b1"),
+                signed(each.difference),
+                percent(each.relative),
+            ]
+            for each in found.metrics
+            if each.group == group
         ]
-        for each in found.metrics
+        content.append(table(["", "real", "simulated", "difference", "relative"], rows, group))
+    return [
+        *content,
+        folded("What each measure is", facts((each.name, each.meaning) for each in found.metrics)),
     ]
-    marked = any(not each.comparable for each in found.metrics)
-    return table(
-        ["measure", "what", "real", "simulated", "difference", "relative", "unit"],
-        rows,
-        "Means and standard deviations over frames"
-        + ("; ~ depends on the size of pixels, which both sides do not share." if marked else "."),
-        text_columns=2,
-    )
 
 
 def _definitions() -> list[str]:

@@ -50,7 +50,7 @@ def _lines(found: Evaluation) -> Iterator[str]:
         yield f"  {number(found.distance(name)):>{_NAME - 2}}{unit}  {meaning}"
     yield f"  {number(found.spectral_distance_db):>{_NAME - 2}} dB  rms difference of the spectra"
     if any(not each.comparable for each in found.metrics):
-        yield "~ depends on the size of pixels, which both sides do not have (or are not known to have) in common"
+        yield "~ depends on the size or number of pixels, which both sides do not (or are not known to) have in common"
     for title, notes in (("", found.notes), ("real: ", found.real.notes), ("simulated: ", found.sim.notes)):
         yield from (f"note: {title}{each}" for each in notes)
 
