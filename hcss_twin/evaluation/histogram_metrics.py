@@ -94,7 +94,9 @@ def _quantised(pixels: Any, cloudy: Any, everywhere: bool, low: float, per_half:
 def histogram_metrics(
     grey: NDArray[np.uint8], levels: int = 256, valid: NDArray[np.bool_] | None = None
 ) -> HistogramMetrics:
-    """Measure the 2-D histogram of horizontal neighbours in one pass; see ``joint_histogram``.
+    """Measure the 2-D histogram of horizontal neighbours in one pass.
+
+    Arguments are those of ``joint_histogram``.
 
     Raises
     ------
