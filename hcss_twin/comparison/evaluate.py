@@ -152,6 +152,9 @@ def _side(
             f"{100 * share:.2f} % of the pixels are missing: left out of pairs, coverage and histograms; boxes and "
             "spectra are of the largest rectangle without them."
         )
+    empty = float(np.mean(np.isnan(measured.kept)))
+    if footage.method == "valid" and empty > 0.0 and not missing:
+        notes.append(f"{100 * empty:.2f} % of the pixels have no value: they are clear, and in no histogram.")
     for reason in dict.fromkeys(reason for frame in measured.frames for reason in frame.measures.left_out):
         notes.append(f"Not measured: {reason}.")
     for label, why in measured.left_out:

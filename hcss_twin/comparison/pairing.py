@@ -64,8 +64,8 @@ def distances_of_frames(
     last: tuple[int | None, NDArray[np.floating]] = (None, measured[0].kept)
     for number, partner in zip(measured[1].numbers, partners, strict=True):
         if partner is not None and last[0] != partner:
-            last = (partner, sides[0].frame(measured[0].numbers[partner])[0])
-        found.append(distribution_distance(last[1], sides[1].frame(number)[0]))
+            last = (partner, sides[0].frame(measured[0].numbers[partner]).values)
+        found.append(distribution_distance(last[1], sides[1].frame(number).values))
     return tuple(found)
 
 

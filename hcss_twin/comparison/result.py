@@ -31,7 +31,7 @@ class FrameResult:
         After the first frame; NaN where times are not known.
     measures : ImageMeasures
     missing : int
-        Pixels without value.
+        Pixels of which it is not known whether they are cloudy.
     truth_coverage : float
         Cloudy part by the file's own mask; NaN where it has none.
     """
@@ -54,6 +54,8 @@ class Pictured:
         Rows northward.
     level : ndarray of float32 (rows, columns)
         0 clear, 1 to 255.
+    known : ndarray of bool (rows, columns)
+        Whether a pixel is known to be cloudy or clear.
     pairs : ndarray of int64 (256, 256)
         2-D histogram of horizontal neighbours.
     """
@@ -61,6 +63,7 @@ class Pictured:
     label: str
     values: NDArray[np.float64]
     level: NDArray[np.float32]
+    known: NDArray[np.bool_]
     pairs: NDArray[np.int64]
 
 
@@ -113,9 +116,8 @@ class Side:
 
     @property
     def pictured_coverage(self) -> float:
-        """Cloudy part of the valid pixels of the pictured frame."""
-        known = int(np.count_nonzero(~np.isnan(self.pictured.values)))
-        return int(np.count_nonzero(self.pictured.level)) / known
+        """Cloudy part of the known pixels of the pictured frame."""
+        return int(np.count_nonzero(self.pictured.level)) / int(np.count_nonzero(self.pictured.known))
 
 
 @dataclass(frozen=True)

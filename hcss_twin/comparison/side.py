@@ -27,6 +27,25 @@ MOST_KEPT = 2**25
 
 
 @dataclass(frozen=True)
+class Frame:
+    """What is measured of one frame.
+
+    Attributes
+    ----------
+    values : ndarray (rows, columns)
+        NaN where there is none.
+    level : ndarray of float32 (rows, columns)
+        Grey level: 0 clear or missing, 1 to 255 cloudy.
+    known : ndarray of bool (rows, columns)
+        Whether a pixel is known to be cloudy or clear.
+    """
+
+    values: Array
+    level: NDArray[np.float32]
+    known: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
 class Prepared:
     """How frames of one side are brought to what is compared.
 
@@ -53,8 +72,8 @@ class Prepared:
         rows, columns = self.part
         return rows.stop - rows.start, columns.stop - columns.start
 
-    def frame(self, number: int) -> tuple[Array, NDArray[np.float32]]:
-        """Return values and grey levels of the part of a frame; clouds are found in the whole frame.
+    def frame(self, number: int) -> Frame:
+        """Return the part of a frame; clouds are found in the whole frame.
 
         Raises
         ------
@@ -69,9 +88,11 @@ class Prepared:
         truth = None if footage.truth is None else footage.truth(number)
         level = grey_clouds(values, footage.bright_is_cloud, footage.method, self.choice, truth)[self.part]
         part = values[self.part]
+        # Products of cloud have no value where it is clear: nothing is missing there.
+        known = np.ones(part.shape, np.bool_) if footage.method == "valid" else ~np.isnan(part)
         if self.quantity == "grey levels":
-            part = np.where(np.isnan(part), np.nan, level.astype(np.float64))
-        return np.ascontiguousarray(part), np.ascontiguousarray(level)
+            part = np.where(known, level.astype(np.float64), np.nan)
+        return Frame(np.ascontiguousarray(part), np.ascontiguousarray(level), np.ascontiguousarray(known))
 
 
 @dataclass(frozen=True)
@@ -113,8 +134,8 @@ def measure_side(side: Prepared, progress: Progress | None = None) -> Measured:
     for number in every if progress is None else progress(every, footage.count):
         label = footage.labels[number]
         try:
-            values, level = side.frame(number)
-            measures = measure_image(values, level)
+            frame = side.frame(number)
+            measures = measure_image(frame.values, frame.level, frame.known)
         except ImageError as error:
             left_out.append((label, str(error)))
             continue
@@ -124,12 +145,12 @@ def measure_side(side: Prepared, progress: Progress | None = None) -> Measured:
                 label=label,
                 seconds=math.nan if footage.seconds is None else footage.seconds[number],
                 measures=measures,
-                missing=int(np.count_nonzero(np.isnan(values))),
+                missing=int(np.count_nonzero(~frame.known)),
                 truth_coverage=math.nan if mask is None else float(np.mean(mask)),
             )
         )
         numbers.append(number)
-        kept.append(values[::step, ::step].astype(np.float32))
+        kept.append(frame.values[::step, ::step].astype(np.float32))
     if not frames:
         label, why = left_out[0]
         which = "" if footage.count == 1 else f", frame {label}"
@@ -164,9 +185,9 @@ def correlation_over_time(measured: Measured, notes: list[str]) -> TemporalAutoc
 
 def pictured(side: Prepared, number: int) -> Pictured:
     """Return a frame to be drawn, with its 2-D histogram as ``morphology`` counts it."""
-    values, level = side.frame(number)
+    frame = side.frame(number)
+    level = frame.level
     cloudy = level > 0.0
     grey = to_grey_levels(level, float(level[cloudy].min()), float(level[cloudy].max()), mask=cloudy)
-    return Pictured(
-        side.footage.labels[number], values, level, joint_histogram(grey, valid=~np.isnan(values))
-    )
+    pairs = joint_histogram(grey, valid=frame.known)
+    return Pictured(side.footage.labels[number], frame.values, level, frame.known, pairs)

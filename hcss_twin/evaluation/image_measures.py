@@ -52,15 +52,19 @@ class ImageMeasures:
     left_out: tuple[str, ...]
 
 
-def measure_image(values: NDArray[np.float64], level: NDArray[np.float32]) -> ImageMeasures:
+def measure_image(
+    values: NDArray[np.float64], level: NDArray[np.float32], known: NDArray[np.bool_]
+) -> ImageMeasures:
     """Measure an image of values and the grey levels of its clouds.
 
     Parameters
     ----------
     values : ndarray of float64 (rows, columns)
-        Any unit; NaN where missing. At least 32 x 32 pixels.
+        Any unit; NaN where there is none. At least 32 x 32 pixels.
     level : ndarray of float32 (rows, columns)
         Grey level: 0 where clear or missing, 1 to 255 where cloudy.
+    known : ndarray of bool (rows, columns)
+        Whether a pixel is known to be cloudy or clear; others count for nothing.
 
     Raises
     ------
@@ -68,7 +72,8 @@ def measure_image(values: NDArray[np.float64], level: NDArray[np.float32]) -> Im
         If the clouds cannot be measured (see ``morphology``).
     """
     valid = ~np.isnan(values)
-    shape = morphology(level, level > 0.0, valid)
+    shape = morphology(level, level > 0.0, known)
+    pairs = int(np.count_nonzero(known[:, :-1] & known[:, 1:]))
     whole = complete_part(valid)
     full = values[whole]
     left_out: list[str] = []
@@ -85,9 +90,7 @@ def measure_image(values: NDArray[np.float64], level: NDArray[np.float32]) -> Im
             dimensions[name] = found
     return ImageMeasures(
         morphology=shape,
-        equal_neighbours=shape.diagonal_peak
-        * (GREY_LEVELS - 1)
-        / int(np.count_nonzero(valid[:, :-1] & valid[:, 1:])),
+        equal_neighbours=shape.diagonal_peak * (GREY_LEVELS - 1) / pairs,
         mean_level=float(np.mean(level[level > 0.0], dtype=np.float64)),
         mean=float(np.mean(values[valid])),
         deviation=float(np.std(values[valid])),

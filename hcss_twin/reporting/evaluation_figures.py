@@ -42,7 +42,7 @@ def draw_values(found: Evaluation, side: Side) -> Figure:
 
 def draw_levels(side: Side) -> Figure:
     """Draw the grey levels that eqs 21 to 23 see."""
-    level = np.where(np.isnan(side.pictured.values), np.nan, side.pictured.level)
+    level = np.where(side.pictured.known, side.pictured.level, np.nan)
     return _image(level, side, "gray", (0.0, 255.0), "grey level: 0 clear, 1 to 255 cloud")
 
 

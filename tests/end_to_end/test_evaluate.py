@@ -127,6 +127,25 @@ def test_the_measures_are_those_that_hcss_match_takes(save):
     assert found.mean_level == pytest.approx(target.mean_level, rel=1e-6)
 
 
+def test_pixels_without_cloud_top_are_clear_as_hcss_match_has_them(tmp_path):
+    path = tmp_path / "tops.nc"
+    heights = clouds(1)
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("y", 128)
+        file.createDimension("x", 128)
+        variable = file.createVariable("HT", "f8", ("y", "x"), fill_value=-1.0)
+        variable.setncatts({"units": "m", "long_name": "Cloud Top Height"})
+        variable[:] = np.where(heights > 0.0, 1000.0 * heights, -1.0)
+    target = read_target(path, ImageChoice(pixel_size_m=1000.0)).image
+    found = evaluate(path, path)
+    assert (found.real.method, found.unit) == ("valid", "m")
+    for name, value in vars(target.morphology()).items():
+        assert getattr(found.real.frames[0].measures.morphology, name) == pytest.approx(value, rel=1e-6), name
+    assert found.metric("coverage").real == pytest.approx(np.mean(heights > 0.0))
+    assert any("they are clear" in each for each in found.real.notes)
+    assert not any("missing" in each for each in found.real.notes if "clear" not in each)
+
+
 def test_radiance_becomes_the_temperature_that_the_cube_itself_has(cube):
     for band in ("mwir", "lwir-10.8"):
         found = evaluate(
