@@ -26,7 +26,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hcss_twin import Choice, Scenario, evaluate, make_plan
+from hcss_twin import EvaluationChoice, Scenario, evaluate, make_plan
 from hcss_twin.comparison.result import Evaluation
 from hcss_twin.matching.match import match
 from hcss_twin.matching.target import ImageChoice, read_target
@@ -54,8 +54,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name, image, choice, scene in images(options.folder):
             cube = simulated(image, choice, scene, Path(folder) / f"{len(rows)}.nc")
-            real = Choice(variable=choice.variable)
-            for mask, sim in (("threshold", Choice()), ("mask", Choice(method="truth"))):
+            real = EvaluationChoice(variable=choice.variable)
+            for mask, sim in (("threshold", EvaluationChoice()), ("mask", EvaluationChoice(method="truth"))):
                 found = evaluate(image, cube, real, replace(sim, band=band_name(scene)))
                 rows.append((f"{name}, {mask}", found))
                 if options.reports is not None:

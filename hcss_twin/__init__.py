@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
-    from hcss_twin.comparison.choice import Choice
+    from hcss_twin.comparison.choice import EvaluationChoice
     from hcss_twin.comparison.evaluate import evaluate
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.errors import (
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CatalogError",
-    "Choice",
     "CubeError",
+    "EvaluationChoice",
     "HcssError",
     "ImageError",
     "ProviderError",
@@ -64,8 +64,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     homes = {
         "CatalogError": "errors",
-        "Choice": "comparison.choice",
         "CubeError": "errors",
+        "EvaluationChoice": "comparison.choice",
         "HcssError": "errors",
         "ImageError": "errors",
         "ProviderError": "errors",

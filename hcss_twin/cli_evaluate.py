@@ -138,16 +138,16 @@ def evaluate_command(
     """
     to_screen = json_file is not None and str(json_file) == "-"
     _check_outputs([output, None if to_screen else json_file], force)
-    from hcss_twin.comparison.choice import Choice
+    from hcss_twin.comparison.choice import EvaluationChoice
     from hcss_twin.comparison.evaluate import evaluate
     from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.drafts import draft_of
     from hcss_twin.errors import HcssError
     from hcss_twin.reporting.evaluation_text import evaluation_text
 
-    def choice(side: str) -> Choice:
+    def choice(side: str) -> EvaluationChoice:
         chosen: Method = options[f"{side}_method"] or method
-        return Choice(
+        return EvaluationChoice(
             variable=options[f"{side}_variable"],
             band=options[f"{side}_band"],
             frames=options[f"{side}_frames"],

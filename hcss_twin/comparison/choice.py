@@ -12,7 +12,7 @@ Method = Literal["auto", "otsu", "local", "coverage", "valid", "truth"]
 
 
 @dataclass(frozen=True)
-class Choice:
+class EvaluationChoice:
     """Which part of an image or a cube is compared, and what in it is cloud.
 
     Attributes

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.comparison.choice import Choice, Method
+from hcss_twin.comparison.choice import EvaluationChoice, Method
 from hcss_twin.comparison.footage import Array, Footage, is_kelvin
 from hcss_twin.errors import CubeError, HcssError, ImageError, choose_from
 from hcss_twin.export.selection import Frame, Plane, Selection, select
@@ -23,7 +23,7 @@ _THERMAL_UM = 3.0
 _TEMPERATURE, _RADIANCE, _MASK = "brightness_temperature", "radiance", "cloud_mask"
 
 
-def cube_footage(dataset: xr.Dataset, path: Path, choice: Choice, like: Footage | None) -> Footage:
+def cube_footage(dataset: xr.Dataset, path: Path, choice: EvaluationChoice, like: Footage | None) -> Footage:
     """Choose one variable and band of an open cube.
 
     Parameters
@@ -32,7 +32,7 @@ def cube_footage(dataset: xr.Dataset, path: Path, choice: Choice, like: Footage 
         Open as long as frames are read.
     path : Path
         For messages.
-    choice : Choice
+    choice : EvaluationChoice
     like : Footage, optional
         What it will be compared with: where no band is asked for, the one of its wavelength is taken.
 
@@ -132,7 +132,7 @@ def _truth(dataset: xr.Dataset, frames: tuple[int, ...]) -> Callable[[int], NDAr
     return read
 
 
-def _method(choice: Choice, variable: str, has_truth: bool, path: Path) -> Method:
+def _method(choice: EvaluationChoice, variable: str, has_truth: bool, path: Path) -> Method:
     if choice.method == "truth" and not has_truth:
         raise ImageError(
             f"method 'truth': {path} has no {_MASK}; allowed: another method, or run the scenario with "
@@ -161,7 +161,7 @@ def _kelvin(
 
 
 def _bright(
-    choice: Choice,
+    choice: EvaluationChoice,
     variable: str,
     plane: Plane,
     values: Callable[[int], Array],

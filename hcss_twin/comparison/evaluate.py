@@ -9,7 +9,7 @@ from contextlib import ExitStack
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.comparison.choice import Choice
+from hcss_twin.comparison.choice import EvaluationChoice
 from hcss_twin.comparison.common import common_parts, common_quantity, same_number, same_pixel_size
 from hcss_twin.comparison.grey_clouds import MEANINGS
 from hcss_twin.comparison.metrics import build_metrics
@@ -36,8 +36,8 @@ _PathLike = str | os.PathLike[str]
 def evaluate(
     real: _PathLike | Sequence[_PathLike],
     sim: _PathLike | Sequence[_PathLike],
-    real_choice: Choice | None = None,
-    sim_choice: Choice | None = None,
+    real_choice: EvaluationChoice | None = None,
+    sim_choice: EvaluationChoice | None = None,
     *,
     whole: bool = False,
     progress: Progress | None = None,
@@ -53,7 +53,7 @@ def evaluate(
     real, sim : path or sequence of paths
         An image (NetCDF, GOES ABI among them, GeoTIFF, picture, ``.npy``, ``.npz``), several of one sequence, or a
         cube.
-    real_choice, sim_choice : Choice, optional
+    real_choice, sim_choice : EvaluationChoice, optional
         Variable, band, frames, and what is cloud.
     whole : bool
         Compare all of both although their shapes differ.
@@ -73,7 +73,7 @@ def evaluate(
     ImageError
         If a choice does not fit its file, an image is too small, or has no measurable cloud.
     """
-    choices = (real_choice or Choice(), sim_choice or Choice())
+    choices = (real_choice or EvaluationChoice(), sim_choice or EvaluationChoice())
     with ExitStack() as stack:
         first = open_footage("REAL", real, choices[0], stack, None)
         second = open_footage("SIM", sim, choices[1], stack, first)

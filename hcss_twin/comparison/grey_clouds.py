@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.clouds.imagery.cloudiness import find_threshold
 from hcss_twin.clouds.imagery.grey_levels import relative_grey, thickness_of
-from hcss_twin.comparison.choice import Choice, Method
+from hcss_twin.comparison.choice import EvaluationChoice, Method
 from hcss_twin.comparison.footage import Array
 from hcss_twin.errors import ImageError
 
@@ -24,7 +24,7 @@ MEANINGS: dict[Method, str] = {
 
 
 def grey_clouds(
-    values: Array, bright: bool, method: Method, choice: Choice, truth: NDArray[np.bool_] | None
+    values: Array, bright: bool, method: Method, choice: EvaluationChoice, truth: NDArray[np.bool_] | None
 ) -> NDArray[np.float32]:
     """Return the grey levels of a frame: 0 clear or missing, 1 to 255 cloudy, not rounded.
 
@@ -39,7 +39,7 @@ def grey_clouds(
         Whether large values are cloud.
     method : str
         How cloud is found, not ``auto``.
-    choice : Choice
+    choice : EvaluationChoice
         Coverage and window.
     truth : ndarray of bool or None
         Cloud mask, for method ``truth``.

@@ -14,14 +14,14 @@ from hcss_twin.clouds.imagery.cloudiness import bright_is_cloud, has_values_in_c
 from hcss_twin.clouds.imagery.goes_temperature import UNITS, planck_coefficients
 from hcss_twin.clouds.imagery.image import Image
 from hcss_twin.clouds.imagery.reader import read_image
-from hcss_twin.comparison.choice import Choice, Method
+from hcss_twin.comparison.choice import EvaluationChoice, Method
 from hcss_twin.comparison.footage import Array, Footage, is_kelvin
 from hcss_twin.errors import ImageError
 
 _WAVELENGTH = re.compile(r"([0-9.]+) um")
 
 
-def open_images(paths: Sequence[Path], choice: Choice) -> Footage:
+def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     """Read one image, or several that are frames of a sequence in the order given.
 
     Raises
@@ -88,7 +88,7 @@ def _same(values: Array) -> Array:
     return values
 
 
-def _method(choice: Choice, image: Image) -> Method:
+def _method(choice: EvaluationChoice, image: Image) -> Method:
     if choice.method != "auto":
         return choice.method
     return "valid" if has_values_in_cloud_only(image) else "otsu"

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from hcss_twin.clouds.imagery.netcdf_image import quiet
-from hcss_twin.comparison.choice import Choice
+from hcss_twin.comparison.choice import EvaluationChoice
 from hcss_twin.comparison.footage import Footage
 from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
@@ -18,7 +18,7 @@ from hcss_twin.errors import CatalogError, ImageError
 def open_footage(
     title: str,
     source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    choice: Choice,
+    choice: EvaluationChoice,
     stack: ExitStack,
     like: Footage | None,
 ) -> Footage:
@@ -29,7 +29,7 @@ def open_footage(
     title : str
         REAL or SIM, for messages.
     source : path or sequence of paths
-    choice : Choice
+    choice : EvaluationChoice
     stack : ExitStack
         Closes a cube.
     like : Footage, optional

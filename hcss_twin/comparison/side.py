@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.comparison.choice import Choice
+from hcss_twin.comparison.choice import EvaluationChoice
 from hcss_twin.comparison.footage import Array, Footage
 from hcss_twin.comparison.grey_clouds import grey_clouds
 from hcss_twin.comparison.result import FrameResult, Pictured
@@ -54,7 +54,7 @@ class Prepared:
     title : str
         REAL or SIM, for messages.
     footage : Footage
-    choice : Choice
+    choice : EvaluationChoice
     quantity : {"kelvin", "unit", "grey levels"}
     part : tuple of slice
         Rows and columns.
@@ -62,7 +62,7 @@ class Prepared:
 
     title: str
     footage: Footage
-    choice: Choice
+    choice: EvaluationChoice
     quantity: In
     part: tuple[slice, slice]
 
@@ -87,6 +87,11 @@ class Prepared:
             values = footage.kelvin(values)
         truth = None if footage.truth is None else footage.truth(number)
         level = grey_clouds(values, footage.bright_is_cloud, footage.method, self.choice, truth)[self.part]
+        if not level.any():
+            raise ImageError(
+                f"the compared part, {level.shape[0]} x {level.shape[1]} pixels, has no cloud; allowed: another "
+                "method, or a file cut to where there is some"
+            )
         part = values[self.part]
         # Products of cloud have no value where it is clear: nothing is missing there.
         known = np.ones(part.shape, np.bool_) if footage.method == "valid" else ~np.isnan(part)

@@ -13,7 +13,7 @@ import pytest
 from cheap import CHEAP_OPTIONS
 from click.testing import CliRunner
 
-from hcss_twin import Choice, HcssError, ImageError, evaluate, open_cube
+from hcss_twin import EvaluationChoice, HcssError, ImageError, evaluate, open_cube
 from hcss_twin.cli import cli
 from hcss_twin.clouds.imagery.goes_temperature import PlanckCoefficients
 from hcss_twin.evaluation.fractional_brownian_surface import fractional_brownian_surface
@@ -84,7 +84,7 @@ def test_an_image_beside_itself_differs_in_nothing(seviri):
 
 
 def test_a_cube_beside_itself_differs_in_nothing_frame_by_frame(cube):
-    choice = Choice(band="lwir-10.8")
+    choice = EvaluationChoice(band="lwir-10.8")
     found = evaluate(cube, cube, choice, choice)
     assert found.pairing == "3 real frames with 3 simulated ones, one by one"
     assert all(each.difference == 0.0 for each in found.metrics)
@@ -151,8 +151,8 @@ def test_radiance_becomes_the_temperature_that_the_cube_itself_has(cube):
         found = evaluate(
             cube,
             cube,
-            Choice(band=band, variable="brightness_temperature"),
-            Choice(band=band, variable="radiance"),
+            EvaluationChoice(band=band, variable="brightness_temperature"),
+            EvaluationChoice(band=band, variable="radiance"),
         )
         assert found.unit == "K"
         # The cube's own spectral grid is finer in the absorption bands; a black body hardly feels that.
@@ -181,17 +181,17 @@ def test_a_real_sequence_has_times_and_a_simulated_one_its_own_correlation(cube,
             variable.units = "K"
             variable[:] = 290.0 - np.roll(clouds(5), shift, axis=1)[:64, :80]
         paths.append(path)
-    found = evaluate(paths, cube, None, Choice(band="lwir-10.8"))
+    found = evaluate(paths, cube, None, EvaluationChoice(band="lwir-10.8"))
     assert found.real.kind == "images"
     np.testing.assert_allclose(found.real.temporal.lag_s, [0.0, 60.0, 120.0])
     assert 1.0 > found.real.temporal.correlation[1] > found.real.temporal.correlation[2]
     assert found.sim.temporal is not None
     assert found.pairing.startswith("3 real frames with 3")
-    alone = evaluate(paths[0], cube, None, Choice(band="lwir-10.8"))
+    alone = evaluate(paths[0], cube, None, EvaluationChoice(band="lwir-10.8"))
     assert "change over time is not known" in alone.pairing
     assert alone.real.temporal is None
     assert len(alone.errors["as-printed"]) == 3
-    uneven = evaluate(paths[:2], cube, None, Choice(band="lwir-10.8"))
+    uneven = evaluate(paths[:2], cube, None, EvaluationChoice(band="lwir-10.8"))
     assert "the mean of 2 real ones" in uneven.pairing
 
 
@@ -207,16 +207,16 @@ def test_the_band_of_the_real_image_is_chosen(cube, tmp_path):
             scalar = file.createVariable(name, "f8")
             scalar[...] = value
             scalar.units = "um" if name == "band_wavelength" else "1"
-    found = evaluate(path, cube, Choice(variable="CMI"))
+    found = evaluate(path, cube, EvaluationChoice(variable="CMI"))
     assert found.sim.band.startswith("lwir-10.8")
     assert any("it holds 10.35 um" in each for each in found.sim.notes)
-    other = evaluate(path, cube, Choice(variable="CMI"), Choice(band="mwir"))
+    other = evaluate(path, cube, EvaluationChoice(variable="CMI"), EvaluationChoice(band="mwir"))
     assert any("The bands differ" in each for each in other.notes)
 
 
 def test_shapes_and_pixel_sizes_that_differ_are_told_and_nothing_is_resampled(save):
     small, large = save("small.npy", clouds(1, size=96)), save("large.npy", clouds(2, size=128))
-    sizes = Choice(pixel_size_m=1000.0), Choice(pixel_size_m=2000.0)
+    sizes = EvaluationChoice(pixel_size_m=1000.0), EvaluationChoice(pixel_size_m=2000.0)
     found = evaluate(small, large, *sizes)
     assert found.real.part == found.sim.part == (96, 96)
     np.testing.assert_array_equal(found.sim.pictured.values > 0, found.sim.pictured.level > 0)
@@ -232,7 +232,7 @@ def test_shapes_and_pixel_sizes_that_differ_are_told_and_nothing_is_resampled(sa
 
 
 def test_the_grey_levels_of_files_without_a_common_unit_are_said_to_be_that(save, cube):
-    found = evaluate(save("a.npy", clouds(1)), cube, None, Choice(band="mwir"))
+    found = evaluate(save("a.npy", clouds(1)), cube, None, EvaluationChoice(band="mwir"))
     assert found.quantity == "grey level of cloud"
     assert found.unit == ""
     assert any(each.startswith("No common quantity") for each in found.notes)
@@ -241,7 +241,7 @@ def test_the_grey_levels_of_files_without_a_common_unit_are_said_to_be_that(save
 def test_the_truth_mask_is_that_of_the_cube(cube):
     with open_cube(cube) as dataset:
         share = float(dataset["cloud_mask"].isel(time=1).mean())
-    choice = Choice(band="lwir-10.8", method="truth", frames=(1,))
+    choice = EvaluationChoice(band="lwir-10.8", method="truth", frames=(1,))
     found = evaluate(cube, cube, choice, choice)
     assert found.metric("coverage").sim == pytest.approx(share) == found.metric("coverage, truth").real
 
@@ -293,7 +293,7 @@ def test_no_cloud_is_refused_and_nothing_but_cloud_has_no_outline(cube, tmp_path
         paths[name].write_bytes(cube.read_bytes())
         with netCDF4.Dataset(paths[name], "a") as file:
             file["cloud_mask"][:] = mask
-    choice = Choice(band="lwir-10.8", method="truth")
+    choice = EvaluationChoice(band="lwir-10.8", method="truth")
     with pytest.raises(ImageError, match=r"SIM clear.nc, frame .*: no pixel is cloudy by the method 'truth'"):
         evaluate(cube, paths["clear"], choice, choice)
     found = evaluate(cube, paths["cloudy"], choice, choice)
@@ -306,7 +306,7 @@ def test_frames_without_cloud_are_left_out_and_told(cube, tmp_path):
     path.write_bytes(cube.read_bytes())
     with netCDF4.Dataset(path, "a") as file:
         file["cloud_mask"][1] = 0
-    choice = Choice(band="lwir-10.8", method="truth")
+    choice = EvaluationChoice(band="lwir-10.8", method="truth")
     found = evaluate(cube, path, choice, choice)
     assert len(found.sim.frames) == 2
     assert len(found.sim.left_out) == 1
@@ -318,14 +318,17 @@ def test_frames_without_cloud_are_left_out_and_told(cube, tmp_path):
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
-        (Choice(band="lwir-10.3"), "no such band; allowed: lwir-10.8, mwir; closest is 'lwir-10.8'"),
-        (Choice(), "2 bands; choose one"),
-        (Choice(band="mwir", frames=(7,)), "the cube has 0 to 2; closest is 2"),
-        (Choice(band="mwir", variable="radiancee"), "closest is 'radiance'"),
-        (Choice(band="mwir", method="coverage"), "coverage: goes with the method"),
-        (Choice(band="mwir", window_pixels=5), "window_pixels: goes with the method 'local'"),
-        (Choice(band="mwir", method="coverage", coverage=0.0), "greater than 0"),
-        (Choice(variable="cloud_mask", band="mwir"), "the same for all bands"),
+        (
+            EvaluationChoice(band="lwir-10.3"),
+            "no such band; allowed: lwir-10.8, mwir; closest is 'lwir-10.8'",
+        ),
+        (EvaluationChoice(), "2 bands; choose one"),
+        (EvaluationChoice(band="mwir", frames=(7,)), "the cube has 0 to 2; closest is 2"),
+        (EvaluationChoice(band="mwir", variable="radiancee"), "closest is 'radiance'"),
+        (EvaluationChoice(band="mwir", method="coverage"), "coverage: goes with the method"),
+        (EvaluationChoice(band="mwir", window_pixels=5), "window_pixels: goes with the method 'local'"),
+        (EvaluationChoice(band="mwir", method="coverage", coverage=0.0), "greater than 0"),
+        (EvaluationChoice(variable="cloud_mask", band="mwir"), "the same for all bands"),
     ],
 )
 def test_choices_that_do_not_fit_a_cube_are_refused(cube, save, choice, message):
@@ -337,10 +340,10 @@ def test_choices_that_do_not_fit_a_cube_are_refused(cube, save, choice, message)
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
-        (Choice(band="mwir"), "band: has a meaning for cubes only"),
-        (Choice(frames=(1,)), "frames: has a meaning for cubes only"),
-        (Choice(method="truth"), "is an image and has no mask"),
-        (Choice(variable="x"), "a single array has no variable"),
+        (EvaluationChoice(band="mwir"), "band: has a meaning for cubes only"),
+        (EvaluationChoice(frames=(1,)), "frames: has a meaning for cubes only"),
+        (EvaluationChoice(method="truth"), "is an image and has no mask"),
+        (EvaluationChoice(variable="x"), "a single array has no variable"),
     ],
 )
 def test_choices_that_do_not_fit_an_image_are_refused(save, choice, message):
@@ -455,7 +458,7 @@ def test_a_goes_radiance_becomes_temperature_and_finds_its_band(cube):
     files = sorted(Path(folder).glob("OR_ABI-L1b-RadC-M3C08*.nc")) if folder else []
     if not files:
         pytest.skip("HCSS_SAMPLE_DATA names no folder with a GOES L1b file")
-    found = evaluate(files[0], cube, Choice(variable="Rad"), Choice(band="lwir-10.8"))
+    found = evaluate(files[0], cube, EvaluationChoice(variable="Rad"), EvaluationChoice(band="lwir-10.8"))
     assert found.unit == "K"
     # Water vapour of the upper troposphere at 6.2 um.
     assert 225.0 < found.metric("mean").real < 255.0
