@@ -15,12 +15,15 @@ from typing import TYPE_CHECKING, Any
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
+    from hcss_twin.comparison.choice import EvaluationChoice
+    from hcss_twin.comparison.evaluate import evaluate
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.errors import (
         CatalogError,
         CubeError,
         HcssError,
         PosteriorError,
+        ImageError,
         ProviderError,
         ScenarioError,
         SweepError,
@@ -40,14 +43,17 @@ if TYPE_CHECKING:
 __all__ = [
     "CatalogError",
     "CubeError",
+    "EvaluationChoice",
     "HcssError",
     "PosteriorError",
+    "ImageError",
     "ProviderError",
     "ProviderSpec",
     "Scenario",
     "ScenarioError",
     "SweepError",
     "__version__",
+    "evaluate",
     "export_cube",
     "fit",
     "fit_dimension",
@@ -66,12 +72,15 @@ def __getattr__(name: str) -> Any:
     homes = {
         "CatalogError": "errors",
         "CubeError": "errors",
+        "EvaluationChoice": "comparison.choice",
         "HcssError": "errors",
         "PosteriorError": "errors",
+        "ImageError": "errors",
         "ProviderError": "errors",
         "ScenarioError": "errors",
         "SweepError": "errors",
         "ProviderSpec": "registry.specs",
+        "evaluate": "comparison.evaluate",
         "export_cube": "export.cube_export",
         "fit": "uncertainty.fit",
         "fit_dimension": "uncertainty.fit",

@@ -15,6 +15,7 @@ from hcss_twin.cli_atmosphere import atmosphere
 from hcss_twin.cli_bench import bench
 from hcss_twin.cli_cache import cache
 from hcss_twin.cli_clouds import clouds, import_command
+from hcss_twin.cli_evaluate import evaluate_command
 from hcss_twin.cli_export import export_command
 from hcss_twin.cli_fit import fit_command
 from hcss_twin.cli_match import match_command
@@ -264,6 +265,7 @@ cli.add_command(bench)
 cli.add_command(sense)
 cli.add_command(export_command)
 cli.add_command(sweep_command)
+cli.add_command(evaluate_command)
 
 
 def main() -> None:

@@ -37,6 +37,8 @@ ALLOWED = {
     "cube": {"physics", "version", "drafts", "viewing"} | GROUND,
     "export": {"cube", "drafts", "version"} | GROUND,
     "sensor": STAND_ON,
+    "comparison": {"evaluation", "clouds", "cube", "export", "catalog", "radiance", "scenario", "scene"}
+    | GROUND,
     "sweeps": {"scenario", "scene", "cube", "drafts", "versions", "shelf"} | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
