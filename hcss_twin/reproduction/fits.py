@@ -213,11 +213,7 @@ def _described(name: str) -> dict[str, str]:
 
 _SHORT = "least squares of the relative differences of that row alone"
 _OTHERS = {
-    "sea temperature": (
-        "K",
-        "sea temperature of all tables",
-        f"{_TOGETHER}; cloud top held at 6 km, 249.2 K",
-    ),
+    "sea temperature": ("K", "sea temperature of all tables, cloud top held at 6 km and 249.2 K", _TOGETHER),
     "glint scale": ("1", "factor on the sun glint of Tables II and IV", _TOGETHER),
     "short-wave cover": ("1", "effective cover, 2.7-3.0 um row of Table IV", _SHORT),
     "short-wave glint scale": ("1", "factor on the sun glint, 2.7-3.0 um row of Table IV", _SHORT),

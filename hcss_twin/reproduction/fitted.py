@@ -39,7 +39,7 @@ class FittedInput:
     def told(self) -> str:
         """One line for a report."""
         unit = "" if self.unit == "1" else f" {self.unit}"
-        return f"{self.meaning}: {self.value:g}{unit} ({self.how})"
+        return f"{self.meaning}: {self.value:g}{unit}"
 
 
 def fitted_inputs() -> dict[str, FittedInput]:
@@ -67,3 +67,10 @@ def told(names: Iterable[str]) -> tuple[str, ...]:
     """Return one line for each name, for a report."""
     known = fitted_inputs()
     return tuple(known[name].told for name in names)
+
+
+def origin(names: Iterable[str]) -> str:
+    """Return how inputs were fitted, for the notes of a report."""
+    known = fitted_inputs()
+    ways: dict[str, None] = dict.fromkeys(known[name].how for name in names)
+    return f"Inputs fitted: {'; '.join(ways)}. To fit them again: {COMMAND.removesuffix(' --write')}"

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from hcss_twin.reproduction.cloud_images import IMAGES, MEASURES, mean_measures
-from hcss_twin.reproduction.fitted import fitted, told
+from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.item import Check, Reproduction, Row
 from hcss_twin.reproduction.published import published
 from hcss_twin.reproduction.verdict import judged
@@ -91,7 +91,7 @@ def table_8(seed: int) -> Reproduction:
         "simulated have Den, "
         "DP and FD of the printed image at one coverage.",
         fails="A measure of clouds of type simulated, or eq 24, misses the print.",
-        fitted_inputs=told(["coverage of Table VIII"]),
+        inputs=["coverage of Table VIII"],
         notes=(*_NOTES, "EV is an item of its own: it is not reproduced."),
     )
 
@@ -128,7 +128,7 @@ def table_8_entropy(seed: int) -> Reproduction:
     printed = dict(zip(MEASURES, published()["table_8"]["sim"], strict=True))
     found = mean_measures("simulated", fitted("coverage of Table VIII"), seed)
     rows, checks = _measures("simulated image", printed, found, ("EV",))
-    return _missed(rows, checks, "EV", told(["coverage of Table VIII"]))
+    return _missed(rows, checks, "EV", ["coverage of Table VIII"])
 
 
 def table_9_entropy(seed: int) -> Reproduction:
@@ -146,7 +146,7 @@ def table_9_entropy(seed: int) -> Reproduction:
     return _missed(rows, checks, "EV and, by some 6 %, Den", ())
 
 
-def _missed(rows: list[Row], checks: list[Check], what: str, inputs: tuple[str, ...]) -> Reproduction:
+def _missed(rows: list[Row], checks: list[Check], what: str, inputs: Sequence[str]) -> Reproduction:
     return judged(
         rows,
         checks,
@@ -154,7 +154,7 @@ def _missed(rows: list[Row], checks: list[Check], what: str, inputs: tuple[str, 
         fails=f"Clouds of type simulated at the printed coverage miss {what}. Eq 21 gives about twice the "
         "printed EV for any way of "
         "counting that was tried; the images it was computed from are not published.",
-        fitted_inputs=inputs,
+        inputs=inputs,
         notes=_NOTES,
     )
 

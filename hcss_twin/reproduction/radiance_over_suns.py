@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.providers import Sun
-from hcss_twin.reproduction.fitted import fitted, told
+from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.item import Reproduction, Row
 from hcss_twin.reproduction.published import published
 from hcss_twin.reproduction.radiance_over_views import PHYSICAL_NOTE, UNIT
@@ -85,7 +85,7 @@ def _suns(
         "agrees to its rounding with an effective cover of this table and a factor on the glint that both "
         "tables share.",
         fails="An angle or a radiance is further off than its rounding.",
-        fitted_inputs=told(["sea temperature", "nadir glint scale", f"cover of {name}"]),
+        inputs=["sea temperature", "nadir glint scale", f"cover of {name}"],
         notes=(
             *notes,
             "The radiance follows from a view straight down, not from the 20 deg of section IV-A, and from the same "

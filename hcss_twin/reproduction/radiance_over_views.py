@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.reproduction.fits import COVERS, SURFACES
-from hcss_twin.reproduction.fitted import fitted, told
+from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.item import Check, Reproduction, Row
 from hcss_twin.reproduction.published import printed_row, published
 from hcss_twin.reproduction.scene import BANDS, Columns, black_surface, columns_over_views
@@ -105,7 +105,7 @@ def table_4_short_wave(seed: int) -> Reproduction:
         f"{100 * fitted('glint scale'):.0f} %, so no scene has both rows. The row Modtran hardly falls with "
         "the angle, where "
         "clear air above a black surface does.",
-        fitted_inputs=told(inputs),
+        inputs=inputs,
         notes=(PHYSICAL_NOTE,),
     )
 
@@ -129,7 +129,7 @@ def _mixed(table: str, names: list[str]) -> Reproduction:
         "every row. "
         "No single cube has them all, because the cover differs between the bands.",
         fails="A row is further off than what the fit leaves over.",
-        fitted_inputs=told(["sea temperature", "glint scale", *names]),
+        inputs=["sea temperature", "glint scale", *names],
         notes=(
             "The printed coverages (30 and 47 %) do not give these rows. Cloud height, cloud temperature, sea "
             "temperature "
@@ -160,7 +160,7 @@ def _above_black(names: list[str]) -> Reproduction:
         "sun, no waves. "
         "One surface temperature gives each row.",
         fails="A row is not that of clear air above a black surface.",
-        fitted_inputs=told(names),
+        inputs=names,
         notes=("Air: the package's own band model, not MODTRAN.",),
     )
 

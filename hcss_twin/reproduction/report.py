@@ -50,12 +50,10 @@ def _summary(found: Sequence[Outcome]) -> Section:
     counts = Counter(outcome.verdict for outcome in found)
     rows = [
         [
-            element(
-                "a", heading(outcome.item.name), href=f"#{Section(heading(outcome.item.name), ()).anchor}"
-            ),
-            outcome.item.title,
+            element("a", heading(outcome.item.name), href=f"#{_anchor(outcome)}"),
             badge(outcome.verdict, _TONES[outcome.verdict]),
-            worst_text(outcome),
+            worst_text(outcome).partition(" (")[0],
+            outcome.item.title,
         ]
         for outcome in found
     ]
@@ -63,7 +61,7 @@ def _summary(found: Sequence[Outcome]) -> Section:
         "Summary",
         [
             paragraph(", ".join(f"{counts[name]} {name}" for name in _TONES if counts[name]) + "."),
-            table(["item", "what it shows", "verdict", "largest difference"], rows, text_columns=4),
+            table(["item", "verdict", "largest difference", "what it shows"], rows, text_columns=4),
             folded(
                 "How to read this",
                 bullets(
@@ -84,6 +82,10 @@ def _summary(found: Sequence[Outcome]) -> Section:
             ),
         ],
     )
+
+
+def _anchor(outcome: Outcome) -> str:
+    return Section(heading(outcome.item.name), ()).anchor
 
 
 def worst_text(outcome: Outcome) -> str:
@@ -110,6 +112,8 @@ def _section(outcome: Outcome) -> Section:
     content = [head, note(found.reason, _TONES[found.verdict])]
     content += _checks(found.checks)
     content += _rows(found)
+    if outcome.worst is not None:
+        content.append(paragraph(f"Largest difference: {worst_text(outcome)}."))
     if found.fitted_inputs:
         content += [element("h3", "Fitted inputs"), bullets(found.fitted_inputs)]
     if found.notes:
@@ -133,30 +137,40 @@ def _rows(found: Reproduction) -> list[Markup]:
         return []
     physical = any(row.physical is not None for row in found.rows)
     header = ["", "unit", "published", "computed", "difference", *(["physical"] if physical else [])]
-    rows = [[row.label, row.unit, *_numbers(row, physical)] for row in found.rows]
+    rows = [[row.label, row.unit, *_numbers(row, _decimals(row, found.rows), physical)] for row in found.rows]
     shown = table(header, rows, text_columns=2)
     return [folded(f"All {len(rows)} rows", shown)] if len(rows) > _ROWS_SHOWN else [shown]
 
 
-def _numbers(row: Row, physical: bool) -> list[str]:
-    """Return the cells of a row, all with the decimals of the printed number and one or two more."""
-    decimals = _decimals(row)
-    values = [row.published, row.computed, row.difference]
+def _numbers(row: Row, decimals: int, physical: bool) -> list[str]:
+    """Return the cells of a row: the printed number with its decimals, the others with one more."""
+    same = row.difference is not None and abs(row.difference) < 1e-12
+    finer = decimals if same else decimals + 1
     cells = [
-        "" if value is None else f"{value:.{places}f}"
-        for value, places in zip(values, (decimals, decimals + 1, decimals + 1), strict=True)
+        "" if row.published is None else f"{row.published:.{decimals}f}",
+        "" if row.computed is None else f"{row.computed:.{finer}f}",
+        "" if row.difference is None else "0" if same else f"{row.difference:+.{finer}f}",
     ]
-    if row.difference is not None:
-        cells[2] = f"{row.difference:+.{decimals + 1}f}" if abs(row.difference) > 1e-12 else "0"
     if physical:
-        cells.append("" if row.physical is None else f"{row.physical:.{decimals + 1}f}")
+        cells.append("" if row.physical is None else f"{row.physical:.{finer}f}")
     return cells
 
 
-def _decimals(row: Row) -> int:
-    """Return how many decimals a row is shown with: those of the printed number, or three digits."""
-    if row.published is not None:
-        digits = f"{row.published:.12g}"
-        return len(digits.partition(".")[2]) if "e" not in digits else 6
-    value = abs(row.computed or row.physical or 1.0)
-    return max(0, 2 - math.floor(math.log10(value))) if value else 2
+def _decimals(row: Row, rows: Sequence[Row]) -> int:
+    """Return how many decimals a printed number has: the most among rows of its unit and size, as 0.45 is one of 0.450."""
+    size = _size(row)
+    alike = [each for each in rows if each.unit == row.unit and abs(_size(each) - size) <= 2.0]
+    printed = [_printed_decimals(each.published) for each in alike if each.published is not None]
+    if row.difference is not None and abs(row.difference) < 1e-12 and row.published is not None:
+        return _printed_decimals(row.published)
+    return max(printed) if printed else max(0, 2 - math.floor(size))
+
+
+def _size(row: Row) -> float:
+    """Order of magnitude; 0 for nothing."""
+    value = next((abs(each) for each in (row.published, row.computed, row.physical) if each), 1.0)
+    return math.log10(value)
+
+
+def _printed_decimals(value: float) -> int:
+    return len(f"{value:.6f}".rstrip("0").partition(".")[2])

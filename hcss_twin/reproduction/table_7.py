@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcss_twin.reproduction.fitted import fitted, told
+from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.item import Check, Reproduction, Row
 from hcss_twin.reproduction.published import published
 from hcss_twin.reproduction.radiance_over_views import PHYSICAL_NOTE, UNIT
@@ -56,9 +56,7 @@ def table_7(seed: int) -> Reproduction:
         f"that give Tables II and IV fall by {clear - opaque:.2f}. No input is shared; a straight line, two "
         "free numbers "
         "for five, describes the table and explains nothing.",
-        fitted_inputs=told(
-            ["sea temperature", "glint scale", "Table VII without cloud", "Table VII per coverage"]
-        ),
+        inputs=["sea temperature", "glint scale", "Table VII without cloud", "Table VII per coverage"],
         notes=(
             "Opaque cloud at 6 km seen at 20 deg. Between Scenario3 and Scenario4 of Table II, too, the "
             "effective cover "

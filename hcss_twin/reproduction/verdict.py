@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.reproduction.fitted import origin, told
 from hcss_twin.reproduction.item import Check, Reproduction, Row, Verdict
 
 Array = NDArray[np.float64]
@@ -33,21 +34,24 @@ def judged(
     checks: Sequence[Check],
     holds: str,
     fails: str,
-    fitted_inputs: Sequence[str] = (),
+    inputs: Sequence[str] = (),
     notes: Sequence[str] = (),
 ) -> Reproduction:
     """Return an item with the verdict of its checks.
 
     Parameters
     ----------
-    rows, checks, fitted_inputs, notes
+    rows, checks, notes
         As in :class:`Reproduction`.
     holds, fails : str
         The reason where all checks hold, and where one does not.
+    inputs : sequence of str
+        Names of the fitted inputs it rests on (:mod:`hcss_twin.reproduction.fitted`).
     """
-    verdict = verdict_of(checks, fitted_inputs)
+    verdict = verdict_of(checks, inputs)
     reason = fails if verdict == "not reproducible" else holds
-    return Reproduction(verdict, reason, rows, checks, fitted_inputs, notes)
+    ways = (origin(inputs),) if inputs else ()
+    return Reproduction(verdict, reason, rows, checks, told(inputs), (*notes, *ways))
 
 
 def settled(found: Reproduction) -> Reproduction:
