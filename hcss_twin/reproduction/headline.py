@@ -64,12 +64,10 @@ def headline(seed: int) -> Reproduction:
         fails="A claimed number does not follow from the tables.",
         inputs=inputs,
         notes=(
-            "12.3 and 3.7 % compare a sunlit scene with thermal runs above a black surface, whose temperature "
-            "is free. They "
-            "measure how far the two scenes differ, not an error of either.",
-            "8.3 % counts two images that were made with random cloud masks as controls; the image that was "
-            "meant to agree has "
-            "4.2 %.",
+            "12.3 and 3.7 % compare a sunlit scene with thermal runs above a black surface, whose temperature is "
+            "free. They measure how far the two scenes differ, not an error of either.",
+            "8.3 % counts two images that were made with random cloud masks as controls; the image that was meant "
+            f"to agree has {found[0]:.1f} %.",
         ),
     )
 

@@ -27,9 +27,8 @@ def table_5(seed: int) -> Reproduction:
     printed = published()["table_5"]["rows"]
     labels = [f"Scenario{row[0]}, {abs(row[1])} {'NS'[row[1] < 0]} {row[2]} E" for row in printed]
     notes = (
-        "12:30 on 20 April 2019 in the whole-hour zone nearest to the longitude. The change with longitude in "
-        "the table is "
-        "that of the clock against the sun within a zone: at one solar time there would be none.",
+        "12:30 on 20 April 2019 in the whole-hour zone nearest to the longitude. The change with longitude in the "
+        "table is that of the clock against the sun within a zone: at one solar time there would be none.",
     )
     return _suns("Table V", labels, printed, suns_of_table_5(), notes)
 
@@ -41,7 +40,7 @@ def table_6(seed: int) -> Reproduction:
     labels = [f"Scenario{row[0]}, {row[1]}" for row in printed]
     true = sun_at_baseline(2019, 4, 20)
     notes = (
-        f"January to April are those of 2024, though 2019 is printed; the angles of 20 April 2019 are "
+        "January to April are those of 2024, though 2019 is printed; the angles of 20 April 2019 are "
         f"{true.zenith_deg:.3f} and {true.azimuth_deg:.3f} deg.",
         "What changes over the year is the sun's angle alone: air, sea temperature and cloud are those of one day.",
     )
@@ -80,16 +79,15 @@ def _suns(
     return judged(
         rows,
         checks,
-        holds="Every sun angle agrees to the printed digits without a fit (NREL algorithm, refracted zenith). "
-        "The radiance "
-        "agrees to its rounding with an effective cover of this table and a factor on the glint that both "
+        holds="Every sun angle agrees to the printed digits without a fit (NREL algorithm, refracted zenith). The "
+        "radiance agrees to its rounding with an effective cover of this table and a factor on the glint that both "
         "tables share.",
         fails="An angle or a radiance is further off than its rounding.",
         inputs=["sea temperature", "nadir glint scale", f"cover of {name}"],
         notes=(
             *notes,
-            "The radiance follows from a view straight down, not from the 20 deg of section IV-A, and from the same "
-            "sunlight above the air on every day: with the true distance of the sun the largest difference is "
+            "The radiance follows from a view straight down, not from the 20 deg of section IV-A, and from the "
+            "same sunlight above the air on every day: with the true distance of the sun the largest difference is "
             f"{off:.1g}.",
             "Held, not fitted: wind 10 m/s, cloud top 6 km at 249.2 K.",
             PHYSICAL_NOTE,

@@ -70,11 +70,10 @@ def _summary(found: Sequence[Outcome]) -> Section:
                         "report.",
                         "Physical: by the corrected physics, where it differs. It is fitted to no table.",
                         "Reproduced: every check holds, without an input that was fitted to the paper's numbers.",
-                        "Reproduced with fitted inputs: every check holds, with the inputs listed, which the "
-                        "paper does not "
-                        "state. They are a fit and no proof of what the authors used.",
-                        "Not reproducible: a check fails, or what it would take is not published; the reason "
-                        "is given.",
+                        "Reproduced with fitted inputs: every check holds, with the inputs listed, which the paper "
+                        "does not state. They are a fit and no proof of what the authors used.",
+                        "Not reproducible: a check fails, or what it would take is not published; the reason is "
+                        "given.",
                         "Largest difference: of all rows, as a share of what is printed; of percentages, the "
                         "difference itself.",
                     ]
@@ -149,7 +148,7 @@ def _numbers(row: Row, decimals: int, physical: bool) -> list[str]:
     cells = [
         "" if row.published is None else f"{row.published:.{decimals}f}",
         "" if row.computed is None else f"{row.computed:.{finer}f}",
-        "" if row.difference is None else "0" if same else f"{row.difference:+.{finer}f}",
+        "" if row.difference is None else "0" if same else f"{row.difference:+z.{finer}f}",
     ]
     if physical:
         cells.append("" if row.physical is None else f"{row.physical:.{finer}f}")
@@ -157,7 +156,7 @@ def _numbers(row: Row, decimals: int, physical: bool) -> list[str]:
 
 
 def _decimals(row: Row, rows: Sequence[Row]) -> int:
-    """Return how many decimals a printed number has: the most among rows of its unit and size, as 0.45 is one of 0.450."""
+    """Return how many decimals a number is printed with: the most among rows of its unit and size (0.45 is 0.450)."""
     size = _size(row)
     alike = [each for each in rows if each.unit == row.unit and abs(_size(each) - size) <= 2.0]
     printed = [_printed_decimals(each.published) for each in alike if each.published is not None]
