@@ -1,7 +1,7 @@
 """How the inputs that the paper does not state are fitted to its numbers.
 
 ``python -m hcss_twin.reproduction.fits`` prints them; ``--write`` keeps them in catalogs/paper/hcss-fitted-inputs.json.
-It takes about half a minute.
+It takes less than half a minute.
 """
 
 from __future__ import annotations

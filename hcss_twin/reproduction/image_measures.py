@@ -25,9 +25,13 @@ _HALF_PERCENTAGE = 5e-3
 _NOTES = (
     f"Computed: means over {IMAGES} skies of type simulated, 800 x 800 pixels of 20 m, 256 grey levels. The paper's "
     "own images, real or simulated, are not published.",
-    "Den is printed ten times too large: eq 22 cannot exceed 1. DP has W - 1 below the line, as printed. FD is a "
-    "box count of the body under the grey levels, the only reading of eq 6 that was found to give the printed "
-    "values.",
+    "Den is printed ten times too large: eq 22 cannot exceed 1. DP has W - 1 below the line, as printed.",
+)
+
+_CHOICES = (
+    "FD: a box count of the body under the grey levels, the only reading of eq 6 that was found to give the "
+    "printed values",
+    "L of Table III: lattice cells per 16 km, the reading that gives the printed Den of Table VIII",
 )
 
 
@@ -90,6 +94,7 @@ def table_8(seed: int) -> Reproduction:
         "simulated have Den, DP and FD of the printed image at one coverage.",
         fails="A measure of clouds of type simulated, or eq 24, misses the print.",
         inputs=["coverage of Table VIII"],
+        choices=_CHOICES,
         notes=(*_NOTES, "EV is an item of its own: it is not reproduced."),
     )
 
@@ -116,6 +121,7 @@ def table_9(seed: int) -> Reproduction:
         holds="Eq 24 gives all three RMSE from the printed entries, and clouds of type simulated have the printed "
         "DP and FD at the printed coverages.",
         fails="A measure of clouds of type simulated, or eq 24, misses the print.",
+        choices=_CHOICES,
         notes=(*_NOTES, "EV and Den are an item of their own: they are not reproduced."),
     )
 
@@ -148,10 +154,11 @@ def _missed(rows: list[Row], checks: list[Check], what: str, inputs: Sequence[st
         rows,
         checks,
         holds=f"Clouds of type simulated have the printed {what}.",
-        fails=f"Clouds of type simulated at the same coverage miss {what}. Eq 21 gives about twice the printed "
-        "EV for any way of counting that was tried; the images it was computed from are not published.",
+        fails=f"Clouds of type simulated at the same coverage miss {what}. Eq 21 gives about twice the printed EV "
+        "for any way of counting that was tried; the images it was computed from are not published.",
         inputs=inputs,
         notes=_NOTES,
+        choices=_CHOICES[1:],
     )
 
 

@@ -26,6 +26,11 @@ _COVER_3_5 = "cover of Table IV, 3-5 um"
 
 _RE_ROUNDING = {"3.0-5.0": 0.25, "8.0-14.0": 0.01}
 
+CLOUD_CHOICES = (
+    "cloud top 6 km, the highest of Table III's type simulated, with the air's 249.2 K there",
+    "no sunlight reflected by the cloud: the rows exclude that of eq 16",
+)
+
 PHYSICAL_NOTE = (
     "Physical: the same place, time, air, sea temperature, wind, cloud top and effective cover, by the corrected "
     "physics, with all sunlight on sea and cloud. It was fitted to nothing here, and by day in 3-5 um it is not "
@@ -102,6 +107,7 @@ def table_4_short_wave(seed: int) -> Reproduction:
         "falls with the angle, where clear air above a black surface does.",
         inputs=inputs,
         notes=(PHYSICAL_NOTE,),
+        choices=CLOUD_CHOICES,
     )
 
 
@@ -132,11 +138,10 @@ def _mixed(table: str, names: list[str]) -> Reproduction:
         notes=(
             f"{coverage} Cloud height, cloud temperature, sea temperature and cover trade against each other: other "
             "sets fit as well, and none is proof of what the authors used.",
-            "Held, not fitted: cloud top 6 km with the air's 249.2 K there, wind 10 m/s, no sunlight reflected by "
-            "the cloud (the rows exclude that of eq 16).",
             "The shipped scenario baseline has rounded values of an earlier fit (291.4 K, 0.162).",
             PHYSICAL_NOTE,
         ),
+        choices=CLOUD_CHOICES,
     )
 
 
@@ -158,6 +163,7 @@ def _above_black(names: list[str]) -> Reproduction:
         fails="A row is not that of clear air above a black surface.",
         inputs=names,
         notes=("Air: the package's own band model, not MODTRAN.",),
+        choices=("a black surface in place of sea and cloud, and no sun",),
     )
 
 

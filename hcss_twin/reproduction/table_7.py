@@ -7,7 +7,7 @@ import numpy as np
 from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.item import Check, Reproduction, Row
 from hcss_twin.reproduction.published import published
-from hcss_twin.reproduction.radiance_over_views import PHYSICAL_NOTE, UNIT
+from hcss_twin.reproduction.radiance_over_views import CLOUD_CHOICES, PHYSICAL_NOTE, UNIT
 from hcss_twin.reproduction.scene import BANDS, columns_over_views
 from hcss_twin.reproduction.verdict import deviation_check, judged
 
@@ -60,4 +60,5 @@ def table_7(seed: int) -> Reproduction:
             "cover rises by far less than the printed coverage.",
             PHYSICAL_NOTE,
         ),
+        choices=CLOUD_CHOICES,
     )

@@ -1,5 +1,6 @@
 """Verdicts follow from checks; what an item is called; how a row is compared."""
 
+import json
 from importlib import import_module
 
 import numpy as np
@@ -52,6 +53,12 @@ def test_fitted_inputs_are_told_with_their_values_and_how_to_fit_them():
     [line], [note] = found.fitted_inputs, found.notes
     assert f"{fitted_inputs()['sea temperature'].value:g} K" in line
     assert "python -m hcss_twin.reproduction.fits" in note
+
+
+def test_a_reading_chosen_to_fit_is_a_fitted_input():
+    found = judged([], [GOOD], "yes", "no", choices=["L counts cells"])
+    assert found.verdict == "reproduced with fitted inputs"
+    assert found.fitted_inputs == ("L counts cells",)
 
 
 @pytest.mark.parametrize(
@@ -178,3 +185,14 @@ def test_rows_without_print_have_three_digits_and_no_difference():
     text = cells([Row("a", "m", None, 2.1345, 1.0)])
     assert ">2.134<" in text or ">2.135<" in text
     assert ">+" not in text
+    assert ">published<" not in text
+
+
+def test_numbers_that_are_not_finite_spoil_neither_page_nor_json():
+    rows = [Row("a", "m", 1.0, float("nan"), float("inf")), Row("b", "m", None, float("nan"))]
+    assert ">nan<" in cells(rows)
+    found = Outcome(
+        Item("a", "", "", 0.0), Reproduction("reproduced", "", rows, [Check("x", np.True_)]), "", 0.0
+    )
+    assert found.worst is None
+    assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["rows"][0]["computed"] is None
