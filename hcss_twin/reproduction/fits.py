@@ -12,10 +12,10 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BarycentricInterpolator
 from scipy.optimize import brentq, least_squares, minimize_scalar
 
 from hcss_twin.catalog import catalog_root
+from hcss_twin.physics.planck import planck
 from hcss_twin.reproduction.cloud_images import SEED, mean_measures
 from hcss_twin.reproduction.published import printed_row, published
 from hcss_twin.reproduction.scene import BANDS, BlackSurface, black_surface, scene
@@ -45,8 +45,6 @@ SURFACES = {
 }
 """MODTRAN columns with the temperature of their black surface: table, row, band."""
 
-_SEA_NODES_K = (286.0, 289.0, 292.0, 295.0)
-
 _TOGETHER = "least squares of the relative differences of the six rows of Tables II and IV together"
 _NADIR = "least squares over the 32 radiances of Tables V and VI, seen from above, the sun at 1 au"
 
@@ -54,22 +52,27 @@ _NADIR = "least squares over the 32 radiances of Tables V and VI, seen from abov
 class ColumnTerms:
     """Terms of the ``as-printed`` columns of Tables II and IV, from which any inputs are mixed.
 
-    The sea's emission is interpolated between four temperatures (to 1e-6); everything else is linear.
+    The sea's emission is that of a black one times what its emissivity and the air let pass, at each wavenumber; all
+    else is linear.
     """
 
     def __init__(self) -> None:
-        views = published()["view_zenith_deg"]
-        found = []
-        for kelvin in _SEA_NODES_K:
-            plans = [scene("as-printed", float(view), tuple(BANDS.values()), 1.0, kelvin) for view in views]
-            found.append([_terms(plan) for plan in plans])
-        terms = np.array(found)
-        self._sea = BarycentricInterpolator(np.array(_SEA_NODES_K), terms[:, :, 0])
-        self.air, self.glint, self.opaque = (terms[0, :, each] for each in (1, 2, 3))
+        plans = [
+            scene("as-printed", float(view), tuple(BANDS.values())) for view in published()["view_zenith_deg"]
+        ]
+        grid = plans[0].spectral_grid
+        self._wavenumber_cm1, self._weights_cm1 = grid.wavenumber_cm1, grid.weights_cm1.T
+        black = planck(grid.wavenumber_cm1, plans[0].assembly.sea_temperature_K)
+        spectra = [_spectra(plan) for plan in plans]
+        self._passing = np.array([sea / black for sea, *_ in spectra])
+        self.air, self.glint, self.opaque = (
+            np.array([each[place] @ self._weights_cm1 for each in spectra]) for place in (1, 2, 3)
+        )
 
     def clear(self, sea_temperature_K: float, glint_scale: float) -> Array:
         """Radiance (views, bands) of the clear column."""
-        result: Array = self._sea(sea_temperature_K) + self.air + glint_scale * self.glint
+        sea = (self._passing * planck(self._wavenumber_cm1, sea_temperature_K)) @ self._weights_cm1
+        result: Array = sea + self.air + glint_scale * self.glint
         return result
 
 
@@ -79,19 +82,13 @@ def column_terms() -> ColumnTerms:
     return ColumnTerms()
 
 
-def _terms(plan: Plan) -> Array:
-    """Emission of sea and air and glint of the clear column, and the opaque column, (4, B)."""
-    nu, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1.T
-    sun = plan.sun_track.at(0.0)
+def _spectra(plan: Plan) -> tuple[Array, Array, Array, Array]:
+    """Emission of sea and air and glint of the clear column, and the opaque column, each (V,)."""
+    nu, sun = plan.spectral_grid.wavenumber_cm1, plan.sun_track.at(0.0)
     clear = plan.model.clear(nu, sun)
     opaque = plan.model.cloudy(nu, np.array([[plan.layers[0].thickness_max_m]]), sun)
-    names = ("sea_emission", "path_emission", "sea_reflected_sun")
-    return np.array(
-        [
-            *(clear[name] @ weights for name in names),
-            np.sum([term[0] for term in opaque.values()], axis=0) @ weights,
-        ]
-    )
+    whole: Array = np.sum([term[0] for term in opaque.values()], axis=0)
+    return clear["sea_emission"], clear["path_emission"], clear["sea_reflected_sun"], whole
 
 
 def fit_tables_2_and_4(terms: ColumnTerms) -> dict[str, float]:
@@ -220,7 +217,7 @@ def _described(name: str) -> dict[str, str]:
 
 _SHORT = "least squares of the relative differences of that row alone"
 _OTHERS = {
-    "sea temperature": ("K", "sea temperature of all tables, cloud top held at 6 km and 249.2 K", _TOGETHER),
+    "sea temperature": ("K", "sea temperature of all tables", _TOGETHER),
     "glint scale": ("1", "factor on the sun glint of Tables II and IV", _TOGETHER),
     "short-wave cover": ("1", "effective cover, 2.7-3.0 um row of Table IV", _SHORT),
     "short-wave glint scale": ("1", "factor on the sun glint, 2.7-3.0 um row of Table IV", _SHORT),

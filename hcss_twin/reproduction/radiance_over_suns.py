@@ -28,7 +28,7 @@ def table_5(seed: int) -> Reproduction:
     labels = [f"Scenario{row[0]}, {abs(row[1])} {'NS'[row[1] < 0]} {row[2]} E" for row in printed]
     notes = (
         "12:30 on 20 April 2019. The change with longitude in the table is that of the clock against the sun "
-        "within a zone: at one solar time there would be none.",
+        "within a zone: at one solar time there would be next to none.",
     )
     choices = ("clock: the whole-hour zone nearest to the longitude",)
     return _suns("Table V", labels, printed, suns_of_table_5(), choices, notes)
