@@ -120,11 +120,11 @@ def figure_4(seed: int) -> Reproduction:
 
 def drawn(panels: list[list[tuple[str, Array]]]) -> Figure:
     """Draw V mapped to p, each panel with its title."""
-    figure = blank(6.6, 8.9)
+    figure = blank(5.4, 7.5)
     axes = figure.subplots(4, 3)
     flat = [panel for row in panels for panel in row]
     for letter, axis, (title, values) in zip("abcdefghijkl", axes.ravel(), flat, strict=True):
-        p = reduced(cloud_fraction_value(values), 134)
+        p = reduced(cloud_fraction_value(values), 100)
         shown = (p - p.min()) / (p.max() - p.min())
         image = axis.imshow(shown, origin="lower", cmap=shades(), vmin=0, vmax=1)
         axis.set_title(f"({letter}) {title}", fontsize=10)

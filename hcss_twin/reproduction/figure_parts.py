@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, Verdict
+from hcss_twin.reproduction.verdict import verdict_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -105,13 +106,7 @@ def concluded(
     ValueError
         If there is no check: nothing could fail.
     """
-    if not checks:
-        raise ValueError("checks: none given, allowed: one or more; a verdict needs something that can fail")
-    good = all(check.holds for check in checks)
-    verdict: Verdict
-    if missing or not good:
-        verdict = "not reproducible"
-    else:
-        verdict = "reproduced with fitted inputs" if chosen else "reproduced"
+    good = verdict_of(checks, chosen) != "not reproducible"
+    verdict: Verdict = "not reproducible" if missing else verdict_of(checks, chosen)
     reason = f"{missing} {holds if good else fails}".strip()
     return Reproduction(verdict, reason, rows, checks, chosen, notes, drawings)
