@@ -105,7 +105,9 @@ def cloud_optics_figure(catalog: Catalog, types: Sequence[str] = TYPES) -> Figur
                 (absorption, found.absorption),
                 (albedo, found.albedo),
             ):
-                axis.plot(wavelength, values, label=label, color=colour, linestyle=styles[kind], linewidth=1.2)
+                axis.plot(
+                    wavelength, values, label=label, color=colour, linestyle=styles[kind], linewidth=1.2
+                )
             # Only ice spheres need the many moments, and they alone take long.
             asked = in_full[kind] if cloud.phase == "ice" else provider
             for axis, at_um in zip(angular, PHASE_UM, strict=True):

@@ -70,7 +70,8 @@ def volume_figure(columns: CloudColumns) -> Figure:
 
     class Calm(Figure):
         """At the cloud's edges faces have fewer corners than others; matplotlib leaves the rest of their memory as it
-        finds it, projects that too, which may overflow, and masks it afterwards."""
+        finds it, projects that too, which may overflow, and masks it afterwards.
+        """
 
         def draw(self, renderer: Any) -> None:
             with np.errstate(over="ignore", invalid="ignore"):

@@ -33,7 +33,9 @@ def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
     """
     del seed
     peaks = [_peak_rad_s(spectrum, wind) for wind in WINDS_M_S]
-    greatest = [float(spectrum(np.array([peak]), wind)[0]) for peak, wind in zip(peaks, WINDS_M_S, strict=True)]
+    greatest = [
+        float(spectrum(np.array([peak]), wind)[0]) for peak, wind in zip(peaks, WINDS_M_S, strict=True)
+    ]
     heights = [4.0 * math.sqrt(_variance_m2(spectrum, wind)) for wind in WINDS_M_S]
     # d/d omega of eq 1 vanishes at omega^4 = 4/5 beta (g / U)^4, and its integral is alpha U^4 / (4 beta g^2).
     closed_peaks = [(0.8 * 0.74) ** 0.25 * 9.81 / wind for wind in WINDS_M_S]
@@ -51,7 +53,10 @@ def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
     peak_off = _largest_share(peaks, closed_peaks)
     height_off = _largest_share(heights, closed_heights)
     checks = (
-        Check(f"frequency of the peak against (4 beta / 5)^(1/4) g / U: {peak_off:.1e} off, at most 1e-6", peak_off < 1e-6),
+        Check(
+            f"frequency of the peak against (4 beta / 5)^(1/4) g / U: {peak_off:.1e} off, at most 1e-6",
+            peak_off < 1e-6,
+        ),
         Check(
             "wave height 4 m0^(1/2) by quadrature against U^2 / g (4 alpha / beta)^(1/2): "
             f"{height_off:.1e} off, at most 1e-6",
@@ -65,16 +70,20 @@ def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
         checks,
         holds="Eq 1 with the printed constants; peak and wave height follow from it in closed form.",
         fails="The spectrum is not that of eq 1.",
-        chosen=(f"wind speeds {', '.join(f'{wind:g}' for wind in WINDS_M_S)} m/s: the text does not name those drawn",),
+        chosen=(
+            f"wind speeds {', '.join(f'{wind:g}' for wind in WINDS_M_S)} m/s: the text does not name those drawn",
+        ),
         notes=(
-            f"At 10 m/s the significant wave height is {law.significant_wave_height_m(10.0):.2f} m, sea state 4 (1.25 to "
+            f"At 10 m/s the significant wave height is {law.significant_wave_height_m(10.0):.2f} m, sea state "
+            "4 (1.25 to "
             "2.5 m); the paper calls it sea state 5 (Fig 10).",
         ),
         drawings=(
             Drawing(
                 "Pierson-Moskowitz spectrum, eq 1",
                 _drawn(spectrum),
-                "Five curves of spectral density over frequency: the stronger the wind the higher the peak and the lower "
+                "Five curves of spectral density over frequency: the stronger the wind the higher the peak and "
+                "the lower "
                 "its frequency; all share one tail.",
             ),
         ),
@@ -99,7 +108,9 @@ def _peak_rad_s(spectrum: Spectrum, wind: float) -> float:
         return -math.log(float(spectrum(np.array([math.exp(log_omega)]), wind)[0]))
 
     around = math.log(9.81 / wind)
-    found = minimize_scalar(downward, bounds=(around - 1.0, around + 1.0), method="bounded", options={"xatol": 1e-10})
+    found = minimize_scalar(
+        downward, bounds=(around - 1.0, around + 1.0), method="bounded", options={"xatol": 1e-10}
+    )
     return math.exp(float(found.x))
 
 
@@ -111,7 +122,9 @@ def _variance_m2(spectrum: Spectrum, wind: float) -> float:
         omega = math.exp(log_omega)
         return omega * float(spectrum(np.array([omega]), wind)[0])
 
-    return float(quad(density, around - 3.0, around + 12.0, epsabs=0.0, epsrel=1e-10, limit=200, points=[around])[0])
+    return float(
+        quad(density, around - 3.0, around + 12.0, epsabs=0.0, epsrel=1e-10, limit=200, points=[around])[0]
+    )
 
 
 def _largest_share(found: list[float], expected: list[float]) -> float:

@@ -101,37 +101,46 @@ def figure_4(seed: int) -> Reproduction:
     return concluded(
         rows,
         checks,
-        holds="Each parameter does what the text says: gamma and kmax add detail, H smooths, L sets the number of cells.",
+        holds="Each parameter does what the text says: gamma and kmax add detail, H smooths, L sets the number "
+        "of cells.",
         fails="A parameter does not do what the text says of it.",
         chosen=(
             "what a row holds fixed: gamma 2, H .5, L [5, 5], k 0-6 (first row k 0-4), none of them stated",
-            "L counts lattice cells per 16 km (800 pixels of 20 m): the text does not say of what it is the resolution",
+            "L counts lattice cells per 16 km (800 pixels of 20 m): the text does not say of what it is the "
+            "resolution",
         ),
         drawings=(
             Drawing(
                 "Fractal fields p of eq 5, 800 x 800 pixels of 20 m",
                 drawn([[(title, values) for title, _, values in row] for row in panels]),
-                "Twelve grey textures in four rows: finer grain with larger gamma, smoother with larger H, smaller blobs "
+                "Twelve grey textures in four rows: finer grain with larger gamma, smoother with larger H, "
+                "smaller blobs "
                 "with larger L, from blobs to detail with larger kmax.",
             ),
         ),
     )
 
 
-def drawn(panels: list[list[tuple[str, Array]]]) -> Figure:
-    """Draw V mapped to p, each panel with its title."""
+def drawn(panels: list[list[tuple[str, Array]]], most: int = 100) -> Figure:
+    """Draw V mapped to p, each panel with its title and at most ``most`` pixels along a side."""
     figure = blank(5.4, 7.5)
     axes = figure.subplots(4, 3)
     flat = [panel for row in panels for panel in row]
     for letter, axis, (title, values) in zip("abcdefghijkl", axes.ravel(), flat, strict=True):
-        p = reduced(cloud_fraction_value(values), 100)
+        p = reduced(cloud_fraction_value(values), most)
         shown = (p - p.min()) / (p.max() - p.min())
         image = axis.imshow(shown, origin="lower", cmap=shades(), vmin=0, vmax=1)
         axis.set_title(f"({letter}) {title}", fontsize=10)
         axis.set_xticks([])
         axis.set_yticks([])
     figure.colorbar(
-        image, ax=axes, shrink=0.5, label="p of eq 5, from least to greatest", location="bottom", aspect=40, pad=0.01
+        image,
+        ax=axes,
+        shrink=0.5,
+        label="p of eq 5, from least to greatest",
+        location="bottom",
+        aspect=40,
+        pad=0.01,
     )
     figure.suptitle(
         f"otherwise γ = {FIXED['gamma']:g}, H = {FIXED['H']}, L = {FIXED['L']}, k = {FIXED['k'][0]}-{FIXED['k'][1]} "

@@ -87,7 +87,10 @@ def figure_5(seed: int) -> Reproduction:
     checks = (
         Check(f"eq 7 at every pixel: {off:.1e} m off, at most {LARGEST_OFF_M} m", off < LARGEST_OFF_M),
         Check("cloud is where the field is highest, by sorting", bool(np.array_equal(cloudy, highest))),
-        Check(f"the base is flat: {flat:.1e} m between lowest and highest, at most {LARGEST_OFF_M} m", flat < LARGEST_OFF_M),
+        Check(
+            f"the base is flat: {flat:.1e} m between lowest and highest, at most {LARGEST_OFF_M} m",
+            flat < LARGEST_OFF_M,
+        ),
     )
     return concluded(
         rows,
@@ -102,7 +105,8 @@ def figure_5(seed: int) -> Reproduction:
             Drawing(
                 "Cumulus in space, in section, and by altitude",
                 volume_figure(columns),
-                "Steep heaps of cloud of many heights on a flat base over a blue sea; below, a section through them and the "
+                "Steep heaps of cloud of many heights on a flat base over a blue sea; below, a section through "
+                "them and the "
                 "share of the area that is cloud at each altitude.",
             ),
         ),
@@ -119,11 +123,20 @@ def _highest(field: Array, coverage: float) -> NDArray[np.bool_]:
 
 def _columns(cube: xr.Dataset) -> CloudColumns:
     frame = cube.isel(time=0)
-    thickness, top = (frame[name].to_numpy().astype(np.float64) for name in ("cloud_thickness", "cloud_top_altitude"))
+    thickness, top = (
+        frame[name].to_numpy().astype(np.float64) for name in ("cloud_thickness", "cloud_top_altitude")
+    )
     cloudy = thickness > 0.0
     base = np.where(cloudy, top - thickness, np.nan)
     x, y = (cube[name].to_numpy().astype(np.float64) for name in ("x", "y"))
-    moment = np.datetime64(frame["time"].to_numpy(), "ms")
+    moment: Any = frame["time"].to_numpy().astype("datetime64[ms]")[()]
     return CloudColumns(
-        str(cube.attrs["title"]), moment, 0, x, y, base, np.where(cloudy, top, np.nan), cloudy.astype(np.float64)
+        str(cube.attrs["title"]),
+        moment,
+        0,
+        x,
+        y,
+        base,
+        np.where(cloudy, top, np.nan),
+        cloudy.astype(np.float64),
     )

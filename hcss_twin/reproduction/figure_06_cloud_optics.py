@@ -43,10 +43,13 @@ def figure_6(seed: int) -> Reproduction:
     clouds = {name: particles(name, catalog) for name in TYPES}
     spheres = {name: efficiencies(providers["mie"], cloud, wavelength) for name, cloud in clouds.items()}
     crystals = {name: efficiencies(providers["bulk"], cloud, wavelength) for name, cloud in clouds.items()}
-    rows, checks = [], []
+    rows: list[Row] = []
+    checks: list[Check] = []
     for name in TYPES:
         for at_um in WAVELENGTHS_UM:
-            values = [float(np.interp(at_um, wavelength, found[name].albedo)) for found in (spheres, crystals)]
+            values = [
+                float(np.interp(at_um, wavelength, found[name].albedo)) for found in (spheres, crystals)
+            ]
             rows.append(Row(f"{name}, single-scattering albedo at {at_um:g} um", "1", None, *values))
         checks += checks_of(name, spheres[name])
     return concluded(
@@ -55,19 +58,22 @@ def figure_6(seed: int) -> Reproduction:
         holds="Mie theory gives efficiencies that behave as theory says; the paper prints no number of them.",
         fails="An efficiency breaks a law of scattering.",
         chosen=(
-            "particles: maritime cumulus and stratus of OPAC, cirrus with effective radius 30 um and variance .1; the "
+            "particles: maritime cumulus and stratus of OPAC, cirrus with effective radius 30 um and variance "
+            ".1; the "
             "paper gives the form of n(r) without numbers",
             "refractive indices: Hale and Querry (water), Warren and Brandt (ice); not stated",
         ),
         notes=(
-            f"Shown from {RANGE_UM[0]:g} um: at 0 no wavelength is left, and refractive indices are catalogued from there.",
+            f"Shown from {RANGE_UM[0]:g} um: at 0 no wavelength is left, and refractive indices are catalogued "
+            "from there.",
             "Physical: water by temperature, rough ice crystals in place of the paper's ice spheres.",
         ),
         drawings=(
             Drawing(
                 "Efficiencies and albedo of spheres, as in Fig 6; dotted: physical",
                 _drawn(spheres, crystals),
-                "Three panels, cumulus, stratus and cirrus: extinction starts near 2; the albedo is near 1 below 2.5 um and "
+                "Three panels, cumulus, stratus and cirrus: extinction starts near 2; the albedo is near 1 "
+                "below 2.5 um and "
                 "dips at 3 and 6 um and beyond 10 um.",
             ),
             Drawing(
@@ -95,7 +101,8 @@ def checks_of(name: str, found: Efficiencies) -> tuple[Check, ...]:
             bool(_TWICE[0] <= short.min() and short.max() <= _TWICE[1]),
         ),
         Check(
-            f"{name}: albedo least at {dip_um:.2f} um in the first water band, between {low} and {high} um; {dip:.2f}, "
+            f"{name}: albedo least at {dip_um:.2f} um in the first water band, between {low} and {high} um; "
+            f"{dip:.2f}, "
             "between .4 and .75",
             low <= dip_um <= high and 0.4 <= dip <= 0.75,
         ),

@@ -10,12 +10,16 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from hcss_twin.catalog import Catalog
-from hcss_twin.reproduction.figure_parts import blank, concluded, reduced, shades
+from hcss_twin.reproduction.figure_parts import PANEL_PIXELS, blank, concluded, reduced, shades
 from hcss_twin.reproduction.figure_scenes import simulated
 from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
 from hcss_twin.reproduction.published_figures import CLOUD_HEIGHTS_KM
 from hcss_twin.scenario.cloud_types import load_cloud_type
-from hcss_twin.sea.pierson_moskowitz import elevation_variance_m2, significant_wave_height_m, surface_elevation
+from hcss_twin.sea.pierson_moskowitz import (
+    elevation_variance_m2,
+    significant_wave_height_m,
+    surface_elevation,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,7 +57,7 @@ def thickness(kind: str, seed: int, size: int = SIDE_PIXELS) -> Array:
 
 def sea(seed: int, size: int = SIDE_PIXELS) -> Array:
     """Return the elevation of the sea at the pixels (size, size), metres."""
-    places = PIXEL_M * np.arange(size)
+    places = PIXEL_M * np.arange(size, dtype=np.float64)
     return surface_elevation(places[None, :], places[:, None], 0.0, WIND_M_S, 270.0, seed, components=WAVES)
 
 
@@ -92,7 +96,10 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     ]
     checks = (
         Check(f"size and heights of Table III: largest difference {off:.1e}, at most 1e-5", off < 1e-5),
-        Check("thickness runs from the thinnest to the thickest of eq 7 in every type, within 1 cm", bool(within)),
+        Check(
+            "thickness runs from the thinnest to the thickest of eq 7 in every type, within 1 cm",
+            bool(within),
+        ),
         Check(f"coverage {COVERAGE:.0%} in every type, to the pixel", bool(covered)),
         Check(
             f"largest undulation {highest:.2f} m, printed as around {LARGEST_M} m: within 15 %",
@@ -110,9 +117,11 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
             "measurements (catalog)",
         ),
         notes=(
-            f"The significant wave height at 10 m/s is {significant_wave_height_m(WIND_M_S):.2f} m, sea state 4; the paper "
+            f"The significant wave height at 10 m/s is {significant_wave_height_m(WIND_M_S):.2f} m, sea state "
+            "4; the paper "
             "says sea state 5 (2.5 to 4 m) and compares it with the largest undulation, which is another quantity.",
-            f"The sea of the picture has {WAVES} waves of eq 1; the pixels are farther apart than its waves are long.",
+            f"The sea of the picture has {WAVES} waves of eq 1; the pixels are farther apart than its waves "
+            "are long.",
         ),
         drawings=(
             Drawing(
@@ -129,15 +138,22 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     )
 
 
-def drawn(clouds: dict[str, Array]) -> Figure:
-    """Draw the thickness of four cloud types over a dark sea."""
+def drawn(clouds: dict[str, Array], most: int = PANEL_PIXELS) -> Figure:
+    """Draw the thickness of four cloud types over a dark sea, with at most ``most`` pixels along a side."""
     figure = blank(8.6, 7.6)
-    for letter, axis, (kind, values) in zip("abcd", figure.subplots(2, 2).ravel(), clouds.items(), strict=True):
+    for letter, axis, (kind, values) in zip(
+        "abcd", figure.subplots(2, 2).ravel(), clouds.items(), strict=True
+    ):
         side_km = PIXEL_M * values.shape[0] / 1e3
-        shown = np.ma.masked_equal(reduced(values), 0.0)
+        shown = np.ma.masked_equal(reduced(values, most), 0.0)
         darkest = -0.3 * float(values.max())
         image = axis.imshow(
-            shown, origin="lower", cmap=shades("bone"), vmin=darkest, vmax=values.max(), extent=(0.0, side_km, 0.0, side_km)
+            shown,
+            origin="lower",
+            cmap=shades("bone"),
+            vmin=darkest,
+            vmax=values.max(),
+            extent=(0.0, side_km, 0.0, side_km),
         )
         axis.set_facecolor("#0b2a4a")
         axis.set_title(f"({letter}) {kind}", fontsize=11)
@@ -154,7 +170,7 @@ def drawn(clouds: dict[str, Array]) -> Figure:
 def _drawn_sea(seed: int) -> Figure:
     figure = blank(5.2, 4.2)
     axis = figure.subplots()
-    places = 2.5 * np.arange(200)
+    places = 2.5 * np.arange(200, dtype=np.float64)
     values = surface_elevation(places[None, :], places[:, None], 0.0, WIND_M_S, 270.0, seed, components=WAVES)
     image = axis.imshow(values, origin="lower", cmap=shades("Blues_r"), extent=(0.0, 0.5, 0.0, 0.5))
     axis.set(xlabel="x (km)", ylabel="y (km)", title=f"wind {WIND_M_S:g} m/s from the west")

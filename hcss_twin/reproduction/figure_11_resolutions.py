@@ -68,7 +68,13 @@ def figure_11(seed: int) -> Reproduction:
         other = corrected.get(size)
         rows += [
             Row(f"{size:g} m, pixels along a side", "1", None, float(images[size].shape[0])),
-            Row(f"{size:g} m, mean", RADIANCE, None, float(images[size].mean()), None if other is None else float(other.mean())),
+            Row(
+                f"{size:g} m, mean",
+                RADIANCE,
+                None,
+                float(images[size].mean()),
+                None if other is None else float(other.mean()),
+            ),
             Row(
                 f"{size:g} m, standard deviation",
                 RADIANCE,
@@ -80,20 +86,32 @@ def figure_11(seed: int) -> Reproduction:
     return concluded(
         rows,
         checks_of(images, LARGEST_OFF["as-printed"]),
-        holds="One sky in pixels of any size: coarse images are the block means of the fine one, as down-sampling makes "
+        holds="One sky in pixels of any size: coarse images are the block means of the fine one, as "
+        "down-sampling makes "
         "them, and are computed without it.",
         fails="Images of different resolution do not show one sky.",
-        chosen=(f"type {TYPE}, coverage {COVERAGE:.0%}, band 3-5 um, {SIDE_M / 1e3:g} km of sky: not stated", *radiance_inputs(BAND)),
+        chosen=(
+            f"type {TYPE}, coverage {COVERAGE:.0%}, band 3-5 um, {SIDE_M / 1e3:g} km of sky: not stated",
+            *radiance_inputs(BAND),
+        ),
         notes=(
-            "The paper resamples images up and down. Here each resolution is computed, with the points of the 5 m image "
+            "The paper resamples images up and down. Here each resolution is computed, with the points of the "
+            "5 m image "
             "within each pixel.",
             PHYSICAL_NOTE,
         ),
         drawings=(
             Drawing(
                 "4 km of sky and 1 km in its middle, in pixels of 5, 20 and 50 m, 3-5 um",
-                _drawn([("as-printed", images), ("as-printed", _middle(images)), ("physical", _middle(corrected))]),
-                "Three rows of three images of the same dark clouds with grey edges, ever coarser: all of them, a part, and "
+                _drawn(
+                    [
+                        ("as-printed", images),
+                        ("as-printed", _middle(images)),
+                        ("physical", _middle(corrected)),
+                    ]
+                ),
+                "Three rows of three images of the same dark clouds with grey edges, ever coarser: all of "
+                "them, a part, and "
                 "the part by the corrected physics.",
             ),
         ),
@@ -111,17 +129,24 @@ def _middle(images: dict[float, Array]) -> dict[float, Array]:
 
 
 def checks_of(images: dict[float, Array], allowed: float) -> list[Check]:
-    """Compare images by pixel size in m with the block means of the finest; ``allowed`` is a share of the radiance."""
+    """Compare images by pixel size in m with the block means of the finest; ``allowed`` is a share of the "
+    "radiance.
+    """
     checks = []
     fine = images[FINEST_M]
     for size in sorted(images)[1:]:
         means = block_means(fine, round(size / FINEST_M))
         off = float(np.max(np.abs(images[size] / means - 1.0)))
         checks.append(
-            Check(f"{size:g} m against block means of 5 m: at most {off:.1e} off, allowed {allowed:g}", off <= allowed)
+            Check(
+                f"{size:g} m against block means of 5 m: at most {off:.1e} off, allowed {allowed:g}",
+                off <= allowed,
+            )
         )
     spreads = [float(images[size].std()) for size in sorted(images)]
-    checks.append(Check("the coarser the smoother: standard deviation falls", bool(np.all(np.diff(spreads) < 0))))
+    checks.append(
+        Check("the coarser the smoother: standard deviation falls", bool(np.all(np.diff(spreads) < 0)))
+    )
     return checks
 
 
@@ -130,6 +155,11 @@ def _drawn(rows: list[tuple[str, dict[float, Array]]]) -> Figure:
     for axes, (model, images) in zip(figure.subplots(len(rows), len(PIXELS_M)), rows, strict=True):
         limits = (float(images[FINEST_M].min()), float(images[FINEST_M].max()))
         for letter, axis, size in zip("abc", axes, PIXELS_M, strict=True):
-            shown = image_panel(axis, images[size], f"({letter}) {size:g} m, {model}, {size * len(images[size]) / 1e3:g} km", limits)
+            shown = image_panel(
+                axis,
+                images[size],
+                f"({letter}) {size:g} m, {model}, {size * len(images[size]) / 1e3:g} km",
+                limits,
+            )
         figure.colorbar(shown, ax=list(axes), shrink=0.9, label=RADIANCE_SHOWN)
     return figure

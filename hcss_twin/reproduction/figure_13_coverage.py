@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,7 +49,10 @@ def figure_13(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     found, shares = images("as-printed", coverages, seed, size)
     corrected, _ = images("physical", coverages, seed, size)
     means, other = found.mean(axis=(1, 2)), corrected.mean(axis=(1, 2))
-    rows = [Row(f"({letter}) coverage", "%", 100 * wanted, 100 * float(share)) for letter, wanted, share in zip("abcde", coverages, shares, strict=True)]
+    rows = [
+        Row(f"({letter}) coverage", "%", 100 * wanted, 100 * float(share))
+        for letter, wanted, share in zip("abcde", coverages, shares, strict=True)
+    ]
     rows += [
         Row(f"({letter}) mean radiance", RADIANCE, None, float(mean), float(physical))
         for letter, mean, physical in zip("abcde", means, other, strict=True)
@@ -58,7 +62,8 @@ def figure_13(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
         rows,
         checks_of(found, shares, coverages),
         holds="The coverages are the captions', and mean radiance falls as they rise, as printed; but by "
-        f"{falls[0]:.2f} {RADIANCE} from clear to overcast where Table VII falls by {falls[1]:.2f}: its levels are an item "
+        f"{falls[0]:.2f} {RADIANCE} from clear to overcast where Table VII falls by {falls[1]:.2f}: its levels "
+        "are an item "
         "of their own (table-7) and not reproduced.",
         fails="A coverage is not the caption's, or radiance does not fall with coverage.",
         chosen=(
@@ -66,7 +71,8 @@ def figure_13(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
             *radiance_inputs(BAND),
         ),
         notes=(
-            "Physical: clouds reflect sunlight, and yet radiance falls, because the glint that they hide is brighter.",
+            "Physical: clouds reflect sunlight, and yet radiance falls, because the glint that they hide is "
+            "brighter.",
             PHYSICAL_NOTE,
         ),
         drawings=(
@@ -84,10 +90,13 @@ def checks_of(found: Array, shares: Array, coverages: list[float]) -> list[Check
     off = float(np.max(np.abs(shares - coverages)))
     pixel = 1.0 / found[0].size
     means = found.mean(axis=(1, 2))
-    grows = all(np.all(more <= less * (1.0 + 2e-3)) for less, more in zip(found[:-1], found[1:], strict=True))
+    grows = all(np.all(more <= less * (1.0 + 2e-3)) for less, more in itertools.pairwise(found))
     return [
         Check(f"coverage to the pixel: {off:.1e} off, at most {0.5 * pixel:.1e}", off <= 0.51 * pixel),
-        Check(f"mean radiance falls with every step, {means[0]:.3f} to {means[-1]:.3f} {RADIANCE}", bool(np.all(np.diff(means) < 0))),
+        Check(
+            f"mean radiance falls with every step, {means[0]:.3f} to {means[-1]:.3f} {RADIANCE}",
+            bool(np.all(np.diff(means) < 0)),
+        ),
         Check("no pixel becomes brighter as the coverage of its sky grows", bool(grows)),
     ]
 

@@ -38,7 +38,8 @@ _ACCURACY: Mapping[Model, float] = {"as-printed": 1e-3, "physical": 1e-2}
 """Share of the radiance: what a picture shows, without waiting for more."""
 
 PHYSICAL_NOTE = (
-    "Physical: the same scene by the corrected physics, with all of the glint and with sunlight on the clouds, to 1 % of "
+    "Physical: the same scene by the corrected physics, with all of the glint and with sunlight on the clouds, "
+    "to 1 % of "
     "the radiance."
 )
 
@@ -65,7 +66,7 @@ def scenario_of(name: str, model: Model, overrides: Mapping[str, Any]) -> Scenar
         **_PARTS[model],
     }
     if model == "as-printed":
-        glint = fitted(_glint_name(list(overrides.get("bands", ["mwir"]))[0]))
+        glint = fitted(_glint_name(next(iter(overrides.get("bands", ["mwir"])))))
         common["radiance"] = {"model": model, "parameters": {"glint_scale": glint, "cloud_sun_scale": 0.0}}
     return Scenario.load(name, {**common, **overrides})
 

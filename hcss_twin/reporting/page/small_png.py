@@ -15,9 +15,10 @@ COLOURS = 256
 
 
 def small_png(figure: Figure, dpi: int = 110) -> bytes:
-    """Return a figure as PNG of at most 256 colours, which halves pictures of clouds; the same figure gives the same bytes.
+    """Return a figure as PNG of at most 256 colours, which halves pictures of clouds.
 
-    Without dithering: what is of one colour stays so. A figure that is smaller in all its colours keeps them.
+    The same figure gives the same bytes. Without dithering: what is of one colour stays so. A figure that is smaller in
+    all its colours keeps them.
     """
     from PIL import Image
 
