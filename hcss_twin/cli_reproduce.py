@@ -21,7 +21,7 @@ EXIT_FAILED = 1
     "-o",
     "--output",
     type=click.Path(dir_okay=False, path_type=Path),
-    default=Path("hcss-reproduction.html"),
+    default="hcss-reproduction.html",
     show_default=True,
     help="Report to write.",
 )

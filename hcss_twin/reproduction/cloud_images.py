@@ -41,6 +41,7 @@ def cloud_mask(cloud_type: str, coverage: float, seed: int) -> NDArray[np.bool_]
     return mask
 
 
+@lru_cache(maxsize=8 * IMAGES)
 def measured(cloud_type: str, coverage: float, seed: int) -> Morphology:
     """Return the measures of one sky."""
     field = cloud_field(cloud_type, seed)

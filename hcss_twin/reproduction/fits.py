@@ -1,13 +1,14 @@
 """How the inputs that the paper does not state are fitted to its numbers.
 
 ``python -m hcss_twin.reproduction.fits`` prints them; ``--write`` keeps them in catalogs/paper/hcss-fitted-inputs.json.
-It takes about half a minute.
+It takes less than half a minute.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +73,12 @@ class ColumnTerms:
         return result
 
 
+@lru_cache(maxsize=1)
+def column_terms() -> ColumnTerms:
+    """Return the terms, computed once."""
+    return ColumnTerms()
+
+
 def _terms(plan: Plan) -> Array:
     """Emission of sea and air and glint of the clear column, and the opaque column, (4, B)."""
     nu, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1.T
@@ -90,8 +97,8 @@ def _terms(plan: Plan) -> Array:
 def fit_tables_2_and_4(terms: ColumnTerms) -> dict[str, float]:
     """Fit sea temperature, glint scale and the cover of each row, cloud top and its temperature held.
 
-    The cloud is at 6 km (the highest of type ``simulated``, Table III) with the air's 249.2 K there. Freeing both
-    changes no row by more than .03 % rms: they, sea temperature and covers trade against each other.
+    The cloud is at 6 km (the highest of type ``simulated``, Table III) with the air's 249.2 K there. Other heights
+    and temperatures give the rows as well: they, sea temperature and covers trade against each other.
     """
     places = list(BANDS)
 
@@ -128,7 +135,7 @@ def fit_tables_5_and_6(terms: ColumnTerms, sea_temperature_K: float) -> dict[str
     """
     band = list(BANDS).index("3.0-5.0")
     thermal, opaque = terms.clear(sea_temperature_K, 0.0)[0, band], terms.opaque[0, band]
-    plan = scene("as-printed", 0.0, [BANDS["3.0-5.0"]], 1.0)
+    plan = scene("as-printed", 0.0, (BANDS["3.0-5.0"],), 1.0)
     nu, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1[0]
     suns, printed = [], []
     for table, of_table in (("table_5", suns_of_table_5()), ("table_6", suns_of_table_6())):
@@ -186,7 +193,7 @@ def fit_table_7() -> dict[str, float]:
 
 def refit() -> dict[str, float]:
     """Fit every input anew, rounded as kept."""
-    terms = ColumnTerms()
+    terms = column_terms()
     found = fit_tables_2_and_4(terms)
     sea = found["sea temperature"] = round(found["sea temperature"], _digits("sea temperature"))
     found |= fit_table_4_short_wave(terms, sea) | fit_tables_5_and_6(terms, sea)
@@ -242,8 +249,8 @@ def document(values: dict[str, float]) -> str:
     """Return the file's text."""
     about = (
         "Inputs that W. Sun et al. do not state, fitted to the numbers of their tables (hcss-tables.json) in the "
-        "as-printed model. They are fits and no proof of what the authors used. Written by "
-        "`python -m hcss_twin.reproduction.fits --write`; do not edit. No rights claimed."
+        "as-printed model. They are fits and no proof of what the authors used. Written by `python -m "
+        "hcss_twin.reproduction.fits --write`; do not edit. No rights claimed."
     )
     inputs = {name: {"value": value, **_described(name)} for name, value in values.items()}
     return json.dumps({"about": about, "inputs": inputs}, indent=1) + "\n"

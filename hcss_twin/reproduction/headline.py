@@ -9,6 +9,7 @@ from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.image_measures import eq_24
 from hcss_twin.reproduction.item import Check, Reproduction, Row
 from hcss_twin.reproduction.published import printed_row, published
+from hcss_twin.reproduction.radiance_over_views import CLOUD_CHOICES
 from hcss_twin.reproduction.scene import BANDS, black_surface, columns_over_views
 from hcss_twin.reproduction.verdict import judged
 
@@ -64,13 +65,12 @@ def headline(seed: int) -> Reproduction:
         fails="A claimed number does not follow from the tables.",
         inputs=inputs,
         notes=(
-            "12.3 and 3.7 % compare a sunlit scene with thermal runs above a black surface, whose temperature "
-            "is free. They "
-            "measure how far the two scenes differ, not an error of either.",
-            "8.3 % counts two images that were made with random cloud masks as controls; the image that was "
-            "meant to agree has "
-            "4.2 %.",
+            "12.3 and 3.7 % compare a sunlit scene with thermal runs above a black surface, whose temperature is "
+            "free. They measure how far the two scenes differ, not an error of either.",
+            "8.3 % counts two images that were made with random cloud masks as controls; the image that was meant "
+            f"to agree has {found[0]:.1f} %.",
         ),
+        choices=CLOUD_CHOICES,
     )
 
 

@@ -23,12 +23,15 @@ _HALF_9 = (5e-4, 5e-4, 5e-3, 5e-4)
 _HALF_PERCENTAGE = 5e-3
 
 _NOTES = (
-    f"Computed: means over {IMAGES} skies of type simulated, 800 x 800 pixels of 20 m, 256 grey levels. The "
-    "paper's own "
-    "images, real or simulated, are not published.",
-    "Den is printed ten times too large: eq 22 cannot exceed 1. DP has W - 1 below the line, as printed. FD is "
-    "a box count of "
-    "the body under the grey levels, the only reading of eq 6 that was found to give the printed values.",
+    f"Computed: means over {IMAGES} skies of type simulated, 800 x 800 pixels of 20 m, 256 grey levels. The paper's "
+    "own images, real or simulated, are not published.",
+    "Den is printed ten times too large: eq 22 cannot exceed 1. DP has W - 1 below the line, as printed.",
+)
+
+_CHOICES = (
+    "FD: a box count of the body under the grey levels, the only reading of eq 6 that was found to give the "
+    "printed values",
+    "L of Table III: lattice cells per 16 km, the reading that gives the printed Den of Table VIII",
 )
 
 
@@ -88,10 +91,10 @@ def table_8(seed: int) -> Reproduction:
         rows,
         checks,
         holds="Eq 24 gives the printed errors and their RMSE from the printed entries, and clouds of type "
-        "simulated have Den, "
-        "DP and FD of the printed image at one coverage.",
+        "simulated have Den, DP and FD of the printed image at one coverage.",
         fails="A measure of clouds of type simulated, or eq 24, misses the print.",
         inputs=["coverage of Table VIII"],
+        choices=_CHOICES,
         notes=(*_NOTES, "EV is an item of its own: it is not reproduced."),
     )
 
@@ -115,10 +118,10 @@ def table_9(seed: int) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="Eq 24 gives all three RMSE from the printed entries, and clouds of type simulated have the "
-        "printed DP and FD at "
-        "the printed coverages.",
+        holds="Eq 24 gives all three RMSE from the printed entries, and clouds of type simulated have the printed "
+        "DP and FD at the printed coverages.",
         fails="A measure of clouds of type simulated, or eq 24, misses the print.",
+        choices=_CHOICES,
         notes=(*_NOTES, "EV and Den are an item of their own: they are not reproduced."),
     )
 
@@ -151,11 +154,11 @@ def _missed(rows: list[Row], checks: list[Check], what: str, inputs: Sequence[st
         rows,
         checks,
         holds=f"Clouds of type simulated have the printed {what}.",
-        fails=f"Clouds of type simulated at the printed coverage miss {what}. Eq 21 gives about twice the "
-        "printed EV for any way of "
-        "counting that was tried; the images it was computed from are not published.",
+        fails=f"Clouds of type simulated at the same coverage miss {what}. Eq 21 gives about twice the printed EV "
+        "for any way of counting that was tried; the images it was computed from are not published.",
         inputs=inputs,
         notes=_NOTES,
+        choices=_CHOICES[1:],
     )
 
 
@@ -179,7 +182,7 @@ def _measures(
 def _within(label: str, stated: float, low: float, high: float) -> Check:
     """A printed percentage against what eq 24 gives for entries within their rounding."""
     return Check(
-        f"{label}, printed {stated:.2f} %: eq 24 gives {low:.2f} to {high:.2f} % for the printed entries, each "
-        "to its rounding",
+        f"{label}, printed {stated:.2f} %: eq 24 gives {low:.2f} to {high:.2f} % for the printed entries, each to "
+        "its rounding",
         low - _HALF_PERCENTAGE <= stated <= high + _HALF_PERCENTAGE,
     )

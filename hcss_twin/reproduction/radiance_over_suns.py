@@ -11,7 +11,7 @@ from hcss_twin.providers import Sun
 from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.item import Reproduction, Row
 from hcss_twin.reproduction.published import published
-from hcss_twin.reproduction.radiance_over_views import PHYSICAL_NOTE, UNIT
+from hcss_twin.reproduction.radiance_over_views import CLOUD_CHOICES, PHYSICAL_NOTE, UNIT
 from hcss_twin.reproduction.scene import columns_over_suns
 from hcss_twin.reproduction.suns import sun_at_baseline, suns_of_table_5, suns_of_table_6
 from hcss_twin.reproduction.verdict import judged, largest_check
@@ -27,11 +27,11 @@ def table_5(seed: int) -> Reproduction:
     printed = published()["table_5"]["rows"]
     labels = [f"Scenario{row[0]}, {abs(row[1])} {'NS'[row[1] < 0]} {row[2]} E" for row in printed]
     notes = (
-        "12:30 on 20 April 2019 in the whole-hour zone nearest to the longitude. The change with longitude in "
-        "the table is "
-        "that of the clock against the sun within a zone: at one solar time there would be none.",
+        "12:30 on 20 April 2019. The change with longitude in the table is that of the clock against the sun "
+        "within a zone: at one solar time there would be none.",
     )
-    return _suns("Table V", labels, printed, suns_of_table_5(), notes)
+    choices = ("clock: the whole-hour zone nearest to the longitude",)
+    return _suns("Table V", labels, printed, suns_of_table_5(), choices, notes)
 
 
 def table_6(seed: int) -> Reproduction:
@@ -41,15 +41,21 @@ def table_6(seed: int) -> Reproduction:
     labels = [f"Scenario{row[0]}, {row[1]}" for row in printed]
     true = sun_at_baseline(2019, 4, 20)
     notes = (
-        f"January to April are those of 2024, though 2019 is printed; the angles of 20 April 2019 are "
+        "At 12:30 on 20 April 2019 the sun's angles over this place are "
         f"{true.zenith_deg:.3f} and {true.azimuth_deg:.3f} deg.",
         "What changes over the year is the sun's angle alone: air, sea temperature and cloud are those of one day.",
     )
-    return _suns("Table VI", labels, printed, suns_of_table_6(), notes)
+    choices = ("the year 2024 for January to April, where 2019 is printed",)
+    return _suns("Table VI", labels, printed, suns_of_table_6(), choices, notes)
 
 
 def _suns(
-    name: str, labels: Sequence[str], printed: Sequence[Any], suns: tuple[Sun, ...], notes: tuple[str, ...]
+    name: str,
+    labels: Sequence[str],
+    printed: Sequence[Any],
+    suns: tuple[Sun, ...],
+    choices: tuple[str, ...],
+    notes: tuple[str, ...],
 ) -> Reproduction:
     cover = fitted(f"cover of {name}")
     radiance = columns_over_suns("as-printed", suns).mixed(cover)
@@ -80,18 +86,20 @@ def _suns(
     return judged(
         rows,
         checks,
-        holds="Every sun angle agrees to the printed digits without a fit (NREL algorithm, refracted zenith). "
-        "The radiance "
-        "agrees to its rounding with an effective cover of this table and a factor on the glint that both "
-        "tables share.",
+        holds="Every sun angle agrees to the printed digits (NREL algorithm, refracted zenith). The radiance "
+        "agrees to its rounding with an effective cover of this table and a factor on the glint that both tables "
+        "share.",
         fails="An angle or a radiance is further off than its rounding.",
         inputs=["sea temperature", "nadir glint scale", f"cover of {name}"],
         notes=(
             *notes,
-            "The radiance follows from a view straight down, not from the 20 deg of section IV-A, and from the same "
-            "sunlight above the air on every day: with the true distance of the sun the largest difference is "
-            f"{off:.1g}.",
-            "Held, not fitted: wind 10 m/s, cloud top 6 km at 249.2 K.",
+            f"With the true distance of the sun the largest difference of radiance is {off:.1g}.",
             PHYSICAL_NOTE,
+        ),
+        choices=(
+            *choices,
+            "view straight down, where section IV-A has 20 deg",
+            "the sun at 1 au on every day",
+            *CLOUD_CHOICES,
         ),
     )

@@ -26,12 +26,15 @@ _COVER_3_5 = "cover of Table IV, 3-5 um"
 
 _RE_ROUNDING = {"3.0-5.0": 0.25, "8.0-14.0": 0.01}
 
+CLOUD_CHOICES = (
+    "cloud top 6 km, the highest of Table III's type simulated, with the air's 249.2 K there",
+    "no sunlight reflected by the cloud: the rows exclude that of eq 16",
+)
+
 PHYSICAL_NOTE = (
-    "Physical: the same place, time, air, sea temperature, wind, cloud top and effective cover, by the "
-    "corrected physics, "
-    "with all sunlight on sea and cloud. It was fitted to nothing here, and by day in 3-5 um it is not "
-    "expected to agree: "
-    "the printed rows have a sixth of the sun's glint and no sunlight from the cloud."
+    "Physical: the same place, time, air, sea temperature, wind, cloud top and effective cover, by the corrected "
+    "physics, with all sunlight on sea and cloud. It was fitted to nothing here, and by day in 3-5 um it is not "
+    "expected to agree: the printed rows have a sixth of the sun's glint and no sunlight from the cloud."
 )
 
 
@@ -98,15 +101,13 @@ def table_4_short_wave(seed: int) -> Reproduction:
         ],
         checks,
         holds="Both rows agree within their rounding.",
-        fails="Two free numbers for eight do not give the row Ours: it peaks at 20 deg, the glint of a sea in "
-        "10 m/s wind "
-        f"between 20 and 30 deg; rms {share:.1f} %. The fit leaves {100 * scale:.0f} % of the sun's glint "
-        "where 3-5 um has "
-        f"{100 * fitted('glint scale'):.0f} %, so no scene has both rows. The row Modtran hardly falls with "
-        "the angle, where "
-        "clear air above a black surface does.",
+        fails="Two free numbers for eight do not give the row Ours: it peaks at 20 deg, the glint of a sea in 10 "
+        f"m/s wind between 20 and 30 deg; rms {share:.1f} %. The fit leaves {100 * scale:.0f} % of the sun's glint "
+        f"where 3-5 um has {100 * fitted('glint scale'):.0f} %, so no scene has both rows. The row Modtran hardly "
+        "falls with the angle, where clear air above a black surface does.",
         inputs=inputs,
         notes=(PHYSICAL_NOTE,),
+        choices=CLOUD_CHOICES,
     )
 
 
@@ -114,6 +115,11 @@ def _mixed(table: str, names: list[str]) -> Reproduction:
     found, physical = columns_over_views("as-printed"), columns_over_views("physical")
     rows: list[Row] = []
     checks: list[Check] = []
+    coverage = (
+        "The printed coverages (30 and 47 %) do not give these rows."
+        if table == "table_2"
+        else "The coverage of these scenes is not printed."
+    )
     for name in names:
         _, row, band = COVERS[name]
         place, cover = list(BANDS).index(band), fitted(name)
@@ -125,21 +131,17 @@ def _mixed(table: str, names: list[str]) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="Clear and opaque-cloud columns of one scene, mixed with an effective cover for each row, give "
-        "every row. "
-        "No single cube has them all, because the cover differs between the bands.",
+        holds="Clear and opaque-cloud columns of one scene, mixed with an effective cover for each row, give every "
+        "row. No single cube has them all, because the cover differs between the bands.",
         fails="A row is further off than what the fit leaves over.",
         inputs=["sea temperature", "glint scale", *names],
         notes=(
-            "The printed coverages (30 and 47 %) do not give these rows. Cloud height, cloud temperature, sea "
-            "temperature "
-            "and cover trade against each other: other sets fit as well, and none is proof of what the authors used.",
-            "Held, not fitted: cloud top 6 km with the air's 249.2 K there, wind 10 m/s, no sunlight reflected "
-            "by the cloud "
-            "(the rows exclude that of eq 16).",
+            f"{coverage} Cloud height, cloud temperature, sea temperature and cover trade against each other: other "
+            "sets fit as well, and none is proof of what the authors used.",
             "The shipped scenario baseline has rounded values of an earlier fit (291.4 K, 0.162).",
             PHYSICAL_NOTE,
         ),
+        choices=CLOUD_CHOICES,
     )
 
 
@@ -156,12 +158,12 @@ def _above_black(names: list[str]) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="They are thermal radiance of clear air (1976 US Standard) above a black surface: no cloud, no "
-        "sun, no waves. "
-        "One surface temperature gives each row.",
+        holds="They are thermal radiance of clear air (1976 US Standard) above a black surface: no cloud, no sun, "
+        "no waves. One surface temperature gives each row.",
         fails="A row is not that of clear air above a black surface.",
         inputs=names,
         notes=("Air: the package's own band model, not MODTRAN.",),
+        choices=("a black surface in place of sea and cloud, and no sun",),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from itertools import compress
 
 from hcss_twin.reporting.page.blocks import Tone, badge, bullets, folded, note, paragraph, table
 from hcss_twin.reporting.page.markup import Markup, element
@@ -70,12 +71,12 @@ def _summary(found: Sequence[Outcome]) -> Section:
                         "Published: as printed. Computed: by the paper's equations (as-printed), anew for this "
                         "report.",
                         "Physical: by the corrected physics, where it differs. It is fitted to no table.",
-                        "Reproduced: every check holds, without an input that was fitted to the paper's numbers.",
-                        "Reproduced with fitted inputs: every check holds, with the inputs listed, which the "
-                        "paper does not "
-                        "state. They are a fit and no proof of what the authors used.",
-                        "Not reproducible: a check fails, or what it would take is not published; the reason "
-                        "is given.",
+                        "Reproduced: every check holds, without an input or a reading chosen to give the paper's "
+                        "numbers.",
+                        "Reproduced with fitted inputs: every check holds, with the inputs and readings listed, "
+                        "which the paper does not state. They are a fit and no proof of what the authors used.",
+                        "Not reproducible: a check fails, or what it would take is not published; the reason is "
+                        "given.",
                         "Largest difference: of all rows, as a share of what is printed; of percentages, the "
                         "difference itself.",
                     ]
@@ -136,29 +137,32 @@ def _checks(checks: Sequence[Check]) -> list[Markup]:
 def _rows(found: Reproduction) -> list[Markup]:
     if not found.rows:
         return []
-    physical = any(row.physical is not None for row in found.rows)
-    header = ["", "unit", "published", "computed", "difference", *(["physical"] if physical else [])]
-    rows = [[row.label, row.unit, *_numbers(row, _decimals(row, found.rows), physical)] for row in found.rows]
+    # A column without any number is left out.
+    names = ["published", "computed", "difference", "physical"]
+    used = [any(getattr(row, name) is not None for row in found.rows) for name in names]
+    header = ["", "unit", *compress(names, used)]
+    rows = [
+        [row.label, row.unit, *compress(_numbers(row, _decimals(row, found.rows)), used)]
+        for row in found.rows
+    ]
     shown = table(header, rows, text_columns=2)
     return [folded(f"All {len(rows)} rows", shown)] if len(rows) > _ROWS_SHOWN else [shown]
 
 
-def _numbers(row: Row, decimals: int, physical: bool) -> list[str]:
+def _numbers(row: Row, decimals: int) -> list[str]:
     """Return the cells of a row: the printed number with its decimals, the others with one more."""
     same = row.difference is not None and abs(row.difference) < 1e-12
     finer = decimals if same else decimals + 1
-    cells = [
+    return [
         "" if row.published is None else f"{row.published:.{decimals}f}",
         "" if row.computed is None else f"{row.computed:.{finer}f}",
-        "" if row.difference is None else "0" if same else f"{row.difference:+.{finer}f}",
+        "" if row.difference is None else "0" if same else f"{row.difference:+z.{finer}f}",
+        "" if row.physical is None else f"{row.physical:.{finer}f}",
     ]
-    if physical:
-        cells.append("" if row.physical is None else f"{row.physical:.{finer}f}")
-    return cells
 
 
 def _decimals(row: Row, rows: Sequence[Row]) -> int:
-    """Return how many decimals a printed number has: the most among rows of its unit and size, as 0.45 is one of 0.450."""
+    """Return how many decimals a number is printed with: the most among rows of its unit and size (0.45 is 0.450)."""
     size = _size(row)
     alike = [each for each in rows if each.unit == row.unit and abs(_size(each) - size) <= 2.0]
     printed = [_printed_decimals(each.published) for each in alike if each.published is not None]
@@ -169,7 +173,8 @@ def _decimals(row: Row, rows: Sequence[Row]) -> int:
 
 def _size(row: Row) -> float:
     """Order of magnitude; 0 for nothing."""
-    value = next((abs(each) for each in (row.published, row.computed, row.physical) if each), 1.0)
+    numbers = (row.published, row.computed, row.physical)
+    value = next((abs(each) for each in numbers if each and math.isfinite(each)), 1.0)
     return math.log10(value)
 
 

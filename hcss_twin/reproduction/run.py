@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -55,14 +56,16 @@ class Outcome:
                 {
                     "label": row.label,
                     "unit": row.unit,
-                    "published": row.published,
-                    "computed": row.computed,
-                    "difference": row.difference,
-                    "physical": row.physical,
+                    "published": _number(row.published),
+                    "computed": _number(row.computed),
+                    "difference": _number(row.difference),
+                    "physical": _number(row.physical),
                 }
                 for row in self.found.rows
             ],
-            "checks": [{"statement": each.statement, "holds": each.holds} for each in self.found.checks],
+            "checks": [
+                {"statement": each.statement, "holds": bool(each.holds)} for each in self.found.checks
+            ],
             "fitted_inputs": list(self.found.fitted_inputs),
             "notes": list(self.found.notes),
         }
@@ -79,7 +82,13 @@ def relative(row: Row) -> float | None:
         return row.difference / 100.0
     if row.published == 0.0:
         return 0.0 if row.difference == 0.0 else None
-    return row.difference / abs(row.published)
+    share = row.difference / abs(row.published)
+    return share if math.isfinite(share) else None
+
+
+def _number(value: float | None) -> float | None:
+    """Return what JSON can hold: it has no numbers that are not finite."""
+    return float(value) if value is not None and math.isfinite(value) else None
 
 
 def _size(row: Row) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Literal
@@ -32,10 +32,11 @@ _PHYSICAL: Mapping[str, Any] = {
 }
 
 
+@lru_cache(maxsize=16)
 def scene(
     model: Model,
     view_zenith_deg: float,
-    bands: Sequence[str],
+    bands: tuple[str, ...],
     glint_scale: float = 1.0,
     sea_temperature_K: float | None = None,
 ) -> Plan:
@@ -48,7 +49,7 @@ def scene(
     ----------
     model : {"as-printed", "physical"}
     view_zenith_deg : float
-    bands : sequence of str
+    bands : tuple of str
         Names of the catalog.
     glint_scale : float
         Of ``as-printed``.
@@ -108,7 +109,7 @@ def columns_over_suns(model: Model, suns: tuple[Sun, ...], one_distance: bool = 
     one_distance : bool
         By ``as-printed`` the sun is at 1 au on every day.
     """
-    plan = scene(model, 0.0, [BANDS["3.0-5.0"]], fitted("nadir glint scale"), fitted("sea temperature"))
+    plan = scene(model, 0.0, (BANDS["3.0-5.0"],), fitted("nadir glint scale"), fitted("sea temperature"))
     if model == "as-printed" and one_distance:
         # The printed radiance does not know the yearly change of sunlight.
         suns = tuple(replace(sun, distance_au=1.0) for sun in suns)
@@ -146,21 +147,26 @@ class BlackSurface:
         return result
 
 
-@lru_cache(maxsize=3)
 def black_surface(band: str) -> BlackSurface:
     """Return the clear air of the paper's scene at the view zenith angles of Tables II and IV.
 
     Parameters
     ----------
     band : str
-        Name of the catalog.
+        Name of the catalog, one of :data:`BANDS`.
     """
-    plan = scene("as-printed", 0.0, [band])
-    grid = plan.spectral_grid
+    wavenumber, weights, transmittance, path = _clear_air()
+    return BlackSurface(wavenumber, weights[list(BANDS.values()).index(band)], transmittance, path)
+
+
+@lru_cache(maxsize=1)
+def _clear_air() -> tuple[Array, Array, Array, Array]:
+    """Wavenumbers (V,), weights (bands, V), transmittance and path radiance (views, V)."""
     transmittance, path = [], []
-    for zenith in published()["view_zenith_deg"]:
-        view = scene("as-printed", float(zenith), [band])
-        air = view.assembly.transmittance.transmittance(grid.wavenumber_cm1, [to_space(0.0, float(zenith))])
-        transmittance.append(air[0])
-        path.append(view.model.clear(grid.wavenumber_cm1, None)["path_emission"])
-    return BlackSurface(grid.wavenumber_cm1, grid.weights_cm1[0], np.array(transmittance), np.array(path))
+    for zenith in map(float, published()["view_zenith_deg"]):
+        plan = scene("as-printed", zenith, tuple(BANDS.values()))
+        nu = plan.spectral_grid.wavenumber_cm1
+        transmittance.append(plan.assembly.transmittance.transmittance(nu, [to_space(0.0, zenith)])[0])
+        path.append(plan.model.clear(nu, None)["path_emission"])
+    grid = plan.spectral_grid
+    return grid.wavenumber_cm1, grid.weights_cm1, np.array(transmittance), np.array(path)

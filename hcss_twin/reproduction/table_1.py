@@ -33,8 +33,8 @@ def table_1(seed: int) -> Reproduction:
     checks = (
         Check("the catalog has the three bands with the printed limits", same),
         Check(
-            f"800 x 800 pixels have the coverage asked for: largest difference {max(cover_errors):.1g}, "
-            f"at most half a pixel, {_HALF_A_PIXEL:.1g}",
+            f"800 x 800 pixels have the coverage asked for: largest difference {max(cover_errors):.1g}, at most "
+            f"half a pixel, {_HALF_A_PIXEL:.1g}",
             max(cover_errors) <= _HALF_A_PIXEL,
         ),
     )
@@ -46,7 +46,7 @@ def table_1(seed: int) -> Reproduction:
         notes=(
             "The two satellite images are not published. Coverages are of clouds of type simulated; an image of "
             "one's own becomes a scene with `hcss clouds`.",
-            "The radiance of Table II does not follow from these coverages: it fits effective covers of opaque cloud, "
-            "which are listed there.",
+            "The radiance of Table II does not follow from these coverages: it fits effective covers of opaque "
+            "cloud, which are listed there.",
         ),
     )

@@ -37,9 +37,8 @@ def _mirrors() -> Check:
     peak = views[int(np.argmax(day - night))]
     holds = bool(20 <= peak <= 30 and np.argmax(day) > 0 and np.argmax(night) == 0)
     return Check(
-        f"specular reflection: the glint in 3-5 um is brightest at {peak} deg, near the sun's 24.4 deg; "
-        "without sun the sea is "
-        "brightest from above",
+        f"specular reflection: the glint in 3-5 um is brightest at {peak} deg, near the sun's 24.4 deg; without sun "
+        "the sea is brightest from above",
         holds,
     )
 
@@ -55,7 +54,7 @@ def _makes_images(seed: int) -> Check:
 
 
 def _needs_no_data() -> Check:
-    used = scene("as-printed", 0.0, [BANDS["3.0-5.0"]]).catalog.used
+    used = scene("as-printed", 0.0, (BANDS["3.0-5.0"],)).catalog.used
     own = [name for name in used if Path(name).is_absolute()]
     return Check(
         f"data dependency: the scene is made from {len(used)} files, all of the catalog, no image among them",
@@ -64,7 +63,7 @@ def _needs_no_data() -> Check:
 
 
 def _has_terms() -> Check:
-    plan = scene("physical", 20.0, list(BANDS.values()))
+    plan = scene("physical", 20.0, tuple(BANDS.values()))
     sunlight = plan.model.clear(plan.spectral_grid.wavenumber_cm1, None)
     dark = all(not np.any(sunlight[name]) for name in plan.model.solar_terms)
     return Check(

@@ -39,10 +39,9 @@ def table_3(seed: int) -> Reproduction:
         holds="These are inputs, and the catalog's cloud types have them.",
         fails="A cloud type of the catalog differs from the table.",
         notes=(
-            "L, the interpolation resolution, is ambiguous in print. It is read as lattice cells per 16 km, "
-            "which gives "
-            "the density of Table VIII; pixels per cell does not.",
-            "The paper shows stratocumulus (Fig 10) without a row here; the catalog's has published "
-            "measurements instead.",
+            "L, the interpolation resolution, is ambiguous in print. It is read as lattice cells per 16 km, which "
+            "gives the density of Table VIII; pixels per cell does not.",
+            "The paper shows stratocumulus (Fig 10) without a row here; the catalog's has published measurements "
+            "instead.",
         ),
     )

@@ -7,7 +7,7 @@ import numpy as np
 from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.item import Check, Reproduction, Row
 from hcss_twin.reproduction.published import published
-from hcss_twin.reproduction.radiance_over_views import PHYSICAL_NOTE, UNIT
+from hcss_twin.reproduction.radiance_over_views import CLOUD_CHOICES, PHYSICAL_NOTE, UNIT
 from hcss_twin.reproduction.scene import BANDS, columns_over_views
 from hcss_twin.reproduction.verdict import deviation_check, judged
 
@@ -51,16 +51,14 @@ def table_7(seed: int) -> Reproduction:
         rows,
         checks,
         holds="The columns of Tables II and IV, mixed with the printed coverages, give the table.",
-        fails=f"Radiance falls with coverage, as printed, but by {-slope:.2f} {UNIT} from clear to overcast, "
-        "where the columns "
-        f"that give Tables II and IV fall by {clear - opaque:.2f}. No input is shared; a straight line, two "
-        "free numbers "
-        "for five, describes the table and explains nothing.",
+        fails=f"Radiance falls with coverage, as printed, but by {-slope:.2f} {UNIT} from clear to overcast, where "
+        f"the columns that give Tables II and IV fall by {clear - opaque:.2f}. No input is shared; a straight line, "
+        "two free numbers for five, describes the table and explains nothing.",
         inputs=["sea temperature", "glint scale", "Table VII without cloud", "Table VII per coverage"],
         notes=(
-            "Opaque cloud at 6 km seen at 20 deg. Between Scenario3 and Scenario4 of Table II, too, the "
-            "effective cover "
-            "rises by far less than the printed coverage.",
+            "Opaque cloud at 6 km seen at 20 deg. Between Scenario3 and Scenario4 of Table II, too, the effective "
+            "cover rises by far less than the printed coverage.",
             PHYSICAL_NOTE,
         ),
+        choices=CLOUD_CHOICES,
     )

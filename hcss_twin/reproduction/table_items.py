@@ -20,7 +20,7 @@ TABLES: tuple[Item, ...] = (
     ),
     _item(
         "table-2-modtran",
-        "MODTRAN's radiance beside it",
+        "MODTRAN's radiance beside Table II",
         "radiance_over_views:table_2_modtran",
         4.0,
     ),
@@ -33,7 +33,7 @@ TABLES: tuple[Item, ...] = (
     ),
     _item(
         "table-4-modtran",
-        "MODTRAN's radiance beside it, 3-5 and 8-14 um",
+        "MODTRAN's radiance beside Table IV, 3-5 and 8-14 um",
         "radiance_over_views:table_4_modtran",
         4.0,
     ),
@@ -52,13 +52,15 @@ TABLES: tuple[Item, ...] = (
         "image_measures:table_8",
         3.0,
     ),
-    _item("table-8-ev", "The same: EV", "image_measures:table_8_entropy", 3.0),
+    _item("table-8-ev", "Measures of the images of Table VIII: EV", "image_measures:table_8_entropy", 3.0),
     _item(
         "table-9",
         "Measures of cloud images of three coverages: DP, FD and RMSE",
         "image_measures:table_9",
         3.0,
     ),
-    _item("table-9-ev", "The same: EV and Den", "image_measures:table_9_entropy", 3.0),
+    _item(
+        "table-9-ev", "Measures of the images of Table IX: EV and Den", "image_measures:table_9_entropy", 3.0
+    ),
     _item("table-10", "Features of the method", "table_10:table_10", 3.0),
 )

@@ -36,6 +36,7 @@ def judged(
     fails: str,
     inputs: Sequence[str] = (),
     notes: Sequence[str] = (),
+    choices: Sequence[str] = (),
 ) -> Reproduction:
     """Return an item with the verdict of its checks.
 
@@ -47,11 +48,14 @@ def judged(
         The reason where all checks hold, and where one does not.
     inputs : sequence of str
         Names of the fitted inputs it rests on (:mod:`hcss_twin.reproduction.fitted`).
+    choices : sequence of str
+        Readings and inputs without a number of their own that were chosen because they give the printed numbers.
     """
-    verdict = verdict_of(checks, inputs)
+    chosen = (*told(inputs), *choices)
+    verdict = verdict_of(checks, chosen)
     reason = fails if verdict == "not reproducible" else holds
     ways = (origin(inputs),) if inputs else ()
-    return Reproduction(verdict, reason, rows, checks, told(inputs), (*notes, *ways))
+    return Reproduction(verdict, reason, rows, checks, chosen, (*notes, *ways))
 
 
 def settled(found: Reproduction) -> Reproduction:
