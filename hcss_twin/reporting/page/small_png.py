@@ -15,7 +15,7 @@ COLOURS = 256
 
 
 def small_png(figure: Figure, dpi: int = 110) -> bytes:
-    """Return a figure as PNG of at most 256 colours, which halves pictures of clouds.
+    """Return a figure as PNG of at most 256 colours, which takes a quarter to a half off pictures of clouds.
 
     The same figure gives the same bytes. Without dithering: what is of one colour stays so. A figure that is smaller in
     all its colours keeps them.
