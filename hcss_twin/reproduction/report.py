@@ -11,6 +11,7 @@ from hcss_twin.reporting.page.blocks import Tone, badge, bullets, folded, note, 
 from hcss_twin.reporting.page.markup import Markup, element
 from hcss_twin.reporting.page.page import Page, Section
 from hcss_twin.reporting.page.pictures import picture
+from hcss_twin.reporting.page.small_png import small_png
 from hcss_twin.reproduction.index import heading
 from hcss_twin.reproduction.item import Check, Reproduction, Row
 from hcss_twin.reproduction.run import Outcome, relative
@@ -120,7 +121,7 @@ def _section(outcome: Outcome) -> Section:
     if found.notes:
         content += [element("h3", "Notes"), bullets(found.notes)]
     for drawing in found.drawings:
-        content.append(picture(drawing.figure, drawing.alternative, drawing.title))
+        content.append(picture(small_png(drawing.figure), drawing.alternative, drawing.title))
     return Section(title, content)
 
 
