@@ -18,6 +18,7 @@ from hcss_twin.cli_clouds import clouds, import_command
 from hcss_twin.cli_export import export_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
+from hcss_twin.cli_report import report_command
 from hcss_twin.cli_scenario import load, scenario_options
 from hcss_twin.cli_sense import measured_beside, sense
 from hcss_twin.cli_sweep import sweep_command
@@ -262,6 +263,7 @@ cli.add_command(bench)
 cli.add_command(sense)
 cli.add_command(export_command)
 cli.add_command(sweep_command)
+cli.add_command(report_command)
 
 
 def main() -> None:
