@@ -47,8 +47,7 @@ def drawing(figure: Figure, alternative: str, caption: str = "", wide: bool = Fa
     with mpl.rc_context({"svg.hashsalt": "hcss", "svg.fonttype": "path"}):
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     address = data_address(stream.getvalue(), "image/svg+xml")
-    shown = _figure(address, alternative, caption)
-    return element("div", shown, class_="scroll keeps-size") if wide else shown
+    return _figure(address, alternative, caption, wide)
 
 
 def picture(content: Figure | bytes, alternative: str, caption: str = "") -> Markup:
@@ -67,6 +66,7 @@ def picture(content: Figure | bytes, alternative: str, caption: str = "") -> Mar
     return _figure(data_address(png), alternative, caption)
 
 
-def _figure(address: str, alternative: str, caption: str) -> Markup:
+def _figure(address: str, alternative: str, caption: str, wide: bool = False) -> Markup:
     image = Markup(element("img", src=address, alt=alternative, loading="lazy").removesuffix("</img>"))
-    return element("figure", image, *([element("figcaption", caption)] if caption else []))
+    shown = element("div", image, class_="scroll keeps-size") if wide else image
+    return element("figure", shown, *([element("figcaption", caption)] if caption else []))
