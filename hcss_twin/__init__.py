@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from hcss_twin.export.cube_export import export_cube
     from hcss_twin.registry.hookspecs import hookimpl
     from hcss_twin.registry.specs import ProviderSpec
+    from hcss_twin.reporting.report import report
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.sensing.sense import sense
@@ -49,6 +50,7 @@ __all__ = [
     "make_plan",
     "open_cube",
     "open_sweep",
+    "report",
     "sense",
     "simulate",
     "sweep",
@@ -70,6 +72,7 @@ def __getattr__(name: str) -> Any:
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
         "open_sweep": "sweeps.reader",
+        "report": "reporting.report",
         "sense": "scene.sensing.sense",
         "simulate": "scene.simulate",
         "sweep": "sweeps.run",

@@ -9,7 +9,6 @@ from pathlib import Path
 from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.errors import HcssError
-from hcss_twin.sweeps.folder import INDEX
 from hcss_twin.sweeps.reader import MARK
 
 POSTERIOR_ATTRIBUTE = "hcss_posterior_version"
@@ -43,6 +42,9 @@ def kind_of(path: Path) -> Kind:
     if not path.exists():
         raise HcssError(f"cannot report on {path}: there is no such file; {ALLOWED}")
     if path.is_dir():
+        # imported here because it brings all of the scenario, which a file does not need
+        from hcss_twin.sweeps.folder import INDEX
+
         if is_zarr(path):
             return Kind.CUBE
         if (path / INDEX).is_file():

@@ -65,6 +65,9 @@ def curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, int
         group = [one for one in series if one.quantity.name == name and one.histogram is not None]
         shown, rest = group[:DRAWN_BANDS], len(group) - DRAWN_BANDS
         more = f" The first {DRAWN_BANDS} of {len(group)} bands." if rest > 0 else ""
+        alike = [one.part for one in series if one.quantity.name == name and one.histogram is None]
+        if alike:
+            more += f" Without {', '.join(alike)}, where all pixels have one value."
         label = group[0].quantity.label
         count = len(group[0].frames)
         frames = "one frame" if count == 1 else f"{count} frames"
@@ -119,6 +122,7 @@ def _histograms(group: Sequence[Series]) -> Figure:
         counts, edges = one.histogram
         axis.stairs(100.0 * counts / counts.sum(), edges, fill=True, color=INK, alpha=0.75)
         axis.set_yscale("log")
+        axis.minorticks_off()
         axis.set_title(one.part, fontsize=LETTERS, loc="left")
         axis.set_ylabel("% of pixels", fontsize=LETTERS)
     axes[-1].set_xlabel(axis_label(group[0].quantity.label, group[0].quantity.units), fontsize=LETTERS)
@@ -132,6 +136,7 @@ def _spectra(group: Sequence[Series]) -> Figure:
             continue
         style = ("-", "--", "-.", ":")[number % 4]
         axis.loglog(one.spectrum.cycles_per_km, one.spectrum.power, style, label=one.part, lw=1.3)
+    axis.minorticks_off()
     axis.set_xlabel("wavenumber (cycles per km)", fontsize=LETTERS)
     units = group[0].quantity.units
     axis.set_ylabel(f"power (({units})² km²)" if units else "power (km²)", fontsize=LETTERS)

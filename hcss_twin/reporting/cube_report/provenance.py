@@ -10,7 +10,7 @@ from hcss_twin.cube.formats import cube_bytes
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
 from hcss_twin.cube.sensor_variables import SENSOR_ATTRIBUTE
 from hcss_twin.reporting.cube_report.scene import json_attribute
-from hcss_twin.reporting.page.blocks import facts, folded, preformatted, table
+from hcss_twin.reporting.page.blocks import bullets, facts, folded, preformatted, table
 from hcss_twin.reporting.page.markup import Markup
 
 if TYPE_CHECKING:
@@ -22,10 +22,23 @@ _TOLD_APART = ("hcss_", "geospatial_", "time_coverage_")
 def sensor(dataset: xr.Dataset) -> Iterator[Markup]:
     """Yield what the sensor of a measured cube is."""
     about = json_attribute(dataset, SENSOR_ATTRIBUTE, {})
-    pairs = [(str(key).replace("_", " "), _plain(value)) for key, value in about.items()]
+    pairs = [
+        (str(key).replace("_", " "), _told(value))
+        for key, value in about.items()
+        if value not in (None, "", [])
+    ]
     if "clean_cube" in dataset.attrs:
         pairs.append(("clean cube", str(dataset.attrs["clean_cube"])))
     yield facts(pairs)
+
+
+def _told(value: object) -> str:
+    """Write what a sensor says of itself; what it does not have is left out."""
+    if isinstance(value, dict):
+        return bullets(
+            f"{str(key).replace('_', ' ')}: {_plain(each)}" for key, each in value.items() if each is not None
+        )
+    return _plain(value)
 
 
 def _plain(value: object) -> str:

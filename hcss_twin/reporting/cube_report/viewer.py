@@ -66,7 +66,7 @@ def viewer(reader: Reader, series: Sequence[Series], first: Choice, others: Choi
         class_="stage",
     )
     hint = (
-        "Keys, once a click is in this frame: ← and → step, space plays, b is the next band, q the next quantity. "
+        "Keys, once this box is clicked: ← and → step, space plays, b is the next band, q the next quantity. "
         f"North is up, east to the right; {_extent(dataset)}. {_told(reader, first, others, series)}"
     )
     return element(

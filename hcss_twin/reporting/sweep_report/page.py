@@ -50,7 +50,9 @@ def sweep_page(path: Path) -> Page:
     with opened(path) as sweep:
         found, unreadable = read(sweep.points)
         failed = [
-            (point, point.error or "no reason is known") for point in sweep.points if point.state == "failed"
+            (point, point.error or "no reason is known")
+            for point in sweep.points
+            if point.state in ("failed", "missing")
         ]
         sections = [
             Section("Axes", list(_axes(sweep))),
@@ -63,7 +65,9 @@ def sweep_page(path: Path) -> Page:
         title = sweep.title or f"Sweep over {', '.join(sweep.keys)}"
         states = [point.state for point in sweep.points]
         told = ", ".join(
-            f"{states.count(state)} {state}" for state in ("done", "failed", "pending") if state in states
+            f"{states.count(state)} {state}"
+            for state in ("done", "failed", "missing", "pending")
+            if state in states
         )
         return Page(
             title,
@@ -75,7 +79,7 @@ def sweep_page(path: Path) -> Page:
 
 
 def _axes(sweep: Sweep) -> Iterator[Markup]:
-    failed = any(point.state == "failed" for point in sweep.points)
+    failed = any(point.state in ("failed", "missing") for point in sweep.points)
     pending = any(point.state == "pending" for point in sweep.points)
     word, tone = (
         ("points failed", "bad") if failed else ("not finished", "fair") if pending else ("all done", "good")

@@ -34,7 +34,7 @@ class Point:
     values : mapping
         The swept keys with their values.
     state : str
-        ``done``, ``failed`` or ``pending``.
+        ``done``, ``failed``, ``pending``, or ``missing`` where its cube was removed.
     error : str or None
         Why it failed, where that is known.
     cube : callable or None
@@ -109,11 +109,11 @@ def _of_folder(folder: Path) -> Sweep:
     for each in known["points"]:
         file = folder / each["file"] if each.get("file") else None
         there = file is not None and file.is_file()
-        error = each.get("error")
+        state, error = each["state"], each.get("error")
         if file is not None and not there:
-            error = f"its cube {file.name} is no longer there"
+            state, error = "missing", f"its cube {file.name} is no longer there"
         opener = _opener(file) if there and file is not None else None
-        points.append(Point(each["point"], each["values"], each["state"], error, opener))
+        points.append(Point(each["point"], each["values"], state, error, opener))
     about = {
         "folder": str(folder.resolve().name),
         "hash of the sweep": str(known["sweep"]),
