@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from hcss_twin.reporting.cube_report.quantities import Quantity
 from hcss_twin.reporting.cube_report.reading import READ_BYTES, Reader, spread
 from hcss_twin.reporting.cube_report.scale import Scale
-from hcss_twin.reporting.cube_report.series import Series, read_series
+from hcss_twin.reporting.cube_report.series import Series, binned, read_series
 
 PICTURE_BYTES = 6_400_000
 """All pictures of frames together; a third more as text in the page."""
@@ -52,16 +52,18 @@ def read_all(reader: Reader, shown: Sequence[Quantity]) -> tuple[list[Series], C
         Of the first quantity, and of the rest.
     """
     groups = [list(shown[:1]), list(shown[1:])]
-    budgets = [PICTURE_BYTES * (_FIRST_SHARE if groups[1] else 1.0), PICTURE_BYTES * (1.0 - _FIRST_SHARE)]
+    left = float(PICTURE_BYTES)
     found: list[list[Series]] = []
     choices = []
-    for group, budget, most in zip(groups, budgets, (FRAMES, OTHER_FRAMES), strict=True):
+    for group, most in zip(groups, (FRAMES, OTHER_FRAMES), strict=True):
+        budget = left * (_FIRST_SHARE if group is groups[0] and groups[1] else 1.0)
         choice = _choose(reader, group, budget, most)
         series = _read(reader, group, choice)
         while _size(series) > budget and _side(series) > 1:
             larger = max(choice.binning + 1, math.floor(choice.binning * math.sqrt(_size(series) / budget)))
             choice = replace(choice, binning=larger)
             series = _read(reader, group, choice)
+        left -= _size(series)
         found.append(series)
         choices.append(choice)
     return [*found[0], *found[1]], choices[0], choices[1]
@@ -75,12 +77,19 @@ def _choose(reader: Reader, group: Sequence[Quantity], budget: float, most: int)
     moved = sum(reader.bytes_moved(quantity) for quantity in group)
     affordable = int(READ_BYTES / 2 // max(1, moved))
     frames = spread(count, max(1, min(most, affordable, _PICTURES // parts)))
+    # one plane of each quantity tells how much space the others will take
     middle = frames[len(frames) // 2]
-    size = 0
-    for quantity in group:
-        plane = reader.plane(quantity, 0, middle)
-        size += len(Scale.of(quantity, plane[None]).png(plane)) * len(quantity.parts) * len(frames)
-    return Choice(tuple(frames), max(1, math.ceil(math.sqrt(size / budget))))
+    samples = [(quantity, reader.plane(quantity, 0, middle)) for quantity in group]
+    binning = 1
+    while True:
+        size = 0
+        for quantity, plane in samples:
+            shown = binned(plane, binning, bool(quantity.flags))
+            picture = Scale.of(quantity, shown[None]).png(shown)
+            size += len(picture) * len(quantity.parts) * len(frames)
+        if size <= budget or max(shown.shape) == 1:
+            return Choice(tuple(frames), binning)
+        binning = max(binning + 1, math.floor(binning * math.sqrt(size / budget)))
 
 
 def _read(reader: Reader, group: Sequence[Quantity], choice: Choice) -> list[Series]:

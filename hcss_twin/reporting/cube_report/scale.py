@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.reporting.cube_report.quantities import Quantity
-from hcss_twin.reporting.page.markup import Markup, element, joined
+from hcss_twin.reporting.page.markup import Markup, element, joined, markup
 from hcss_twin.reporting.preview import MISSING
 
 Array = NDArray[Any]
@@ -90,8 +90,6 @@ class Scale:
 
     def ticks(self) -> list[float]:
         """Round values within the scale."""
-        if self.flags:
-            return [float(number) for number in range(len(self.flags))]
         from matplotlib.ticker import MaxNLocator
 
         found = MaxNLocator(nbins=4, steps=[1, 2, 2.5, 5, 10]).tick_values(self.low, self.high)
@@ -99,17 +97,24 @@ class Scale:
         return [float(each) for each in found if self.low - slack <= each <= self.high + slack]
 
     def bar(self, units: str) -> Markup:
-        """Return the colour bar with its values in their units."""
+        """Return the colour bar with its values in their units; of flags their colours and meanings."""
+        if self.flags:
+            shades = self._colours(len(self.flags))
+            meanings = [
+                Markup(element("i", class_="flag", style=f"background:rgb{shade}") + markup(word))
+                for shade, word in zip(shades, self.flags, strict=True)
+            ]
+            return element("div", joined(meanings, " "), class_="flags")
         stops = ", ".join(f"rgb{colour}" for colour in self._colours(_STOPS))
         ticks = self.ticks()
-        words = self.flags or tick_texts(ticks)
+        words = tick_texts(ticks)
         marks = []
         for value, word in zip(ticks, words, strict=True):
             place = 100.0 * (value - self.low) / (self.high - self.low)
             # the outermost words stay within the width of the bar
             side = "first" if place < 8 else "last" if place > 92 else None
             marks.append(element("span", word, style=f"left:{place:.2f}%", class_=side))
-        notes = [] if self.flags else [f"{self.low:.5g} to {self.high:.5g} {units}".strip()]
+        notes = [f"{self.low:.5g} to {self.high:.5g} {units}".strip()]
         beyond = {(True, True): "beyond the ends", (True, False): "below", (False, True): "above"}.get(
             (self.below, self.above)
         )
@@ -121,7 +126,7 @@ class Scale:
             [
                 element("div", class_="bar", style=f"background:linear-gradient(to right,{stops})"),
                 element("div", *marks, class_="ticks"),
-                *([element("div", joined(notes, "; "), class_="ends")] if notes else []),
+                element("div", joined(notes, "; "), class_="ends"),
             ]
         )
 
