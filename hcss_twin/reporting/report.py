@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hcss_twin.cube.formats import is_zarr
 from hcss_twin.errors import HcssError
 from hcss_twin.reporting.page.page import write_page
 from hcss_twin.reporting.recognition import Kind, kind_of
@@ -40,17 +41,25 @@ def report(
     """
     path = Path(source)
     kind = kind_of(path)
-    target = Path(output) if output is not None else path.resolve().with_suffix(".html")
-    if output is None and not path.is_absolute():
-        target = path.parent / target.name
+    target = Path(output) if output is not None else _beside(path)
+    if target.exists() and target.samefile(path):
+        raise HcssError(
+            f"cannot write {target}: it is what the report is about; allowed: another name with -o"
+        )
     if target.exists() and not replace:
         raise HcssError(f"{target} exists; allowed: another name with -o, or --force")
     write_page(target, _page(kind, path))
     return target
 
 
+def _beside(path: Path) -> Path:
+    """Return the default name of a report; a point in the name of a folder begins no suffix."""
+    named = path if path.name not in ("", "..") else path.resolve()
+    return named.with_name(f"{named.name if named.is_dir() and not is_zarr(named) else named.stem}.html")
+
+
 def _page(kind: Kind, path: Path) -> Page:
-    # each imported when it is needed: they draw
+    # A new kind has a mark in recognition.py and its page here, imported when it is needed because pages draw.
     if kind is Kind.CUBE:
         from hcss_twin.reporting.cube_report.page import cube_page
 

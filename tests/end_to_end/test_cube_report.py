@@ -357,6 +357,10 @@ def test_the_command_writes_and_replaces_only_when_told(tmp_path):
     assert "--force" in str(again.exception)
     assert CliRunner().invoke(cli, ["report", str(cube), "-o", str(target), "--force"]).exit_code == 0
     assert target.read_bytes() == before
+    over = CliRunner().invoke(cli, ["report", str(cube), "-o", str(cube), "--force"])
+    assert "what the report is about" in str(over.exception)
+    with open_cube(cube) as data:
+        assert "cloud_mask" in data
 
 
 def test_what_there_is_no_report_of_is_told_with_what_is_allowed(tmp_path):

@@ -94,11 +94,13 @@ def test_failed_points_stand_with_their_errors(tmp_path, monkeypatch):
 
 
 def test_a_cube_that_is_gone_and_an_index_that_is_none_are_told(tmp_path):
-    result = swept(tmp_path / "out", {"seed": [1, 2]}, changes=MASK)
-    (tmp_path / "out" / "point-0001.nc").unlink()
-    found = read_page(hcss_twin.report(result.folder))
+    result = swept(tmp_path / "out-0.5", {"seed": [1, 2]}, changes=MASK)
+    (result.folder / "point-0001.nc").unlink()
+    page = hcss_twin.report(result.folder)
+    assert page == tmp_path / "out-0.5.html"
+    found = read_page(page)
     assert len(found.table("point", "seed")) == 2
     assert "point-0001.nc" in found.text
-    (tmp_path / "out" / "index.json").write_text("[]")
+    (result.folder / "index.json").write_text("[]")
     with pytest.raises(SweepError, match="no index"):
-        hcss_twin.report(tmp_path / "out", replace=True)
+        hcss_twin.report(result.folder, replace=True)

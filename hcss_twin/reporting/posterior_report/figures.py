@@ -110,8 +110,9 @@ def variogram(found: Variogram, image: int) -> Figure:
             lw=1.0,
             label="observed",
         )
-        if lag.size and lag.min() > 0:
+        if lag.size and lag.min() > 0 and predicted.min() > 0.0:  # powers of the lag are straight lines
             axis.set_xscale("log")
+            axis.set_yscale("log")
         axis.set_title(f"along {name}", fontsize=LETTERS, loc="left")
         axis.set_ylabel("semivariance", fontsize=LETTERS)
     axes[0].legend(fontsize=LETTERS - 1, frameon=False)
