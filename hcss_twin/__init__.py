@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from hcss_twin.export.cube_export import export_cube
     from hcss_twin.registry.hookspecs import hookimpl
     from hcss_twin.registry.specs import ProviderSpec
+    from hcss_twin.reporting.report import report
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.sensing.sense import sense
@@ -62,6 +63,7 @@ __all__ = [
     "open_cube",
     "open_sweep",
     "read_posterior",
+    "report",
     "sense",
     "simulate",
     "sweep",
@@ -90,6 +92,7 @@ def __getattr__(name: str) -> Any:
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
         "open_sweep": "sweeps.reader",
+        "report": "reporting.report",
         "sense": "scene.sensing.sense",
         "simulate": "scene.simulate",
         "sweep": "sweeps.run",

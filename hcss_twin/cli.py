@@ -21,6 +21,7 @@ from hcss_twin.cli_fit import fit_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
 from hcss_twin.cli_reproduce import reproduce
+from hcss_twin.cli_report import report_command
 from hcss_twin.cli_scenario import load, scenario_options
 from hcss_twin.cli_sense import measured_beside, sense
 from hcss_twin.cli_sweep import sweep_command
@@ -268,6 +269,7 @@ cli.add_command(export_command)
 cli.add_command(sweep_command)
 cli.add_command(evaluate_command)
 cli.add_command(reproduce)
+cli.add_command(report_command)
 
 
 def main() -> None:
