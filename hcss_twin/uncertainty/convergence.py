@@ -17,8 +17,8 @@ LONGEST = 50.0
 """Autocorrelation times that chains must have after that, so that the time itself is known."""
 
 LARGEST_R_HAT = 1.02
-"""Means of halves of walkers that are tau / n of a chain apart scatter: where all is well, split R-hat is 1 + tau / n
-for n steps, 1.02 at the fewest that are allowed. Walkers that are stuck elsewhere have far more."""
+"""The mean of half a walker's n steps scatters with a variance of 2 tau / n: split R-hat of stationary chains is some
+1 + tau / n, 1.02 at the fewest steps that are allowed. Walkers that are stuck elsewhere have far more."""
 
 
 @dataclass(frozen=True)

@@ -175,7 +175,7 @@ def fit_targets(
     space = Space.of(numbers, own, _usual_priors([(d.rows, d.columns, d.pixel_size_m) for d in data]))
     spreads = _spread_priors(space, options.priors, several)
     likelihoods = [ImageLikelihood.of(each, options.octaves, not from_image, options.misfit) for each in data]
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(repr(from_image).encode())
     for each in data:
         digest.update(repr((each.rows, each.columns, each.pixel_size_m, each.cloudy)).encode())
         digest.update(each.variogram.tobytes())

@@ -125,6 +125,7 @@ def test_a_dimension_is_met_by_its_posterior(here):
     assert rougher.samples["H"].mean() < found.samples["H"].mean() - 0.2
 
 
+@pytest.mark.long
 def test_several_images_have_a_mean_and_a_spread(here):
     choice = [
         "--pixel-size",
