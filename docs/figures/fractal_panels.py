@@ -17,7 +17,7 @@ from hcss_twin.reproduction import figure_04_fractal_fields as fig4
 from hcss_twin.reproduction import figure_10_cloud_types as fig10
 
 SEED = 1
-DPI = 150
+DPI = 180
 
 
 def main() -> None:

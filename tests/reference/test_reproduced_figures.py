@@ -61,6 +61,7 @@ def _no_corrected_physics(monkeypatch):
         "radiance": {"model": "as-printed", "parameters": {"cloud_sun_scale": 0.0}},
     }
     monkeypatch.setitem(figure_scenes._PARTS, "physical", parts)
+    monkeypatch.setitem(figure_scenes._ACCURACY, "as-printed", 1e-2)
 
 
 def computed(name, seed=1, **options):
