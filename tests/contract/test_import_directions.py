@@ -25,6 +25,7 @@ ALLOWED = {
     "evaluation": GROUND,
     "clouds": STAND_ON | {"evaluation", "netcdf_format", "drafts", "version"},
     "matching": STAND_ON | {"evaluation", "clouds", "drafts"},
+    "uncertainty": STAND_ON | {"matching", "evaluation", "clouds", "drafts", "version"},
     "sea": STAND_ON,
     "cache": {"drafts"} | GROUND,
     "optics": STAND_ON | {"netcdf_format", "drafts", "cache"},
