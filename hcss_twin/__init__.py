@@ -20,11 +20,15 @@ if TYPE_CHECKING:
         CatalogError,
         CubeError,
         HcssError,
+        PosteriorError,
+        PropagationError,
         ProviderError,
         ScenarioError,
         SweepError,
     )
     from hcss_twin.export.cube_export import export_cube
+    from hcss_twin.propagation.dataset import open_propagation
+    from hcss_twin.propagation.propagate import propagate
     from hcss_twin.registry.hookspecs import hookimpl
     from hcss_twin.registry.specs import ProviderSpec
     from hcss_twin.scenario.scenario import Scenario
@@ -38,6 +42,8 @@ __all__ = [
     "CatalogError",
     "CubeError",
     "HcssError",
+    "PosteriorError",
+    "PropagationError",
     "ProviderError",
     "ProviderSpec",
     "Scenario",
@@ -48,7 +54,9 @@ __all__ = [
     "hookimpl",
     "make_plan",
     "open_cube",
+    "open_propagation",
     "open_sweep",
+    "propagate",
     "sense",
     "simulate",
     "sweep",
@@ -60,6 +68,8 @@ def __getattr__(name: str) -> Any:
         "CatalogError": "errors",
         "CubeError": "errors",
         "HcssError": "errors",
+        "PosteriorError": "errors",
+        "PropagationError": "errors",
         "ProviderError": "errors",
         "ScenarioError": "errors",
         "SweepError": "errors",
@@ -69,7 +79,9 @@ def __getattr__(name: str) -> Any:
         "Scenario": "scenario.scenario",
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
+        "open_propagation": "propagation.dataset",
         "open_sweep": "sweeps.reader",
+        "propagate": "propagation.propagate",
         "sense": "scene.sensing.sense",
         "simulate": "scene.simulate",
         "sweep": "sweeps.run",

@@ -38,6 +38,19 @@ ALLOWED = {
     "export": {"cube", "drafts", "version"} | GROUND,
     "sensor": STAND_ON,
     "sweeps": {"scenario", "scene", "cube", "drafts", "versions", "shelf"} | GROUND,
+    "propagation": {
+        "compilation_notice",
+        "drafts",
+        "evaluation",
+        "registry",
+        "scenario",
+        "scene",
+        "shelf",
+        "sweeps",
+        "uncertainty",
+        "versions",
+    }
+    | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
 
