@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import warnings
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcss_twin.cli_progress import Stop, progress
+from hcss_twin.errors import CertificateWarning
 
 if TYPE_CHECKING:
     from hcss_twin.propagation.propagate import Propagation
@@ -105,7 +107,8 @@ def run_propagation(
         if path.exists() and not force:
             raise click.ClickException(f"{path} exists; give another name with -o, or --force")
     shown = partial(_progress, context.ensure_object(Stop))
-    with told_of_compilation(partial(click.echo, err=True)):
+    with told_of_compilation(partial(click.echo, err=True)), warnings.catch_warnings():
+        warnings.simplefilter("ignore", CertificateWarning)  # told as an error, with the exit code
         found = propagate(
             scenario,
             output,

@@ -163,16 +163,24 @@ def _number(value: Any) -> float:
 
 
 def _told(wrong: Mapping[Problem, list[tuple[Mixture, int]]], sample: JointSample) -> Iterator[Problem]:
+    """Name the first draw for each key that is wrong, and count the others: messages differ by their values."""
+    fields: dict[str, list[tuple[Problem, Mixture, int]]] = {}
     for problem, places in wrong.items():
-        mixture, draw = places[0]
+        fields.setdefault(problem.field, []).extend((problem, *place) for place in places)
+    for field, each in fields.items():
+        problem, mixture, draw = each[0]
         values = sample.overrides(mixture, draw)
         values.pop(SEED)
-        own = {key: value for key, value in values.items() if _is_about(problem.field, key)}
+        own = {key: value for key, value in values.items() if _is_about(field, key)}
         told = ", ".join(f"{key} = {shown(value)}" for key, value in (own or values).items())
-        numbers = sorted({number for _, number in places})
-        more = f"; also draws {ranges(numbers[1:])}" if len(numbers) > 1 else ""
-        which = "" if mixture.name == sample.mixtures[0].name else f" of '{mixture.name}'"
-        yield Problem(problem.field, f"{problem.message} (draw {draw}{which}: {told}{more})")
+        others = sorted({number for _, _, number in each} - {draw})
+        more = f"; also wrong: {_plural('draw', len(others))} {ranges(others)}" if others else ""
+        which = "" if mixture.name == sample.mixtures[0].name else f" with {mixture.name}"
+        yield Problem(field, f"{problem.message} (draw {draw}{which}: {told}{more})")
+
+
+def _plural(noun: str, number: int) -> str:
+    return noun if number == 1 else f"{noun}s"
 
 
 def _is_about(field: str, key: str) -> bool:

@@ -265,5 +265,9 @@ def _check(draws: int, shares: str, cubes_of: Sequence[int], path: Path | None) 
             raise PropagationError(f"cube of draw {number!r}: allowed: draws 0 to {draws - 1}")
     if cubes_of and path is None:
         raise PropagationError("cubes of draws lie beside the file of the propagation: it needs a name, too")
-    if path is not None and path.suffix != ".nc":
+    if path is None:
+        return
+    if path.suffix != ".nc":
         raise PropagationError(f"{path}: allowed: a name that ends in .nc")
+    if path.is_dir() or not path.parent.is_dir():
+        raise PropagationError(f"cannot write {path}: it is a folder, or there is no folder {path.parent}")

@@ -12,7 +12,7 @@ import numpy as np
 from hcss_twin.errors import Problem, ScenarioError, choose_from, closest
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.scenario import UNCERTAIN
-from hcss_twin.scenario.wording import shown
+from hcss_twin.scenario.wording import count, shown
 from hcss_twin.sweeps.axis import axis_of
 from hcss_twin.sweeps.design import keys_overlap
 
@@ -45,7 +45,7 @@ class UncertainKey:
     key: str
     distribution: Mapping[str, Any]
 
-    def values(self, count: int, seed: int) -> tuple[Any, ...]:
+    def values(self, draws: int, seed: int) -> tuple[Any, ...]:
         """Return independent draws, as a scenario file would have them; keys with the same seed are independent.
 
         Raises
@@ -56,7 +56,7 @@ class UncertainKey:
         # A sweep's key with the same seed has the same numbers; these must not depend on what else is drawn of it.
         text = f"propagation {seed}".encode()
         own = int.from_bytes(hashlib.sha256(text).digest()[:8], "big") >> 1
-        return axis_of(self.key, {**self.distribution, "samples": count, "seed": own}).values
+        return axis_of(self.key, {**self.distribution, "samples": draws, "seed": own}).values
 
 
 def uncertain_keys(given: Mapping[str, Any], section: str = UNCERTAIN) -> tuple[UncertainKey, ...]:
@@ -116,7 +116,7 @@ def _parsed(text: str) -> Mapping[str, Any]:
         raise ValueError(f"{shown(text)}: distribution '{name}'; {choose_from(name, SHORT_FORMS)}")
     meaning = SHORT_FORMS[name]
     if not 2 <= len(numbers) <= len(meaning):
-        raise ValueError(f"{shown(text)} has {len(numbers)} numbers; {_ALLOWED}")
+        raise ValueError(f"{shown(text)} has {count(len(numbers), 'number', 'numbers')}; {_ALLOWED}")
     values = dict(zip(meaning, map(_number, numbers), strict=False))
     return {"distribution": name, **values}
 
