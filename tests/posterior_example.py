@@ -7,7 +7,7 @@ from hcss_twin.uncertainty.posterior_file import Diagnostic, write_posterior
 TOLD = Diagnostic("parameter", "uniform:0:1", 30.0, 1200.0, 1.004)
 
 
-def example_posterior(path, free=("H", "Lx", "Ly", "coverage"), fixed=None, shape=(4, 50)):
+def example_posterior(path, free=("H", "Lx", "Ly", "coverage"), fixed=None, shape=(4, 50), attributes=None):
     """Write and return a posterior with means .6, 8, 8 and .5; a third number of ``shape`` is that of images."""
     rng = np.random.default_rng(0)
     every = {
@@ -30,5 +30,6 @@ def example_posterior(path, free=("H", "Lx", "Ly", "coverage"), fixed=None, shap
         fixed={"gamma": 3.0} if fixed is None else fixed,
         priors=dict.fromkeys(free, "uniform:0:1"),
         seed=7,
+        attributes=attributes,
     )
     return path

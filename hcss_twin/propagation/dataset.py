@@ -148,6 +148,8 @@ def sample_attributes(sample: JointSample) -> dict[str, Any]:
         found["posterior_sha256"] = sample.posterior.sha256
         found["posterior_inputs"] = json.dumps(images_of(sample.posterior))
         found["posterior_layer"] = sample.layer
+        if sample.posterior.octaves is not None:
+            found["posterior_octaves"] = np.array(sample.posterior.octaves, dtype=np.int64)
         found["posterior_fixed"] = json.dumps(dict(sample.posterior.fixed))
         found["posterior_draws"] = np.int64(sample.posterior.samples.shape[0])
     return found

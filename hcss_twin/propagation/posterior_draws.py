@@ -37,6 +37,9 @@ class PosteriorDraws:
         All draws; those of several images one image after the other.
     fixed : mapping of str to float
         Parameters that the posterior holds fixed.
+    octaves : (int, int) or None
+        First and last octave of the fractal sum, with which alone its parameters mean what they say; None where the
+        file does not tell.
     images : int
         Images that it is of; draws take all parameters from the same one.
     file, sha256 : str
@@ -48,6 +51,7 @@ class PosteriorDraws:
     names: tuple[str, ...]
     samples: Array
     fixed: Mapping[str, float]
+    octaves: tuple[int, int] | None
     images: int
     file: str
     sha256: str
@@ -73,7 +77,8 @@ class PosteriorDraws:
                 )
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         about = {name: value for name, value in posterior.attributes.items() if isinstance(value, str)}
-        return cls(names, columns, fixed, images, path.name, digest, about)
+        octaves = _octaves(posterior, path)
+        return cls(names, columns, fixed, octaves, images, path.name, digest, about)
 
     def rows(self, count: int, seed: np.random.SeedSequence) -> Array:
         """Return so many independent draws (count, parameter) of the posterior, each as likely as any other."""
@@ -98,6 +103,8 @@ class PosteriorDraws:
         }
         if "Lx" in value:
             found[f"{layer}.parameters.L"] = [value["Lx"], value["Ly"]]
+        if self.octaves is not None:
+            found[f"{layer}.parameters.k"] = list(self.octaves)
         if "coverage" in value:
             found[f"{layer}.coverage"] = value["coverage"]
         return found
@@ -119,6 +126,16 @@ def _columns(posterior: Posterior, path: Path) -> tuple[tuple[str, ...], Array, 
     wide = [np.broadcast_to(samples[name].reshape(samples[name].shape[0], -1).T, (images, samples[name].shape[0]))
             for name in names]  # fmt: skip
     return names, np.stack([each.ravel() for each in wide], axis=1), images
+
+
+def _octaves(posterior: Posterior, path: Path) -> tuple[int, int] | None:
+    given = posterior.attributes.get("octaves")
+    if given is None:
+        return None
+    numbers = np.atleast_1d(given)
+    if numbers.shape != (2,) or numbers.dtype.kind != "i":
+        raise PosteriorError(f"cannot use {path}: octaves {given}, allowed: two whole numbers")
+    return int(numbers[0]), int(numbers[1])
 
 
 def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
@@ -175,8 +192,10 @@ def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: 
         notes.append(
             f"{count} draws are taken of the {draws.samples.shape[0]} that the posterior has, some more than once"
         )
-    if draws.fixed:
+    if draws.fixed or draws.octaves is not None:
         told = ", ".join(f"{name} = {value:g}" for name, value in draws.fixed.items())
+        if draws.octaves is not None:
+            told += f"{', ' if told else ''}octaves k = {draws.octaves[0]} to {draws.octaves[1]}"
         notes.append(f"fixed by the posterior, whatever the scenario says: {told}")
     return tuple(notes)
 

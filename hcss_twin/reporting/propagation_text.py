@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from hcss_twin.propagation.estimators import SAME
 from hcss_twin.propagation.joint_sample import POSTERIOR
 from hcss_twin.propagation.propagate import Propagation
 from hcss_twin.propagation.summary import OUTPUTS, QUANTILES
@@ -119,10 +120,14 @@ def _band(data: xr.Dataset, band: str, classes: list[str]) -> Iterator[str]:
         cells = []
         for name, digits in (("radiance", 4), ("brightness_temperature", 2)):
             quantile = own[f"{name}_quantile"].values
+            mean = float(own[f"{name}_mean"])
+            spread, error = (float(own[f"{name}_standard_deviation{suffix}"]) for suffix in ("", "_error"))
+            if spread <= SAME * abs(mean):
+                spread, error = 0.0, 0.0  # of rounding
             values = (
-                (float(own[f"{name}_mean"]), 10),
-                (float(own[f"{name}_standard_deviation"]), 9),
-                (float(own[f"{name}_standard_deviation_error"]), 9),
+                (mean, 10),
+                (spread, 9),
+                (error, 9),
                 (float(quantile[_LOW]), 10),
                 (float(quantile[_HIGH]), 10),
             )

@@ -5,7 +5,7 @@ import pytest
 from posterior_example import example_posterior
 from scipy import stats
 
-from hcss_twin.errors import ScenarioError
+from hcss_twin.errors import PosteriorError, ScenarioError
 from hcss_twin.propagation.joint_sample import joint_sample
 from hcss_twin.propagation.posterior_draws import PosteriorDraws
 from hcss_twin.propagation.uncertain import uncertain_keys
@@ -118,3 +118,13 @@ def test_a_posterior_of_several_images_gives_all_parameters_of_one_image(tmp_pat
     samples = read_posterior(path).samples
     pairs = set(zip(samples["H"].ravel(), samples["coverage"].ravel(), strict=True))
     assert {tuple(row) for row in found.samples} == pairs
+
+
+def test_octaves_of_the_posterior_are_those_of_the_scene(tmp_path):
+    path = example_posterior(tmp_path / "posterior.nc", attributes={"octaves": [0, 8]})
+    found = PosteriorDraws.read(path)
+    assert found.overrides("clouds", found.samples[0])["clouds.parameters.k"] == [0, 8]
+    assert "clouds.parameters.k" in found.keys("clouds")
+    path = example_posterior(tmp_path / "odd.nc", attributes={"octaves": "all"})
+    with pytest.raises(PosteriorError, match="octaves all, allowed: two whole numbers"):
+        PosteriorDraws.read(path)
