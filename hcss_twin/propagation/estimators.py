@@ -92,17 +92,17 @@ def first_by_pick_freeze(y: Array, other: int, exchanged: int) -> Array:
         Mixtures: that with all inputs of B, and that of A with one input of B.
     """
     level = y.mean(axis=(0, 1))
-    return _share(np.mean((y[other] - level) * (y[exchanged] - y[0]), axis=0), y)
+    return _share(np.mean((y[other] - level) * (y[exchanged] - y[0]), axis=0), y, other)
 
 
-def total_by_pick_freeze(y: Array, exchanged: int) -> Array:
+def total_by_pick_freeze(y: Array, other: int, exchanged: int) -> Array:
     """Total share of an input, (output,): M. J. W. Jansen, Computer Physics Communications 117 (1999) 35-43, eq 10."""
-    return _share(0.5 * np.mean((y[0] - y[exchanged]) ** 2, axis=0), y)
+    return _share(0.5 * np.mean((y[0] - y[exchanged]) ** 2, axis=0), y, other)
 
 
-def _share(part: Array, y: Array) -> Array:
-    """Divide by the variance; NaN where the output does not vary."""
-    whole = variance(y)
+def _share(part: Array, y: Array, other: int | None = None) -> Array:
+    """Divide by the variance, of A and B where both have a part in it; NaN where the output does not vary."""
+    whole = variance(y) if other is None else 0.5 * (variance(y) + y[other].var(axis=0, ddof=1))
     varies = whole > (SAME * np.abs(mean(y))) ** 2
     return np.asarray(np.divide(part, whole, out=np.full(whole.shape, np.nan), where=varies))
 

@@ -175,7 +175,6 @@ def _estimates(
         estimate = partial(_stacked, own, terms, rows)
         every = estimate(np.arange(draws.size))
         error = bootstrap_error(estimate, draws.size, seed)
-        # Rounding of an output that does not vary is no error.
         begin = 0
         for name in fronts:
             (size,) = sizes.get(name, (1,))
@@ -204,8 +203,12 @@ def _stacked(y: Array, terms: Sequence[Array | None], rows: Sequence[Row], draws
             first.append(estimators.first_by_regression(basis[draws], own))
         else:
             first.append(blank)
-        exchanged = row.mixture if row.mixture is not None and (full or row.name == SEED) else None
-        total.append(blank if exchanged is None else estimators.total_by_pick_freeze(own, exchanged))
+        if row.name == SEED:
+            total.append(estimators.total_by_seed(own))
+        elif full and row.mixture is not None:
+            total.append(estimators.total_by_pick_freeze(own, 2, row.mixture))
+        else:
+            total.append(blank)
     return np.concatenate([*blocks, np.stack(first), np.stack(total)])
 
 

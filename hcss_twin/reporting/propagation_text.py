@@ -162,16 +162,12 @@ def _shares(data: xr.Dataset) -> Iterator[str]:
     classes = [str(name) for name in data["class"].values]
     sources = [str(name) for name in data["source"].values]
     width = max(map(len, sources)) + 2
-    kinds = {
-        order: sorted({str(name) for name in data[f"{order}_estimator"].values} - {"none"})
-        for order in ("first_order", "total")
-    }
     yield (
-        f"shares of the variance of mean radiance over draws, +- standard error: first-order "
-        f"({', '.join(kinds['first_order'])}), then total ({', '.join(kinds['total'])})"
+        f"shares of the variance of mean radiance over draws, +- standard error; first-order, by "
+        f"{data.attrs['shares']}, but where it says total"
     )
     for band in map(str, data["band"].values):
-        yield f"  {band:<{width}}" + "".join(f"{kind:>16}" for kind in classes)
+        yield f"  {band:<{width + 7}}" + "".join(f"{kind:>16}" for kind in classes)
         for source in sources:
             for order, name in (("first_order", source), ("total", f"{source}, total")):
                 own = data.sel(band=band, source=source)

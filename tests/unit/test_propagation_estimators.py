@@ -34,7 +34,7 @@ def test_pick_freeze_finds_the_shares_of_an_additive_function():
         expected = SHARES["ab".find(name) if name != "seed" else 2]
         for estimate in (
             lambda rows, mixture=mixture: estimators.first_by_pick_freeze(y[:, rows], 2, mixture),
-            lambda rows, mixture=mixture: estimators.total_by_pick_freeze(y[:, rows], mixture),
+            lambda rows, mixture=mixture: estimators.total_by_pick_freeze(y[:, rows], 2, mixture),
         ):
             error = bootstrap_error(estimate, 2000, bootstrap_seed(1))
             assert 0.0 < error[0] < 0.06
@@ -92,7 +92,7 @@ def test_pick_freeze_agrees_with_scipy_on_a_function_with_interactions():
     y = np.stack([ishigami(one), mixed[2], ishigami(two), *mixed])[..., None]
     for column in range(3):
         first = estimators.first_by_pick_freeze(y, 2, 3 + column)[0]
-        total = estimators.total_by_pick_freeze(y, 3 + column)[0]
+        total = estimators.total_by_pick_freeze(y, 2, 3 + column)[0]
         assert first == pytest.approx(expected.first_order[column], abs=0.03)
         assert total == pytest.approx(expected.total_order[column], abs=0.03)
 
