@@ -24,11 +24,15 @@ if TYPE_CHECKING:
         HcssError,
         ImageError,
         PosteriorError,
+        PosteriorError,
+        PropagationError,
         ProviderError,
         ScenarioError,
         SweepError,
     )
     from hcss_twin.export.cube_export import export_cube
+    from hcss_twin.propagation.dataset import open_propagation
+    from hcss_twin.propagation.propagate import propagate
     from hcss_twin.registry.hookspecs import hookimpl
     from hcss_twin.registry.specs import ProviderSpec
     from hcss_twin.reporting.report import report
@@ -48,6 +52,8 @@ __all__ = [
     "HcssError",
     "ImageError",
     "PosteriorError",
+    "PosteriorError",
+    "PropagationError",
     "ProviderError",
     "ProviderSpec",
     "Scenario",
@@ -61,9 +67,11 @@ __all__ = [
     "hookimpl",
     "make_plan",
     "open_cube",
+    "open_propagation",
     "open_sweep",
     "read_posterior",
     "report",
+    "propagate",
     "sense",
     "simulate",
     "sweep",
@@ -78,6 +86,8 @@ def __getattr__(name: str) -> Any:
         "HcssError": "errors",
         "ImageError": "errors",
         "PosteriorError": "errors",
+        "PosteriorError": "errors",
+        "PropagationError": "errors",
         "ProviderError": "errors",
         "ScenarioError": "errors",
         "SweepError": "errors",
@@ -91,8 +101,10 @@ def __getattr__(name: str) -> Any:
         "Scenario": "scenario.scenario",
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
+        "open_propagation": "propagation.dataset",
         "open_sweep": "sweeps.reader",
         "report": "reporting.report",
+        "propagate": "propagation.propagate",
         "sense": "scene.sensing.sense",
         "simulate": "scene.simulate",
         "sweep": "sweeps.run",

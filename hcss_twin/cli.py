@@ -22,6 +22,7 @@ from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
 from hcss_twin.cli_report import report_command
 from hcss_twin.cli_reproduce import reproduce
+from hcss_twin.cli_propagate import is_asked, propagation_options, run_propagation
 from hcss_twin.cli_scenario import load, scenario_options
 from hcss_twin.cli_sense import measured_beside, sense
 from hcss_twin.cli_sweep import sweep_command
@@ -66,10 +67,12 @@ def cli() -> None:
     metavar="ADDRESS",
     help="Dask cluster that makes them instead, for example tcp://host:8786.",
 )
+@propagation_options
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 @click.pass_context
 def run(
     context: click.Context,
+    /,
     scenario: str,
     assignments: tuple[str, ...],
     output: Path | None,
@@ -77,11 +80,19 @@ def run(
     workers: int,
     scheduler: str | None,
     as_json: bool,
+    **propagation: Any,
 ) -> None:
-    """Simulate SCENARIO and write its cube.
+    """Simulate SCENARIO and write its cube, or with --draws say how uncertain its radiance is.
 
     Fails, and keeps the cube, where checked pixels miss the accuracy asked for.
     """
+    if is_asked(propagation):
+        if workers != 1 or scheduler is not None:
+            raise click.UsageError(
+                "--workers and --scheduler beside --draws, whose scenes are made in one process"
+            )
+        run_propagation(context, scenario, assignments, output, force, as_json, propagation)
+        return
     loaded = load(scenario, assignments)
     output = output or Path(f"{Path(scenario).stem}.nc")
     if output.exists() and not force:

@@ -35,6 +35,10 @@ class PosteriorError(HcssError):
     """A posterior cannot be sampled, written or read."""
 
 
+class PropagationError(HcssError):
+    """Uncertainty cannot be propagated as asked, or its file cannot be written or read."""
+
+
 class CertificateWarning(UserWarning):
     """A cube misses the accuracy asked for; its certificate says by how much and where."""
 

@@ -42,6 +42,9 @@ and y (rows) north; row 0 is the southern edge.
 
 **Many scenes from one file:** a section `[sweep]` gives keys many values ([sweeps](sweeps.md)).
 
+**Uncertain keys:** a section `[uncertain]` gives keys distributions, through which `hcss run FILE --draws N` propagates
+([uncertainty](uncertainty.md)).
+
 **One key from the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`.
 """
 

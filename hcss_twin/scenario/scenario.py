@@ -27,9 +27,17 @@ from hcss_twin.shelf import Shelf
 SWEEP = "sweep"
 """Section that makes a file that of many scenarios."""
 
+UNCERTAIN = "uncertain"
+"""Section that gives keys distributions."""
+
 _NOT_ONE_SCENE = (
     "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes (docs/sweeps.md); allowed here: a file "
     "without this section"
+)
+
+_NOT_CERTAIN = (
+    "the file has keys with distributions, through which `hcss run FILE --draws N` propagates (docs/uncertainty.md); "
+    "allowed here: a file without this section"
 )
 
 
@@ -111,6 +119,8 @@ class Scenario(ScenarioModel):
             raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
         if SWEEP in raw:
             raise ScenarioError([Problem(SWEEP, _NOT_ONE_SCENE)], origin)
+        if UNCERTAIN in raw:
+            raise ScenarioError([Problem(UNCERTAIN, _NOT_CERTAIN)], origin)
         data, problems = apply_overrides(normalise(raw), overrides or {})
         fill_bands(data, Catalog(base=base))
         short = has_single_layer(raw.get("clouds"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from hcss_twin.cube.bit_rounding import round_bits
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.scene.brightness import BrightnessTemperature
 from hcss_twin.scene.certificate.certificate_pixels import PixelSample
-from hcss_twin.scene.certificate.part_sample import PartSample
 from hcss_twin.scene.footprint import Window, length, relative, windows
 from hcss_twin.scene.frame_clouds import FrameClouds
 from hcss_twin.scene.plan import Plan
@@ -24,6 +23,18 @@ from hcss_twin.scene.views.viewed_look_up import ViewedLookUp
 from hcss_twin.scene.waves.waves import WaveStage
 
 Frame = dict[str, NDArray[Any]]
+
+
+class Onlooker(Protocol):
+    """Sees the clouds of a part of a frame as they are made, window by window."""
+
+    def look(
+        self,
+        window: Window,
+        thickness_m: Sequence[NDArray[np.float32]],
+        shaded: NDArray[np.bool_] | None,
+    ) -> None:
+        """Take a window, as :meth:`hcss_twin.scene.certificate.part_sample.PartSample.look` does."""
 
 
 def stream(
@@ -96,7 +107,7 @@ class PartMaker:
         self,
         index: int,
         extent: Window,
-        sample: PartSample | None = None,
+        sample: Onlooker | None = None,
         summaries: Sequence[Any] | None = None,
     ) -> tuple[Frame, NDArray[np.float32]]:
         """Return the requested variables of a part of a frame, and its radiance (Q, B, y, x) as the cube has it.
@@ -109,8 +120,8 @@ class PartMaker:
             Number of the frame.
         extent : (slice, slice)
             Rows and columns of the image.
-        sample : PartSample, optional
-            Draws pixels.
+        sample : Onlooker, optional
+            Draws pixels, or sees them otherwise.
         summaries : sequence, optional
             As :class:`FrameClouds` takes them.
         """

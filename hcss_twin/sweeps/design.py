@@ -194,12 +194,12 @@ def _key_problems(given: Mapping[str, Any], overrides: Mapping[str, Any]) -> Ite
     keys = list(given)
     for place, key in enumerate(keys):
         for other in keys[:place]:
-            if _overlap(key, other):
+            if keys_overlap(key, other):
                 yield Problem(
                     f"{SWEEP}.{key}", f"overlaps {other}, which is swept, too; allowed: one of both"
                 )
         for other in overrides:
-            if _overlap(key, other):
+            if keys_overlap(key, other):
                 yield Problem(
                     f"{SWEEP}.{key}", f"is swept, but {other} is set to one value; allowed: one of both"
                 )
@@ -210,7 +210,7 @@ def _key_problems(given: Mapping[str, Any], overrides: Mapping[str, Any]) -> Ite
             yield Problem(f"{SWEEP}.{key}", f"no key of a scenario; {_ALLOWED}{hint}")
 
 
-def _overlap(one: str, other: str) -> bool:
+def keys_overlap(one: str, other: str) -> bool:
     """Whether two keys are the same, or one is part of the other."""
     a, b = (f"{'.'.join(key_parts(key))}." for key in (one, other))
     return a.startswith(b) or b.startswith(a)

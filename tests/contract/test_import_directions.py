@@ -40,6 +40,19 @@ ALLOWED = {
     "comparison": {"evaluation", "clouds", "cube", "export", "catalog", "radiance", "scenario", "scene"}
     | GROUND,
     "sweeps": {"scenario", "scene", "cube", "drafts", "versions", "shelf"} | GROUND,
+    "propagation": {
+        "compilation_notice",
+        "drafts",
+        "evaluation",
+        "registry",
+        "scenario",
+        "scene",
+        "shelf",
+        "sweeps",
+        "uncertainty",
+        "versions",
+    }
+    | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }
 

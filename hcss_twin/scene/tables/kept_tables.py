@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from hcss_twin.cache.kinds import TABLES
@@ -43,18 +45,23 @@ _PARTS = (
 )
 
 
-def tables_of(plan: Plan) -> RadianceTables:
+def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = None) -> RadianceTables:
     """Return the tables of a plan: those kept from an earlier run, or new ones, which are kept.
 
     They are the same to the bit. What an earlier run read is recorded again and must not have changed.
+
+    Parameters
+    ----------
+    compiler : callable, optional
+        Makes new ones; who counts them gives another.
     """
     if plan.views is not None:
-        return tables_over_views(plan, tables_of)
+        return tables_over_views(plan, partial(tables_of, compiler=compiler))
     results = KeptResults(TABLES, plan.catalog, RadianceTables, _PARTS)
     key, before = table_key(plan), plan.catalog.used
     tables = results.find(key)
     if tables is None:
-        tables = compile_tables(plan)
+        tables = (compiler or compile_tables)(plan)
         results.keep(key, tables, before)
     return tables
 
