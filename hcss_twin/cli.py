@@ -20,9 +20,9 @@ from hcss_twin.cli_export import export_command
 from hcss_twin.cli_fit import fit_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
+from hcss_twin.cli_propagate import is_asked, propagation_options, run_propagation
 from hcss_twin.cli_report import report_command
 from hcss_twin.cli_reproduce import reproduce
-from hcss_twin.cli_propagate import is_asked, propagation_options, run_propagation
 from hcss_twin.cli_scenario import load, scenario_options
 from hcss_twin.cli_sense import measured_beside, sense
 from hcss_twin.cli_sweep import sweep_command
