@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.physics.paths import Path
+from hcss_twin.physics.paths import Leg, Path
 
 EARTH_RADIUS_M = 6_371_230.0
 """Radius LOWTRAN7 uses for mid-latitude and US standard atmospheres, kept so that paths agree with it."""
@@ -79,21 +79,29 @@ class Profile:
         -------
         ndarray (L,)
         """
-        total = np.zeros(self.altitude_m.size - 1)
-        edges = self.altitude_m
-        for leg in path.legs:
-            lower = np.clip(edges[:-1], leg.lower_m, leg.upper_m)
-            upper = np.clip(edges[1:], leg.lower_m, leg.upper_m)
-            thickness = upper - lower
-            crossed = thickness > 0
-            slant = slant_length_m(lower, upper, leg.zenith_deg)
-            share = np.zeros_like(total)
-            full = self.pressure_Pa[:-1] - self.pressure_Pa[1:]
-            share[crossed] = (self.pressure_at(lower[crossed]) - self.pressure_at(upper[crossed])) / full[
-                crossed
-            ]
-            total[crossed] += share[crossed] * slant[crossed] / thickness[crossed]
-        return total
+        return np.asarray(np.sum(self.airmass_of_legs(path.legs), axis=0))
+
+    def airmass_of_legs(self, legs: Sequence[Leg]) -> Array:
+        """Slant length over vertical thickness of each layer, as :meth:`airmass`, for each of some legs.
+
+        Returns
+        -------
+        ndarray (N, L)
+        """
+        lower_m, upper_m, zenith_deg = (
+            np.array([(leg.lower_m, leg.upper_m, leg.zenith_deg) for leg in legs])
+            .reshape(-1, 3, 1)
+            .swapaxes(0, 1)
+        )
+        lower = np.clip(self.altitude_m[:-1], lower_m, upper_m)
+        upper = np.clip(self.altitude_m[1:], lower_m, upper_m)
+        thickness = upper - lower
+        crossed = thickness > 0
+        full = self.pressure_Pa[:-1] - self.pressure_Pa[1:]
+        share = (self.pressure_at(lower) - self.pressure_at(upper)) / full
+        slant = slant_length_m(lower, upper, zenith_deg)
+        result: Array = np.where(crossed, share * slant / np.where(crossed, thickness, 1.0), 0.0)
+        return result
 
     def mean_airmass(self, lower_m: float, zenith_deg: Array) -> Array:
         """Air mass of slant paths to space relative to the vertical, weighted by pressure.

@@ -2,6 +2,10 @@
 
 Between levels densities that fall with height are exponential, all others linear (subroutines FILL and LAYER of
 LOWTRAN7). A layer consists of one or more *cells* thin enough for one slant factor each.
+
+Part of a layer has the densities and the cells of the whole, cut off at its ends, so that amounts do not jump with its
+ends. LOWTRAN7 makes a layer of its own of it: one that thickens gets a cell more at once, and haze that fades linearly
+to nothing at a level would fade exponentially as soon as the layer ends somewhat below.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from hcss_twin.atmosphere.band_model.absorber_density import (
 )
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 _CELL_M, _LOW_CELL_M, _LOW_M = 2_500.0, 500.0, 12_000.0
 """Greatest thickness of a cell, and that of one below ``_LOW_M``, where water vapour falls off within a layer."""
@@ -54,7 +59,7 @@ class Layers:
     bending: Array
     thickness_m: Array
     amount: Array
-    first_cell: NDArray[np.intp]
+    first_cell: Indices
     temperature_K: Array
 
     def slice(self, first: int, last: int) -> Layers:
@@ -88,30 +93,53 @@ def stack_layers(parts: list[Layers]) -> Layers:
     )
 
 
-def make_layers(state: LevelState, earth_radius_m: float) -> Layers:
-    """Integrate the densities between consecutive levels."""
-    thickness = np.diff(state.altitude_m)
-    thickest = np.where(state.altitude_m[:-1] < _LOW_M, _LOW_CELL_M, _CELL_M)
-    parts = np.ceil(thickness / thickest - 1e-9).astype(np.intp)
+def cell_limits_m(level_m: Array) -> Array:
+    """Altitudes (M + 1,) at which the cells of the layers between levels end, lowest first."""
+    thickness = np.diff(level_m)
+    thickest = np.where(level_m[:-1] < _LOW_M, _LOW_CELL_M, _CELL_M)
+    parts = np.maximum(np.ceil(thickness / thickest - 1e-9).astype(np.intp), 1)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
     layer = np.repeat(np.arange(thickness.size), parts)
-    first_cell = np.concatenate(([0], np.cumsum(parts)[:-1]))
-    within = np.arange(layer.size) - first_cell[layer]
-    edges = np.stack((within, within + 0.5, within + 1.0), axis=1) / parts[layer, None]
-    height = state.altitude_m[:-1][layer, None] + edges * thickness[layer, None]
+    share = (np.arange(layer.size) - first) / parts[layer]
+    result: Array = np.append(level_m[layer] + share * thickness[layer], level_m[-1])
+    return result
+
+
+def make_layers(state: LevelState, earth_radius_m: float, limit_m: Array) -> Layers:
+    """Integrate the densities over cells.
+
+    Parameters
+    ----------
+    state : LevelState
+    earth_radius_m : float
+    limit_m : ndarray (M + 1,)
+        Altitudes between which the cells lie, ascending; levels between the first and the last are among them.
+
+    Returns
+    -------
+    Layers
+        One for each pair of levels in between which there are cells, which may be a part of it.
+    """
+    level_m, thickness = state.altitude_m, np.diff(state.altitude_m)
+    layer = np.searchsorted(level_m, limit_m[:-1], side="right") - 1
+    touched, first_cell, cells = np.unique(layer, return_index=True, return_counts=True)
+    ends = (np.stack((limit_m[:-1], limit_m[1:]), axis=1) - level_m[layer, None]) / thickness[layer, None]
+    edges = np.stack((ends[:, 0], np.mean(ends, axis=1), ends[:, 1]), axis=1)
+    height = level_m[layer, None] + edges * thickness[layer, None]
     refractivity = state.refractivity
     fall = np.log(refractivity[:-1] / refractivity[1:])
     local = refractivity[:-1][layer, None] * np.exp(-edges * fall[layer, None])
     radius = earth_radius_m + height
-    temperature = _mean_temperature(state)
+    temperature = _mean_temperature(state, touched, ends[first_cell, 0], ends[first_cell + cells - 1, 1])
     amount = _integral(state.density[:-1][layer], state.density[1:][layer], edges[:, ::2], thickness[layer])
     cold_share = np.clip((_WARM_SELF_K - temperature) / (_WARM_SELF_K - _COLD_SELF_K), 0.0, 1.0)
-    amount[:, COLD_SELF_COLUMN] *= cold_share[layer]
+    amount[:, COLD_SELF_COLUMN] *= np.repeat(cold_share, cells)
     amount[:, OXYGEN_LINEAR_COLUMN] -= OXYGEN_TEMPERATURE_K * amount[:, OXYGEN_COLUMN]
     return Layers(
         radius_m=radius,
         index=1.0 + local,
         bending=radius * local / (1.0 + local) * (fall / thickness)[layer, None],
-        thickness_m=thickness[layer] / parts[layer],
+        thickness_m=np.diff(limit_m),
         amount=amount,
         first_cell=first_cell,
         temperature_K=temperature,
@@ -130,56 +158,23 @@ def _integral(lower: Array, upper: Array, edges: Array, thickness_m: Array) -> A
     return result
 
 
-def _mean_temperature(state: LevelState) -> Array:
-    """Pressure integral over density integral, (L,)."""
-    number = state.pressure_Pa / state.temperature_K
+def _mean_temperature(state: LevelState, layer: Indices, begin: Array, end: Array) -> Array:
+    """Pressure integral over density integral of layers (L,), from one share of their thickness to another.
 
-    def mean(value: Array) -> Array:
-        lower, upper = value[:-1], value[1:]
+    Within a layer temperature is linear and pressure exponential.
+    """
+
+    def at(share: Array) -> tuple[Array, Array]:
+        below, above = state.pressure_Pa[layer], state.pressure_Pa[layer + 1]
+        low, high = state.temperature_K[layer], state.temperature_K[layer + 1]
+        return below * (above / below) ** share, low * (1.0 - share) + high * share
+
+    def mean(lower: Array, upper: Array) -> Array:
         falls = upper < lower * (1.0 - _FLAT)
         safe = np.where(falls, upper / lower, 0.5)
         result: Array = np.where(falls, (lower - upper) / -np.log(safe), 0.5 * (lower + upper))
         return result
 
-    result: Array = mean(state.pressure_Pa) / mean(number)
+    (lower_Pa, lower_K), (upper_Pa, upper_K) = at(begin), at(end)
+    result: Array = mean(lower_Pa, upper_Pa) / mean(lower_Pa / lower_K, upper_Pa / upper_K)
     return result
-
-
-def state_at(state: LevelState, altitude_m: float) -> LevelState:
-    """Interpolate one level: temperature linearly, all else exponentially where it is positive (EXPINT).
-
-    Returns
-    -------
-    LevelState
-        Of one level.
-    """
-    upper = int(np.clip(np.searchsorted(state.altitude_m, altitude_m), 1, state.altitude_m.size - 1))
-    pair = slice(upper - 1, upper + 1)
-    low, high = state.altitude_m[pair]
-    fraction = (altitude_m - low) / (high - low)
-
-    def exponential(values: Array) -> Array:
-        below, above = values[pair]
-        positive = (below > 0.0) & (above > 0.0)
-        ratio = np.where(positive, above, 1.0) / np.where(positive, below, 1.0)
-        result: Array = np.where(positive, below * ratio**fraction, below + (above - below) * fraction)
-        return result[None]
-
-    return LevelState(
-        np.array([altitude_m]),
-        exponential(state.pressure_Pa),
-        state.temperature_K[pair][:1] * (1.0 - fraction) + state.temperature_K[pair][1:] * fraction,
-        exponential(state.refractivity),
-        exponential(state.density),
-    )
-
-
-def join_states(lower: LevelState, upper: LevelState) -> LevelState:
-    """Put levels on top of each other."""
-    return LevelState(
-        np.concatenate((lower.altitude_m, upper.altitude_m)),
-        np.concatenate((lower.pressure_Pa, upper.pressure_Pa)),
-        np.concatenate((lower.temperature_K, upper.temperature_K)),
-        np.concatenate((lower.refractivity, upper.refractivity)),
-        np.concatenate((lower.density, upper.density)),
-    )

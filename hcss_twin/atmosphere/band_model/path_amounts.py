@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.atmosphere.band_model.absorber_density import LevelState
-from hcss_twin.atmosphere.band_model.layers import Layers, join_states, make_layers, stack_layers, state_at
+from hcss_twin.atmosphere.band_model.layers import Layers, cell_limits_m, make_layers, stack_layers
 from hcss_twin.atmosphere.band_model.refraction import slant_factors
+from hcss_twin.physics.leg_sums import LegSums
 from hcss_twin.physics.paths import SPACE, Leg, Path
 
 Array = NDArray[np.float64]
@@ -19,11 +20,11 @@ Array = NDArray[np.float64]
 _KEPT_PARTS = 4096
 """Parts of the profile that are kept: legs of many paths are alike."""
 
-_KEPT_LEGS = 100_000
-"""Legs whose amounts are kept: columns with cloud tops at many heights share those between levels."""
-
 _SAME_ALTITUDE_M = 1e-3
 """Altitudes are compared through distances from the Earth's centre, which round to about 1e-9 m."""
+
+_NOTHING_M = 1e-6
+"""Pieces of a layer as thin as this are left out: rounding is a thousandth of them."""
 
 
 class LayeredAir:
@@ -39,16 +40,17 @@ class LayeredAir:
     def __init__(self, state: LevelState, earth_radius_m: float) -> None:
         self._state = state
         self.earth_radius_m = earth_radius_m
-        self._layers = make_layers(state, earth_radius_m)
+        self._limit_m = cell_limits_m(state.altitude_m)
+        self._layers = make_layers(state, earth_radius_m, self._limit_m)
         self.columns = state.density.shape[1]
         self._kept = lru_cache(maxsize=_KEPT_PARTS)(self._between)
         self.amounts_upwards = lru_cache(maxsize=_KEPT_PARTS)(self._amounts_upwards)
         self._level_m = state.altitude_m
         self._level_set = frozenset(state.altitude_m.tolist())
-        self._by_leg: dict[Leg, Array] = {}
+        self._sums = LegSums(self.columns, self._compute)
 
     def between(self, lower_m: float, upper_m: float) -> Layers:
-        """Layers from one altitude to another; a target inside a layer becomes a level of its own."""
+        """Layers from one altitude to another; of one that an end lies in, the part between."""
         return self._kept(lower_m, upper_m)
 
     def _between(self, lower_m: float, upper_m: float) -> Layers:
@@ -91,22 +93,7 @@ class LayeredAir:
 
     def amounts(self, paths: Sequence[Path]) -> Array:
         """Absorber amounts of composite paths, (P, K)."""
-        known = self._by_leg
-        if len(known) > _KEPT_LEGS:
-            known = self._by_leg = {}  # other threads may still read the old one
-        legs = [leg for path in paths for leg in path.legs]
-        # Looked up once: hashing hundreds of legs takes as long as following their rays.
-        found = [known.get(leg) for leg in legs]
-        new = [leg for leg, amount in zip(legs, found, strict=True) if amount is None]
-        if new:
-            self._compute(dict.fromkeys(new), known)
-        each = [known[leg] if amount is None else amount for leg, amount in zip(legs, found, strict=True)]
-        result = np.zeros((len(paths), self.columns))
-        first = np.cumsum([0, *(len(path.legs) for path in paths)])
-        for place in range(int(np.max(np.diff(first), initial=0))):
-            chosen = np.flatnonzero(np.diff(first) > place)
-            result[chosen] += [each[start + place] for start in first[chosen].tolist()]
-        return result
+        return self._sums.of(paths)
 
     def _compute(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
         """Add the absorber amounts (K,) of single legs to those known.
@@ -139,7 +126,9 @@ class LayeredAir:
         return 1.0 + math.exp(float(refractivity))
 
     def _partial(self, lower_m: float, upper_m: float) -> Layers:
-        if upper_m <= lower_m:
+        if upper_m - lower_m <= _NOTHING_M:
             return self._layers.slice(0, 0)
-        ends = join_states(state_at(self._state, lower_m), state_at(self._state, upper_m))
-        return make_layers(ends, self.earth_radius_m)
+        limit = self._limit_m
+        # Pieces of a cell likewise.
+        inner = limit[(limit > lower_m + _NOTHING_M) & (limit < upper_m - _NOTHING_M)]
+        return make_layers(self._state, self.earth_radius_m, np.array([lower_m, *inner, upper_m]))

@@ -3,17 +3,20 @@
 At each wavenumber -ln T = (sum over layers of air mass x w)^a. The layers' amounts w follow from vertical paths to
 space, so that these are reproduced; the exponent a, from a vertical and a slant path at the surface, tells how far
 absorption saturates. Errors of slant paths are below those of the product of legs, but stay a few percent of band
-means for paths up and down again; a provider with any path is better.
+means for paths up and down again; a provider with any path is better. What the provider says of the path from the sun
+down to a target and up again is taken from it, and continued by the law where the sun is too low for it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ProviderError
+from hcss_twin.physics.leg_sums import LegSums
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import Declares, TransmittanceProvider
@@ -24,6 +27,12 @@ _SLANT_DEG = 60.0
 _LEAST_DEPTH, _MOST_DEPTH = 1e-12, 700.0
 _EXPONENTS = (0.2, 1.0)
 """Between a strong Lorentz line (.5) with room for tables that fall off more slowly, and weak absorption."""
+
+_KEPT_OWN = 512
+"""Paths from the sun to a target and up again that are kept: columns with the same cloud share them."""
+
+_SURELY_WITHIN = 0.99
+"""Share of the greatest air mass up to which a provider that refuses a path does not do so for its air mass."""
 
 
 class PowerLawGas:
@@ -45,31 +54,64 @@ class PowerLawGas:
         levels = profile.altitude_m
         self._targets = [float(z) for z in levels[:-1] if low <= z <= high]
         self._known: dict[bytes, tuple[Array, Array]] = {}
+        self._airmass = LegSums(levels.size - 1, self._add_airmass)
+        self._own_of = lru_cache(maxsize=_KEPT_OWN)(self._ask)
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths."""
         amount, exponent = self._fit(wavenumber_cm1)
-        airmass = np.stack([self._profile.airmass(path) for path in paths])
-        result: Array = np.exp(-((airmass @ amount) ** exponent))
+        result: Array = np.exp(-((self._airmass.of(paths) @ amount) ** exponent))
         for row, path in enumerate(paths):
             own = self._own(wavenumber_cm1, path)
             if own is not None:
                 result[row] = own
         return result
 
+    def _add_airmass(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
+        """Add the air masses (L,) of legs to those known."""
+        new = list(legs)
+        known.update(zip(new, self._profile.airmass_of_legs(new), strict=True))
+
     def _own(self, wavenumber_cm1: Array, path: Path) -> Array | None:
         """What the provider itself says of the path down to a target from the sun and up again, (V,).
 
         No emission is weighted with differences of these, so that they need not fit the law.
         """
+        if sum(leg.upper_m == SPACE for leg in path.legs) != 2:
+            return None
         legs = joined(path)
         if len(legs) != 2 or any(leg.upper_m != SPACE or leg.lower_m != legs[0].lower_m for leg in legs):
             return None
+        return self._own_of(wavenumber_cm1.tobytes(), legs)
+
+    def _ask(self, wavenumbers: bytes, legs: tuple[Leg, ...]) -> Array | None:
+        wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
         try:
-            found: Array = self._provider.transmittance(wavenumber_cm1, [Path(legs)])[0]
-        except ProviderError:  # beyond its angles
-            return None
+            found: Array = self._provider.transmittance(wavenumber, [Path(legs)])[0]
+        except ProviderError:
+            return self._beyond(wavenumber, legs)
         return found
+
+    def _beyond(self, wavenumber_cm1: Array, legs: tuple[Leg, ...]) -> Array | None:
+        """Transmittance (V,) of a path with more air than the provider's angles reach, from its longest by the law.
+
+        The fit itself is some percent off there, and light of a low sun would jump where clouds rise out of that reach.
+        None where the provider refuses the path for another reason.
+        """
+        target, angles = legs[0].lower_m, self.declares.valid.get("view_zenith")
+        if angles is None:
+            return None
+        mass = float(np.sum(self._profile.mean_airmass(target, np.array([leg.zenith_deg for leg in legs]))))
+        longest = float(self._profile.mean_airmass(target, np.array([angles[1]]))[0])
+        # The provider's profile may differ a little from this one.
+        if mass < _SURELY_WITHIN * longest:
+            return None
+        try:
+            depth = self._depth(wavenumber_cm1, [to_space(target, angles[1])])[0]
+        except ProviderError:
+            return None
+        exponent = self._fit(wavenumber_cm1)[1]
+        return np.asarray(np.exp(-depth * (mass / longest) ** exponent))
 
     def _fit(self, wavenumber_cm1: Array) -> tuple[Array, Array]:
         """Amounts of the layers (L, V) and exponents (V,)."""
