@@ -119,7 +119,7 @@ class _Guard:
 
     def _check_wavenumbers(self, method: str, wavenumber_cm1: Array) -> None:
         """Refuse to ask outside the declared range: nobody clamps, nobody extrapolates."""
-        valid = self.declares.valid.get("wavenumber_cm1")
+        valid = self._provider.declares.valid.get("wavenumber_cm1")
         if valid is None or wavenumber_cm1.size == 0:
             return
         asked = float(wavenumber_cm1.min()), float(wavenumber_cm1.max())
