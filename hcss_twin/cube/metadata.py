@@ -63,7 +63,7 @@ def global_attributes(header: CubeHeader) -> dict[str, Attribute]:
         **_coverage_in_time(header),
         **_coverage_in_space(header, footprint(header)),
         **header.attributes,
-        **_window(header),
+        **window_attribute(header),
     }
 
 
@@ -86,7 +86,7 @@ def creation_time() -> datetime:
         ) from error
 
 
-def _window(header: CubeHeader) -> dict[str, Attribute]:
+def window_attribute(header: CubeHeader) -> dict[str, Attribute]:
     """Say which part of its image the cube is, where it is not all of it."""
     place = header.window
     if place is None:

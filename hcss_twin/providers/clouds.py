@@ -201,3 +201,14 @@ class CloudGeneratorOptions(Protocol):
     ) -> NDArray[np.float32]:
         """Return the thickness (y, x) of a window, to the bit what ``thickness_m`` has there in the whole frame."""
         ...
+
+    def thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: Any
+    ) -> NDArray[np.float32]:
+        """Return the thickness (y, x) of a window that may reach outside the image, to negative rows and columns too.
+
+        For generators whose sky has no edge: sensors whose optics blur see clouds beyond the image. Inside it pixels
+        are to the bit what ``thickness_m`` has there. ``summary`` is that of ``frame_summary``, which
+        generators of whole frames need for it; None where windows are given without one.
+        """
+        ...

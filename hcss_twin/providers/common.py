@@ -48,7 +48,7 @@ class Declares:
         the certificate of a cube, never added to it.
     reach_pixels : int or None
         Of a sensor: how many rows or columns away a pixel can be that has a share in what another one measures; 0
-        where each pixel stands alone, None where the whole frame has.
+        where each pixel stands alone, None where the whole frame has. As much of the scene is computed around frames.
     remembers : bool
         Whether what a sensor measures depends on earlier frames, so that it needs all of them in order.
     """

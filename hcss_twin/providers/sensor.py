@@ -42,7 +42,7 @@ class SensorInputs:
     bands : tuple of SensorBand (B,)
         Bands in the order of the frames' first axis.
     grid : Grid
-        The image: rows, columns, and side of the square ground pixel.
+        The frames: rows, columns, and side of the square ground pixel.
     platform_speed_m_s : float
         Speed of the image's ground footprint in +x (columns).
     frame_interval_s : float
@@ -51,6 +51,9 @@ class SensorInputs:
         0 to below 2^63. All randomness follows from it.
     catalog : Catalog
         Reader of data files.
+    corner : (int, int)
+        Row and column of the frames' first pixel in the image that they are part of; negative where frames begin
+        outside it. Random numbers of a pixel go by its row and column in the image.
     """
 
     bands: tuple[SensorBand, ...]
@@ -59,6 +62,7 @@ class SensorInputs:
     frame_interval_s: float
     seed: int
     catalog: Catalog
+    corner: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True)

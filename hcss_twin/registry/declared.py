@@ -139,6 +139,7 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     ),
     "frame_summary": (callable, "a method"),
     "thickness_in_frame_m": (callable, "a method"),
+    "thickness_around_m": (callable, "a method"),
     "anisotropic": (lambda value: value in (True, False), "True or False"),
     "significant_wave_height_m": (lambda value: _is_number(value, math.inf), "a number of metres, 0 or more"),
     "mean_square_slope": (lambda value: _is_number(value, math.inf), "a number, 0 or more"),

@@ -156,7 +156,11 @@ class GuardedClouds(_Guard):
 
     def __getattr__(self, name: str) -> Any:
         # looked up here, not defined on the class, so that hasattr() tells whether the provider has it
-        checked = {"frame_summary": "_frame_summary", "thickness_in_frame_m": "_thickness_in_frame_m"}
+        checked = {
+            "frame_summary": "_frame_summary",
+            "thickness_in_frame_m": "_thickness_in_frame_m",
+            "thickness_around_m": "_thickness_around_m",
+        }
         found = super().__getattr__(name)
         return object.__getattribute__(self, checked[name]) if name in checked else found
 
@@ -174,13 +178,22 @@ class GuardedClouds(_Guard):
         """Return geometric thickness (y, x), checked likewise."""
         return self._thickness("thickness_in_frame_m", time_s, rows, columns, summary)
 
+    def _thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: Any
+    ) -> NDArray[np.float32]:
+        """Return geometric thickness (y, x) in and around the image, checked likewise."""
+        return self._thickness("thickness_around_m", time_s, rows, columns, summary)
+
     def _thickness(
         self, method: str, time_s: float, rows: slice, columns: slice, *summary: Any
     ) -> NDArray[np.float32]:
-        shape = (
-            len(range(*rows.indices(self._grid.rows))),
-            len(range(*columns.indices(self._grid.columns))),
-        )
+        if method == "thickness_around_m":
+            shape = rows.stop - rows.start, columns.stop - columns.start
+        else:
+            shape = (
+                len(range(*rows.indices(self._grid.rows))),
+                len(range(*columns.indices(self._grid.columns))),
+            )
         value = self._call(method, getattr(self._provider, method), time_s, rows, columns, *summary)
         most = self._layer.thickness_max_m * (1.0 + THICKNESS_TOLERANCE)
         return self._array(f"{method}()", value, shape, 0.0, most, np.float32)

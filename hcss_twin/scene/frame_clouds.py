@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -33,15 +34,14 @@ class FrameClouds:
     def __init__(self, plan: Plan, time_s: float, summaries: Sequence[Any] | None = None) -> None:
         self._plan, self._time_s = plan, time_s
         self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
-        self._whole = [
-            generator.thickness_m(time_s, *_all_points(plan))
-            if cloudy and _is_made_whole(plan, generator)
-            else None
-            for generator, cloudy in zip(plan.generators, plan.cloudy_layers, strict=True)
-        ]
 
     def thickness_m(self, window: Window) -> list[Thickness]:
-        """Thickness of each layer at the points of a window of the image."""
+        """Thickness of each layer at the points of a window of the image, or of what is around it.
+
+        Outside the image only of generators that have ``thickness_around_m``.
+        """
+        if not _is_inside(window, self._plan.grid):
+            return self._around_m(window)
         rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
         found: list[Thickness] = []
         for generator, cloudy, whole, summary in zip(
@@ -57,6 +57,42 @@ class FrameClouds:
             else:
                 found.append(generator.thickness_m(self._time_s, rows, columns))
         return found
+
+    def _around_m(self, window: Window) -> list[Thickness]:
+        rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
+        size = rows.stop - rows.start, columns.stop - columns.start
+        return [
+            generator.thickness_around_m(self._time_s, rows, columns, summary)  # type: ignore[attr-defined]
+            if cloudy
+            else np.zeros(size, dtype=np.float32)
+            for generator, cloudy, summary in zip(
+                self._plan.generators, self._plan.cloudy_layers, self._around, strict=True
+            )
+        ]
+
+    @cached_property
+    def _whole(self) -> list[Thickness | None]:
+        """Whole frames of the layers that are made so."""
+        plan = self._plan
+        return [
+            generator.thickness_m(self._time_s, *_all_points(plan))
+            if cloudy and _is_made_whole(plan, generator)
+            else None
+            for generator, cloudy in zip(plan.generators, plan.cloudy_layers, strict=True)
+        ]
+
+    @cached_property
+    def _around(self) -> list[Any]:
+        """What windows around the image need to know of it."""
+        plan = self._plan
+        return [
+            generator.frame_summary(self._time_s)  # type: ignore[attr-defined]
+            if cloudy and summary is None and not generator.declares.tileable
+            else summary
+            for generator, cloudy, summary in zip(
+                plan.generators, plan.cloudy_layers, self._summaries, strict=True
+            )
+        ]
 
 
 def summaries_of(plan: Plan, time_s: float) -> list[Any]:
@@ -77,6 +113,13 @@ def _is_summed_up(plan: Plan, generator: CloudGenerator) -> bool:
 
 def _is_made_whole(plan: Plan, generator: CloudGenerator) -> bool:
     return not generator.declares.tileable and not _is_summed_up(plan, generator)
+
+
+def _is_inside(window: Window, grid: Grid) -> bool:
+    return all(
+        pixels.start >= 0 and pixels.stop <= size
+        for pixels, size in zip(window, (grid.rows, grid.columns), strict=True)
+    )
 
 
 def _all_points(plan: Plan) -> Window:

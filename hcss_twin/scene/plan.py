@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 from typing import Any
 
@@ -19,6 +19,7 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import CloudGenerator, CloudLayer, Grid, Optics, RadianceModel, Sun, View
 from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.radiance.spectral_grid import SpectralGrid
+from hcss_twin.registry.kinds import Kind
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.accuracy import RequestedAccuracy
 from hcss_twin.scene.budget import Budget, share_out
@@ -35,6 +36,7 @@ from hcss_twin.scene.ledger.sun_frames import SunFrames
 from hcss_twin.scene.probes import probe_last_frame
 from hcss_twin.scene.quantization import quantized
 from hcss_twin.scene.sensing.made_sensor import MadeSensor
+from hcss_twin.scene.sensing.margin import with_margin
 from hcss_twin.scene.sensing.planned import planned_sensor
 from hcss_twin.scene.slant.sea_sun import require_sea_sun_terms
 from hcss_twin.scene.slant.slant_paths import SlantPaths, slant_paths
@@ -105,7 +107,7 @@ class Plan:
             sunlight=self.sun_matters,
         )
         resolution = self.assembly.transmittance.declares.resolution_cm1
-        atmosphere = self.scenario.atmosphere.provider
+        atmosphere = self.assembly.entries[str(Kind.ATMOSPHERE)].name
         narrow = (
             f"band '{band.name}' is {band.width_cm1:.3g} cm-1 wide, but the atmosphere '{atmosphere}' knows means over "
             f"{resolution:g} cm-1: lines within it are not resolved, whatever the accuracy"
@@ -183,8 +185,7 @@ class Plan:
     @property
     def extent(self) -> Window:
         """Rows and columns of the image that are computed."""
-        size, window = (self.grid.rows, self.grid.columns), self.scenario.image.window
-        return (slice(0, size[0]), slice(0, size[1])) if window is None else window.slices(*size)
+        return _extent(self.scenario)
 
     @property
     def pixels(self) -> tuple[int, int]:
@@ -324,7 +325,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
     probe_last_frame(assembly, float(times[-1]))
-    sensor = planned_sensor(scenario, assembly, catalog)
+    sensor = planned_sensor(scenario, assembly, catalog, _extent(scenario))
     findings = kept_findings(scenario, assembly, catalog)
     waves = None
     if findings is None:
@@ -333,7 +334,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         if waves is None:
             keep_findings(scenario, assembly, catalog, before, findings)
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, findings.accuracy)
-    return Plan(
+    plan = Plan(
         scenario=scenario,
         catalog=catalog,
         assembly=assembly,
@@ -350,6 +351,13 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
         sensor=sensor,
         views=findings.views,
     )
+    return plan if sensor is None else replace(plan, sensor=with_margin(plan))
+
+
+def _extent(scenario: Scenario) -> Window:
+    image = scenario.image
+    size, window = (image.rows, image.columns), image.window
+    return (slice(0, size[0]), slice(0, size[1])) if window is None else window.slices(*size)
 
 
 def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:

@@ -27,7 +27,7 @@ from hcss_twin.scene.overlap import overlaps
 from hcss_twin.scene.parts import Part, parts_of, stream_parts
 from hcss_twin.scene.plan import Plan, make_plan
 from hcss_twin.scene.provenance import provenance
-from hcss_twin.scene.sensing.sense import require_netcdf, sense_file
+from hcss_twin.scene.sensing.sense import require_netcdf, sense_run
 from hcss_twin.scene.tables.kept_tables import tables_of
 from hcss_twin.scene.tables.radiance_tables import RadianceTables
 from hcss_twin.scene.tiles import tile_shape
@@ -53,7 +53,8 @@ def run(
 ) -> Path:
     """Compute a planned scene and write its cube, with its certificate; with a sensor also what it measures.
 
-    The measured cube, ``NAME.sensor.nc`` beside ``NAME.nc``, is made of the finished clean one.
+    The measured cube, ``NAME.sensor.nc`` beside ``NAME.nc``, is made of the finished clean one and of the scene around
+    it.
 
     Parameters
     ----------
@@ -83,9 +84,9 @@ def run(
     """
     if plan.scenario.sensor is not None:
         require_netcdf(output)
-    certificate = _write_clean(plan, output, progress, workers, scheduler)
-    if plan.scenario.sensor is not None:
-        sense_file(output, plan.scenario.sensor, base=plan.scenario.base, progress=progress)
+    certificate, tables = _write_clean(plan, output, progress, workers, scheduler)
+    if plan.sensor is not None:
+        sense_run(plan, tables, output, progress)
     if certificate is not None:
         (report or _warn)(certificate)
     return Path(output)
@@ -97,8 +98,8 @@ def _write_clean(
     progress: Progress[Any] | None = None,
     workers: int = 1,
     scheduler: str | None = None,
-) -> Certificate | None:
-    """Write the cube of a planned scene and return its certificate, if pixels were checked."""
+) -> tuple[Certificate | None, RadianceTables | None]:
+    """Write the cube of a planned scene; return its certificate, if pixels were checked, and its tables, if any."""
     writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
     tables = tables_of(plan) if plan.needs_radiance else None
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
@@ -117,7 +118,7 @@ def _write_clean(
         if tables is not None and sample is not None:
             certificate = certify(plan, tables, sample.frames)
             writer.set_attributes(certificate.attributes())
-    return certificate
+    return certificate, tables
 
 
 def _warn(certificate: Certificate) -> None:
@@ -161,7 +162,7 @@ def _in_memory(plan: Plan) -> xr.Dataset:
     folder = tempfile.TemporaryDirectory(prefix="hcss-twin-")
     try:
         path = Path(folder.name) / "cube.nc"
-        certificate = _write_clean(plan, path)
+        certificate, _ = _write_clean(plan, path)
         if certificate is not None:
             _warn(certificate)
         dataset = open_cube(path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.sensor.random_numbers import generator
+from hcss_twin.sensor.random_numbers import key_of, standard_normal
 
 Array = NDArray[np.float64]
 
@@ -16,7 +16,9 @@ class FixedPattern:
     Parameters
     ----------
     shape : (int, int)
-        Rows and columns of the image.
+        Rows and columns of the frames.
+    corner : (int, int)
+        Row and column of their first pixel in the image.
     gain_deviation : float
         Standard deviation of the gain, whose mean is 1.
     offset_deviation : float
@@ -30,15 +32,16 @@ class FixedPattern:
     def __init__(
         self,
         shape: tuple[int, int],
+        corner: tuple[int, int],
         gain_deviation: float,
         offset_deviation: float,
         line: bool,
         seed: int,
         band: str,
     ) -> None:
-        detectors = (shape[0], 1) if line else shape
-        self._gain = _drawn(detectors, gain_deviation, seed, "gain", band)
-        self._offset = _drawn(detectors, offset_deviation, seed, "offset", band)
+        detectors, first = ((shape[0], 1), (corner[0], 0)) if line else (shape, corner)
+        self._gain = _drawn(detectors, first, gain_deviation, key_of(seed, "gain", band))
+        self._offset = _drawn(detectors, first, offset_deviation, key_of(seed, "offset", band))
 
     def __call__(self, signal: Array) -> Array:
         """Return (1 + gain difference) signal + offset for a frame (Y, X)."""
@@ -47,8 +50,5 @@ class FixedPattern:
         return signal if self._offset is None else signal + self._offset
 
 
-def _drawn(shape: tuple[int, int], deviation: float, seed: int, stage: str, band: str) -> Array | None:
-    if deviation == 0.0:
-        return None
-    result: Array = deviation * generator(seed, stage, band).standard_normal(shape)
-    return result
+def _drawn(shape: tuple[int, int], corner: tuple[int, int], deviation: float, key: int) -> Array | None:
+    return None if deviation == 0.0 else deviation * standard_normal(key, shape, corner)

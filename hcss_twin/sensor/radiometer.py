@@ -17,7 +17,7 @@ from hcss_twin.sensor.detection import Detection, photons_per_radiance
 from hcss_twin.sensor.fixed_pattern import FixedPattern
 from hcss_twin.sensor.parameters import RadiometerParameters
 from hcss_twin.sensor.per_band import of_band
-from hcss_twin.sensor.random_numbers import generator, key_of
+from hcss_twin.sensor.random_numbers import key_of
 from hcss_twin.sensor.readout import Readout
 from hcss_twin.sensor.shot_noise import gaussian_noise, shot_noise
 
@@ -36,7 +36,7 @@ class Radiometer:
             *(("digital_number",) if parameters.bits is not None else ()),
             *(("saturated",) if any(each.can_saturate for each in self._channels) else ()),
         )
-        self.declares = Declares(reach_pixels=self._blur.reach_pixels, notes=self._blur.notes)
+        self.declares = Declares(reach_pixels=self._blur.reach_pixels)
         self.worked_out: Mapping[str, Any] = {
             **self._blur.worked_out,
             "bands": {
@@ -168,6 +168,7 @@ class _Channel:
         offset = self._number("offset_radiance") if self.detection is None else given.offset_electrons
         return FixedPattern(
             (grid.rows, grid.columns),
+            self.inputs.corner,
             given.gain_deviation,
             offset,
             given.fixed_pattern == "row",
@@ -184,19 +185,20 @@ class _Channel:
         per_radiance, dark = 1.0, 0.0
         if counts is None:
             if self.noise_radiance:
-                signal = gaussian_noise(signal, self.noise_radiance, self._random("noise", frame))
+                signal = gaussian_noise(signal, self.noise_radiance, *self._random("noise", frame))
         else:
             per_radiance, dark = counts.electrons_per_radiance, counts.dark_electrons
             signal = signal + dark
             if counts.shot_noise:
-                signal = shot_noise(signal, key_of(self.inputs.seed, "shot", self.band.name, frame))
+                signal = shot_noise(signal, *self._random("shot", frame))
             if counts.read_noise:
-                signal = gaussian_noise(signal, counts.read_noise, self._random("read", frame))
+                signal = gaussian_noise(signal, counts.read_noise, *self._random("read", frame))
         signal, number, flags = self.readout.read(signal)
         return _Read((signal - dark) / per_radiance, rate, number, flags)
 
-    def _random(self, stage: str, frame: int) -> np.random.Generator:
-        return generator(self.inputs.seed, stage, self.band.name, frame)
+    def _random(self, stage: str, frame: int) -> tuple[int, tuple[int, int]]:
+        """Key of the random numbers of a stage, and the first pixel's row and column, which they depend on as well."""
+        return key_of(self.inputs.seed, stage, self.band.name, frame), self.inputs.corner
 
     def _number(self, name: str) -> float:
         return of_band(getattr(self.parameters, name), self.band.name, name)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.errors import ProviderError
 from hcss_twin.sensor.poisson import poisson
+from hcss_twin.sensor.random_numbers import standard_normal
 
 Array = NDArray[np.float64]
 
@@ -14,7 +15,7 @@ MOST_COUNTED = 1e12
 """Expected electrons up to which numbers are drawn; beyond, rounding would show in their distribution."""
 
 
-def shot_noise(expected: Array, key: int) -> Array:
+def shot_noise(expected: Array, key: int, corner: tuple[int, int]) -> Array:
     """Draw numbers of electrons from Poisson's distribution, whose variance is its mean.
 
     Parameters
@@ -24,6 +25,8 @@ def shot_noise(expected: Array, key: int) -> Array:
         stays, so that the mean of a frame is kept.
     key : int
         Of the random numbers, 64 bits.
+    corner : (int, int)
+        Row and column of the first pixel in the image.
 
     Raises
     ------
@@ -36,11 +39,12 @@ def shot_noise(expected: Array, key: int) -> Array:
             f"{most:.3g} electrons are expected in a pixel; allowed: up to {MOST_COUNTED:g} (aperture_diameter, "
             "pixel_angle, integration_time)"
         )
-    result: Array = poisson(np.maximum(expected, 0.0), key) + np.minimum(expected, 0.0)
+    result: Array = poisson(np.maximum(expected, 0.0), key, corner) + np.minimum(expected, 0.0)
     return result
 
 
-def gaussian_noise(signal: Array, deviation: float, random: np.random.Generator) -> Array:
+def gaussian_noise(signal: Array, deviation: float, key: int, corner: tuple[int, int]) -> Array:
     """Add noise of one standard deviation, in the unit of the signal: that of reading, or an NER."""
-    result: Array = signal + deviation * random.standard_normal(signal.shape)
+    rows, columns = signal.shape
+    result: Array = signal + deviation * standard_normal(key, (rows, columns), corner)
     return result

@@ -126,6 +126,20 @@ class CloudGeneratorContract:
         ):
             np.testing.assert_array_equal(part(4.0, rows, columns), field[rows, columns])
 
+    def test_a_sky_goes_on_around_the_image(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """Windows that reach outside the image have its pixels inside it, and one value for each pixel outside."""
+        if not hasattr(provider, "thickness_around_m"):
+            pytest.skip("the generator knows no clouds outside the image")
+        summary = None if provider.declares.tileable else provider.frame_summary(4.0)  # type: ignore[attr-defined]
+        around = functools.partial(provider.thickness_around_m, summary=summary)
+        (rows, columns), (above, right) = (inputs.grid.rows, inputs.grid.columns), (5, 9)
+        wide = around(4.0, slice(-3, rows + above), slice(-4, columns + right))
+        inside = slice(3, -above), slice(4, -right)
+        np.testing.assert_array_equal(wide[inside], whole(provider, inputs, 4.0))
+        assert wide.dtype == np.float32
+        part = around(4.0, slice(-2, 6), slice(columns, columns + 2))
+        np.testing.assert_array_equal(part, wide[1:9, 4 + columns : 6 + columns])
+
     def test_undeclared_time_has_no_influence(self, inputs: CloudInputs) -> None:
         """Where nothing moves or evolves, or time is not declared, all frames are the same."""
         for candidate in (still(inputs), inputs):

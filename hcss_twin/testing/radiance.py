@@ -210,7 +210,7 @@ class RadianceModelContract:
 
 
 def _layer_across_levels(inputs: RadianceInputs, anchor: Literal["base", "top"]) -> CloudLayer:
-    """Return a layer like the lowest one of ``inputs``, as high as the middle of the third level interval above its base."""
+    """Return a layer like the lowest one of ``inputs`` and high enough to cross two levels above its base."""
     layer = inputs.layers[0] if inputs.layers else sample_layer()
     above = inputs.profile.altitude_m[inputs.profile.altitude_m > layer.base_m]
     top = float(0.5 * (above[1] + above[2])) if above.size > 2 else layer.top_m

@@ -110,7 +110,7 @@ def test_range_of_the_dimension_needs_no_image(here):
         "-o", "range.toml", "--preview", "range.png", "--json",
     )  # fmt: skip
     assert done.exit_code == 0, done.output
-    answer = json.loads(done.output)
+    answer = json.loads(done.stdout)
     assert 2.6 <= np.mean(answer["dimensions"]) <= 2.7
     assert (here / "range.png").exists()
     fragment = tomllib.loads((here / "range.toml").read_text(encoding="utf-8"))["clouds"]
@@ -119,7 +119,7 @@ def test_range_of_the_dimension_needs_no_image(here):
 
 def test_range_of_the_dimension_changes_the_match_of_an_image(here):
     done = hcss("match", "clouds.npy", "--pixel-size", 500, "--budget", 6, "--fd", 2.6, 2.75, "--json")
-    answer = json.loads(done.output)
+    answer = json.loads(done.stdout)
     assert 2.6 <= np.mean(answer["dimensions"]) <= 2.75
     assert answer["source"] == "clouds.npy"
 

@@ -178,7 +178,7 @@ def test_a_subset_of_frames_is_spread_from_the_first_to_the_last(masks, frames, 
 def test_a_subset_of_frames_is_identical_to_those_of_the_whole(fresh):
     done = command(fresh, "--frames", 2, "--json")
     assert done.exit_code == 0
-    answer = json.loads(done.output)
+    answer = json.loads(done.stdout)
     assert (answer["verdict"], answer["frames"], answer["frames_checked"]) == ("identical", 3, 2)
 
 

@@ -74,7 +74,7 @@ def test_the_occupancy_file_complies_with_cf(cube, tmp_path):
 def test_the_answer_in_json_names_the_files(cube, tmp_path):
     files = {"picture": str(tmp_path / "v.png"), "occupancy": str(tmp_path / "v.nc")}
     done = run(cube, "-o", files["picture"], "--occupancy", files["occupancy"], "--step-m", 2000, "--json")
-    assert json.loads(done.output) == {**files, "voxels": [1, 24, 32]}
+    assert json.loads(done.stdout) == {**files, "voxels": [1, 24, 32]}
 
 
 def test_the_cloudy_part_of_averaged_pixels_fills_their_voxels(cube, tmp_path):

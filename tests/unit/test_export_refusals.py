@@ -135,7 +135,7 @@ def test_the_command_tells_files_and_what_is_missing(cube):
 
 def test_the_answer_in_json_names_the_files(cube):
     done = run(cube, "--to", "fits", "--band", "MWIR", "--frame", 2, "--frame", 0, "--json")
-    answer = json.loads(done.output)
+    answer = json.loads(done.stdout)
     assert answer["files"] == [str(cube.parent / "c_radiance.fits")]
     assert (answer["frames"], answer["planes"], answer["missing"]) == (2, 1, 0)
 

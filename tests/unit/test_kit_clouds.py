@@ -139,3 +139,24 @@ def test_kit_refuses_clouds_of_wrong_coverage(law, mistake):
     kit, _, _ = clouds_kit(mistake)
     with pytest.raises(AssertionError):
         getattr(kit, f"test_{law}")()
+
+
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        lambda field, rows, columns: field - field.mean(),  # another value in another window
+        lambda field, rows, columns: field[::-1],
+        lambda field, rows, columns: field.astype(np.float64),
+    ],
+)
+def test_kit_refuses_clouds_that_go_on_otherwise(mistake):
+    class Around(Checkerboard):
+        def thickness_around_m(self, time_s, rows, columns, summary):
+            return wrong(self.thickness_m(time_s, rows, columns), rows, columns)
+
+    inputs = sample_cloud_inputs()
+    wrong = lambda field, rows, columns: field  # noqa: E731
+    CloudGeneratorContract().test_a_sky_goes_on_around_the_image(Around(inputs), inputs)
+    wrong = mistake
+    with pytest.raises(AssertionError):
+        CloudGeneratorContract().test_a_sky_goes_on_around_the_image(Around(inputs), inputs)

@@ -165,7 +165,7 @@ def test_kit_refuses_radiance_that_jumps_as_the_cloud_grows(share, compensated):
         return {"surface": jumping, "glint": (2.0 - jumping if compensated else np.ones_like(jumping))}
 
     kit, _, inputs = model_kit(cloudy=cloudy)
-    with pytest.raises(AssertionError, match="term '(surface|glint)' jumps by .* m thick, its top at"):
+    with pytest.raises(AssertionError, match=r"term '(surface|glint)' jumps by .* m thick, its top at"):
         kit.test_radiance_is_continuous_in_thickness(inputs, NU, "base")
 
 

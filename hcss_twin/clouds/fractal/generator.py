@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -113,6 +114,7 @@ class FractalClouds:
     """
 
     declares: Declares
+    honours = ("coverage_mode", "edge_taper")
 
     def __init__(
         self, inputs: CloudInputs, parameters: FractalParameters, threads: int | None = None
@@ -224,6 +226,29 @@ class FractalClouds:
         first, width = inside[0].start * self._grid.columns + inside[1].start, self._grid.columns
         exponent = self.parameters.brightness_exponent
         return thickness_in_frame(self.field(time_s, *inside), first, width, summary, self._layer, exponent)
+
+    def thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: FrameSummary | None
+    ) -> NDArray[np.float32]:
+        """Return geometric thickness (y, x) in metres of a window that may reach outside the image.
+
+        Where the coverage is that of the frame, its threshold and its scale of thickness hold outside it as well:
+        what exceeds the frame's greatest value has the greatest thickness, and beyond a full cover there is one.
+
+        Parameters
+        ----------
+        summary : FrameSummary or None
+            Of the frame at ``time_s``; None where the coverage is that of the field.
+        """
+        layer, exponent = self._layer, self.parameters.brightness_exponent
+        field = self.field(time_s, rows, columns)
+        if summary is None:
+            return field_thickness(field, layer, exponent)
+        first, width = rows.start * self._grid.columns + columns.start, self._grid.columns
+        if layer.coverage == 1.0 and summary.lowest is not None:
+            np.maximum(field, np.float32(summary.lowest), out=field)
+            summary = replace(summary, last=first + field.shape[0] * width + field.shape[1])
+        return thickness_in_frame(field, first, width, summary, layer, exponent)
 
     def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
         if window.start is None or window.stop is None or window.step not in (None, 1):

@@ -23,6 +23,7 @@ from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.sensor import NamedSensor, Sensor, choose_sensor, load_sensor
 from hcss_twin.scene.building.blame import blamed_on
+from hcss_twin.scene.footprint import Window, relative
 
 ALL = "all"
 
@@ -45,6 +46,14 @@ class MadeSensor:
     variables : tuple of VariableSpec
         Measured radiance and what was asked for beside it.
     seed : int
+    inputs : SensorInputs
+        What the provider was made from.
+    cube : (slice, slice)
+        Rows and columns of the image that are kept of what is measured.
+    from_scene : bool
+        Whether it is given frames with the scene around them, as it is computed, and not those of a cube alone.
+    edge_note : str or None
+        What users should know about blur at the edges.
     """
 
     section: Sensor
@@ -54,11 +63,25 @@ class MadeSensor:
     provider: SensorModel
     variables: tuple[VariableSpec, ...]
     seed: int
+    inputs: SensorInputs
+    cube: Window
+    from_scene: bool = False
+    edge_note: str | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What users should know about it."""
-        return self.provider.declares.notes
+        return (*self.provider.declares.notes, *(() if self.edge_note is None else (self.edge_note,)))
+
+    @property
+    def reach(self) -> int:
+        """Pixels around a pixel that have a share in it; 0 also where that is not known."""
+        return self.provider.declares.reach_pixels or 0
+
+    @property
+    def given(self) -> Window:
+        """Rows and columns of the image that it measures."""
+        return _extent(self.inputs)
 
     @property
     def title(self) -> str:
@@ -66,7 +89,12 @@ class MadeSensor:
         return self.entry.name if self.named is None else self.named.title
 
     def measure(self, radiance: NDArray[np.float32], frame: int, time_s: float) -> dict[str, NDArray[Any]]:
-        """Return each variable of a frame in its type.
+        """Return each variable of a frame in its type, (B, y, x) of the cube.
+
+        Parameters
+        ----------
+        radiance : ndarray of float32 (B, y, x)
+            Of all that the sensor is given.
 
         Raises
         ------
@@ -76,7 +104,11 @@ class MadeSensor:
         clean = radiance.astype(np.float64)
         clean.flags.writeable = False
         measured: Measured = self.provider.measure(clean, frame, time_s)
-        return {spec.name: _stored(getattr(measured, spec.name), spec, self.entry) for spec in self.variables}
+        kept = relative(self.cube, self.given)
+        return {
+            spec.name: _stored(getattr(measured, spec.name)[:, *kept], spec, self.entry)
+            for spec in self.variables
+        }
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for the plan and for the cube's provenance."""
@@ -88,6 +120,7 @@ class MadeSensor:
             "distribution": self.entry.distribution,
             "version": self.entry.version,
             "seed": self.seed,
+            "measured_from": "scene" if self.from_scene else "cube",
             "parameters": dict(self.parameters),
             "worked_out": dict(getattr(self.provider, "worked_out", {})),
             "sources": {} if named is None else dict(named.sources),
@@ -96,7 +129,7 @@ class MadeSensor:
 
 
 def make_sensor(section: Sensor, inputs: SensorInputs) -> MadeSensor:
-    """Build the sensor of a section.
+    """Build the sensor of a section, for frames that are measured as they are.
 
     Parameters
     ----------
@@ -127,7 +160,14 @@ def make_sensor(section: Sensor, inputs: SensorInputs) -> MadeSensor:
     except (TypeError, ValueError) as error:
         raise ProviderError(f"{entry.label}: worked_out cannot be written as JSON: {error}") from error
     variables = measured_variables(_wanted(section.variables, provider.variables, entry))
-    return MadeSensor(section, choice.named, entry, dumped, provider, variables, seed)
+    return MadeSensor(
+        section, choice.named, entry, dumped, provider, variables, seed, inputs, _extent(inputs)
+    )
+
+
+def _extent(inputs: SensorInputs) -> Window:
+    (row, column), grid = inputs.corner, inputs.grid
+    return slice(row, row + grid.rows), slice(column, column + grid.columns)
 
 
 def _parameters(model: type[BaseModel] | None, given: Mapping[str, Any]) -> BaseModel | None:

@@ -98,6 +98,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         start = np.datetime64(_utc(scenario["time"]), "ns")
         seed = int(scenario["seed"])
         pixel_size_m, speed_m_s = told_by(scenario)
+        image = int(scenario["image"]["rows"]), int(scenario["image"]["columns"])
     except (KeyError, TypeError, ValueError) as error:
         raise CubeError(
             f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) is not that of this cube: {error}"
@@ -120,6 +121,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         frame_interval_s=interval_s,
         seed=seed,
         catalog=Catalog(base=base or Path.cwd()),
+        corner=_corner(dataset, image, pixel_size_m),
     )
     return CleanCube(inputs, numbers, times_s, scenario)
 
@@ -138,6 +140,19 @@ def _pixel_size_m(dataset: xr.Dataset, expected_m: float, name: str) -> float:
         raise CubeError(f"{name}: x is not evenly spaced; a sensor has pixels of one size")
     step = abs(float(steps[0]))
     return expected_m if abs(step - expected_m) <= _SAME * expected_m else step
+
+
+def _corner(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple[int, int]:
+    """Row and column of the first pixel in the image; (0, 0) for other pixels than those of the scenario."""
+    found = []
+    for name, count in zip(("y", "x"), image, strict=True):
+        centres_m = dataset[name].to_numpy().astype(np.float64)
+        place = centres_m / size_m + 0.5 * count - 0.5
+        first = int(np.rint(place[0]))
+        if first < 0 or np.max(np.abs(place - first - np.arange(place.size))) > 0.1:
+            return 0, 0
+        found.append(first)
+    return found[0], found[1]
 
 
 def _speed_m_s(dataset: xr.Dataset, times_s: NDArray[np.float64], expected_m_s: float) -> float:

@@ -2,16 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from hcss_twin.cube.header import CubeHeader
-from hcss_twin.cube.sensor_variables import is_replaced
+from hcss_twin.cube.sensor_variables import SENSOR_ATTRIBUTE, is_replaced
 from hcss_twin.errors import CubeError
 from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.sensing.around import SceneAround
 from hcss_twin.scene.sensing.made_sensor import MadeSensor
+from hcss_twin.scene.sensing.margin import without_margin
 from hcss_twin.scene.sensing.provenance import sensor_attributes
 from hcss_twin.scene.stream import Frame
+from hcss_twin.scene.tables.radiance_tables import RadianceTables
+
+
+def as_measured(plan: Plan, attributes: Mapping[str, Any]) -> Plan:
+    """Return the plan of a measured cube with its sensor given what it was given then.
+
+    That is the scene around the cube where a run measured it, and nothing where it was measured later.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Global attributes of the measured cube.
+
+    Raises
+    ------
+    CubeError
+        If they do not say what its sensor is.
+    """
+    try:
+        about = json.loads(attributes[SENSOR_ATTRIBUTE])
+        whole = about.get("measured_from") == "scene"
+    except (ValueError, TypeError, AttributeError) as error:
+        raise CubeError(f"the global attribute {SENSOR_ATTRIBUTE} is malformed: {error}") from error
+    return plan if whole else replace(plan, sensor=without_margin(plan))
 
 
 def measured_header(plan: Plan, clean: CubeHeader) -> CubeHeader:
@@ -27,7 +55,9 @@ def measured_header(plan: Plan, clean: CubeHeader) -> CubeHeader:
     )
 
 
-def measured_frames(plan: Plan, numbers: Sequence[int], clean: Iterable[Frame]) -> Iterator[Frame]:
+def measured_frames(
+    plan: Plan, tables: RadianceTables | None, numbers: Sequence[int], clean: Iterable[Frame]
+) -> Iterator[Frame]:
     """Yield frames with what the plan's sensor measures in place of their radiance.
 
     Parameters
@@ -36,11 +66,12 @@ def measured_frames(plan: Plan, numbers: Sequence[int], clean: Iterable[Frame]) 
         Of the clean frames, from 0.
     """
     sensor = _sensor(plan)
-    first = plan.scenario.frames.first
+    around, first = SceneAround(plan, tables, sensor), plan.scenario.frames.first
     for number, frame in zip(numbers, clean, strict=True):
         kept = {name: values for name, values in frame.items() if not is_replaced(name)}
         time_s = float(plan.frame_times_s[number])
-        yield {**kept, **sensor.measure(frame["radiance"], first + number, time_s)}
+        radiance = around.frame(number, frame["radiance"])
+        yield {**kept, **sensor.measure(radiance, first + number, time_s)}
 
 
 def needs_all_frames(plan: Plan) -> bool:

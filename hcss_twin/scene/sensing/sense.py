@@ -1,4 +1,4 @@
-"""Measure a clean cube with a sensor."""
+"""Measure a clean cube with a sensor: a cube alone, or that of a run with the scene around it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,13 @@ from hcss_twin.errors import CubeError, Problem, ScenarioError
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import Sensor
+from hcss_twin.scene.plan import Plan
+from hcss_twin.scene.sensing.around import SceneAround
 from hcss_twin.scene.sensing.made_sensor import MadeSensor, make_sensor
+from hcss_twin.scene.sensing.margin import alone
 from hcss_twin.scene.sensing.of_cube import CleanCube, read_clean
 from hcss_twin.scene.sensing.provenance import sensor_attributes
+from hcss_twin.scene.tables.radiance_tables import RadianceTables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,6 +52,53 @@ def require_netcdf(clean: str | os.PathLike[str]) -> None:
         )
 
 
+def sense_run(
+    plan: Plan,
+    tables: RadianceTables | None,
+    clean_path: str | os.PathLike[str],
+    progress: Progress | None = None,
+) -> Path:
+    """Write the measured cube of a run, ``NAME.sensor.nc``, beside its clean one, frame by frame.
+
+    The plan's sensor is given the clean frames of the cube with the scene around them, which is computed.
+
+    Parameters
+    ----------
+    plan : Plan
+        With a sensor.
+    tables : RadianceTables or None
+        Those that the clean cube was made with.
+    clean_path : path
+        The finished clean cube of the plan.
+    progress : callable, optional
+        Wraps the iterable of frames, given their number.
+
+    Raises
+    ------
+    CubeError
+        If a cube cannot be read or written.
+    ProviderError
+        If a provider breaks its contract.
+    """
+    clean_path, sensor = Path(clean_path), plan.sensor
+    if sensor is None:
+        raise ValueError("the plan has no sensor")
+    path = measured_path(clean_path)
+    with open_cube(clean_path) as dataset:
+        attributes = dict(dataset.attrs)
+    changed = sensor_attributes(attributes, sensor, plan.catalog.used, clean_path.name)
+    around, first = SceneAround(plan, tables, sensor), plan.scenario.frames.first
+    with measured_cube(clean_path, path, sensor.variables, changed) as pair:
+        frames: Iterable[int] = range(pair.frames)
+        if progress is not None:
+            frames = progress(frames, pair.frames)
+        for index in frames:
+            radiance = around.frame(index, pair.radiance(index))
+            measured = sensor.measure(radiance, first + index, float(plan.frame_times_s[index]))
+            pair.write_frame(index, measured)
+    return path
+
+
 def sense_file(
     clean_path: str | os.PathLike[str],
     section: Sensor,
@@ -56,6 +107,8 @@ def sense_file(
     progress: Progress | None = None,
 ) -> Path:
     """Write the measured cube of a pair beside a finished clean one, frame by frame.
+
+    Of the scene nothing is known but the cube: where the sensor sees beyond its edges, it is mirrored.
 
     Parameters
     ----------
@@ -109,6 +162,9 @@ def sense(
 ) -> xr.Dataset:
     """Return what a sensor measures of a clean cube.
 
+    Where optics that blur see beyond the edges of the cube, it is mirrored; a run of a scenario with a sensor computes
+    what is there.
+
     Parameters
     ----------
     cube : path or Dataset
@@ -160,7 +216,7 @@ def section_of(sensor: Any) -> Sensor:
 
 
 def _made(section: Sensor, cube: CleanCube, name: str) -> MadeSensor:
-    sensor = make_sensor(section, cube.inputs)
+    sensor = alone(make_sensor(section, cube.inputs))
     if sensor.provider.declares.remembers and np.any(np.diff(cube.frame_numbers) != 1):
         raise CubeError(
             f"{name}: frames are missing or out of order, and the sensor '{sensor.entry.name}' remembers earlier ones; "

@@ -42,10 +42,18 @@ class DisplacedClouds:
         # copies and unpickled objects are asked for attributes before they have a generator
         if name.startswith("__") or name == "_generator":
             raise AttributeError(name)
-        return getattr(self._generator, name)
+        found = getattr(self._generator, name)
+        # looked up here, so that hasattr() tells whether the generator has it
+        return self._thickness_around_m if name == "thickness_around_m" else found
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) seen from a window of the image."""
+        return self.displaced_m(time_s, rows, columns, self._view_shift)
+
+    def _thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: Any
+    ) -> NDArray[np.float32]:
+        """Return the thickness (y, x) seen from a window that may reach outside the image."""
         return self.displaced_m(time_s, rows, columns, self._view_shift)
 
     def displaced_m(
@@ -64,6 +72,11 @@ class DisplacedClouds:
             slice(window.start + room + by, window.stop + room + by)
             for window, room, by in zip((rows, columns), self._margin, shift, strict=True)
         )
+        # Its sky may go on beyond the plane, where the window does.
+        around = getattr(self._generator, "thickness_around_m", None)
+        if around is not None:
+            sky: NDArray[np.float32] = around(time_s, *moved, None)
+            return sky
         return self._generator.thickness_m(time_s, *moved)
 
 

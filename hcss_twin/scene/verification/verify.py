@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hcss_twin.cube.metadata import window_attribute
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_variables import SENSOR_ATTRIBUTE
 from hcss_twin.errors import CubeError, HcssError, ScenarioError
@@ -17,7 +18,12 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.compile import compile_tables
 from hcss_twin.scene.parts import Part, stream_parts
 from hcss_twin.scene.plan import Plan, make_plan
-from hcss_twin.scene.sensing.recomputed import measured_frames, measured_header, needs_all_frames
+from hcss_twin.scene.sensing.recomputed import (
+    as_measured,
+    measured_frames,
+    measured_header,
+    needs_all_frames,
+)
 from hcss_twin.scene.simulate import cube_header
 from hcss_twin.scene.stream import stream
 from hcss_twin.scene.tables.radiance_tables import RadianceTables
@@ -78,6 +84,7 @@ def verify_cube(
         plan = make_plan(
             Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path)), keeps_results=False
         )
+        plan = as_measured(plan, recorded.attributes) if measured else plan
         found = _compared(found, plan, recorded, layout, frames, progress, measured)
     except CubeError:
         raise
@@ -126,7 +133,7 @@ def _compared(
             found,
             frames_checked=len(pairs),
             layout=matched.changes,
-            attributes=recorded.attribute_changes(header.attributes),
+            attributes=recorded.attribute_changes({**header.attributes, **window_attribute(header)}),
             variables=matched.results(),
         )
 
@@ -136,7 +143,7 @@ def _measured(plan: Plan, tables: RadianceTables | None, numbers: Sequence[int])
     made = range(max(numbers, default=-1) + 1) if needs_all_frames(plan) else numbers
     wanted = set(numbers)
     for number, frame in zip(
-        made, measured_frames(plan, made, stream(plan, tables, frames=made)), strict=True
+        made, measured_frames(plan, tables, made, stream(plan, tables, frames=made)), strict=True
     ):
         if number in wanted:
             yield Part(number, None, frame)
