@@ -44,7 +44,7 @@ def frozen(values: Any) -> Array:
 def sample_profile(temperature_K: float | None = None) -> Profile:
     """Return an atmosphere of scale height 8 km up to 80 km with all gases of ``GASES``.
 
-    Water vapour falls off over 2 km from 1 % at the surface, ozone has its maximum at 25 km, the others are well mixed.
+    Water vapour falls off over 2 km from 1 % at the surface, ozone has its largest mole fraction at 34 km, the others are well mixed.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def sample_profile(temperature_K: float | None = None) -> Profile:
     name = "sample" if temperature_K is None else f"isothermal {temperature_K:g} K"
     gases = {name: np.full_like(altitude, share) for name, share in _WELL_MIXED.items()}
     gases["h2o"] = np.maximum(1e-2 * np.exp(-altitude / 2e3), 4e-6)
-    gases["o3"] = 3e-8 + 7e-6 * np.exp(-(((altitude - 25e3) / 9e3) ** 2))
+    gases["o3"] = 3e-8 + 8e-6 * np.exp(-(((altitude - 34e3) / 9e3) ** 2))
     return Profile(
         name,
         frozen(altitude),
