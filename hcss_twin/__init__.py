@@ -15,11 +15,15 @@ from typing import TYPE_CHECKING, Any
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
+    from hcss_twin.comparison.choice import EvaluationChoice
+    from hcss_twin.comparison.evaluate import evaluate
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.errors import (
         CatalogError,
         CubeError,
         HcssError,
+        ImageError,
+        PosteriorError,
         ProviderError,
         ScenarioError,
         SweepError,
@@ -27,28 +31,39 @@ if TYPE_CHECKING:
     from hcss_twin.export.cube_export import export_cube
     from hcss_twin.registry.hookspecs import hookimpl
     from hcss_twin.registry.specs import ProviderSpec
+    from hcss_twin.reporting.report import report
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.scene.plan import make_plan
     from hcss_twin.scene.sensing.sense import sense
     from hcss_twin.scene.simulate import simulate
     from hcss_twin.sweeps.reader import open_sweep
     from hcss_twin.sweeps.run import sweep
+    from hcss_twin.uncertainty.fit import fit, fit_dimension
+    from hcss_twin.uncertainty.posterior_file import read_posterior
 
 __all__ = [
     "CatalogError",
     "CubeError",
+    "EvaluationChoice",
     "HcssError",
+    "ImageError",
+    "PosteriorError",
     "ProviderError",
     "ProviderSpec",
     "Scenario",
     "ScenarioError",
     "SweepError",
     "__version__",
+    "evaluate",
     "export_cube",
+    "fit",
+    "fit_dimension",
     "hookimpl",
     "make_plan",
     "open_cube",
     "open_sweep",
+    "read_posterior",
+    "report",
     "sense",
     "simulate",
     "sweep",
@@ -59,17 +74,25 @@ def __getattr__(name: str) -> Any:
     homes = {
         "CatalogError": "errors",
         "CubeError": "errors",
+        "EvaluationChoice": "comparison.choice",
         "HcssError": "errors",
+        "ImageError": "errors",
+        "PosteriorError": "errors",
         "ProviderError": "errors",
         "ScenarioError": "errors",
         "SweepError": "errors",
         "ProviderSpec": "registry.specs",
+        "evaluate": "comparison.evaluate",
         "export_cube": "export.cube_export",
+        "fit": "uncertainty.fit",
+        "fit_dimension": "uncertainty.fit",
         "hookimpl": "registry.hookspecs",
+        "read_posterior": "uncertainty.posterior_file",
         "Scenario": "scenario.scenario",
         "make_plan": "scene.plan",
         "open_cube": "cube.reader",
         "open_sweep": "sweeps.reader",
+        "report": "reporting.report",
         "sense": "scene.sensing.sense",
         "simulate": "scene.simulate",
         "sweep": "sweeps.run",

@@ -15,9 +15,13 @@ from hcss_twin.cli_atmosphere import atmosphere
 from hcss_twin.cli_bench import bench
 from hcss_twin.cli_cache import cache
 from hcss_twin.cli_clouds import clouds, import_command
+from hcss_twin.cli_evaluate import evaluate_command
 from hcss_twin.cli_export import export_command
+from hcss_twin.cli_fit import fit_command
 from hcss_twin.cli_match import match_command
 from hcss_twin.cli_progress import Stop, progress
+from hcss_twin.cli_report import report_command
+from hcss_twin.cli_reproduce import reproduce
 from hcss_twin.cli_scenario import load, scenario_options
 from hcss_twin.cli_sense import measured_beside, sense
 from hcss_twin.cli_sweep import sweep_command
@@ -263,12 +267,16 @@ cli.add_command(atmosphere)
 cli.add_command(import_command)
 cli.add_command(clouds)
 cli.add_command(match_command)
+cli.add_command(fit_command)
 cli.add_command(volume)
 cli.add_command(verify)
 cli.add_command(bench)
 cli.add_command(sense)
 cli.add_command(export_command)
 cli.add_command(sweep_command)
+cli.add_command(evaluate_command)
+cli.add_command(reproduce)
+cli.add_command(report_command)
 
 
 def main() -> None:

@@ -25,7 +25,7 @@ _BUDGET = 360
 _OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is", "missing", "row_origin", "column_origin")
 
 
-def _image_options(command: Any) -> Any:
+def image_options(command: Any) -> Any:
     """Add which part of the image is matched, and what in it is cloud."""
     for option in reversed(
         (
@@ -101,7 +101,7 @@ def _image_options(command: Any) -> Any:
     type=click.Choice(["fractal", "surface"]),
     help="Which dimension --fd is: that of the paper's tables, or that of the grey levels' variogram.",
 )
-@_image_options
+@image_options
 @click.option(
     "--type",
     "cloud_type",

@@ -31,6 +31,10 @@ class ImageError(HcssError):
     """An image cannot be judged: its shape, its type or its values do not allow it."""
 
 
+class PosteriorError(HcssError):
+    """A posterior cannot be sampled, written or read."""
+
+
 class CertificateWarning(UserWarning):
     """A cube misses the accuracy asked for; its certificate says by how much and where."""
 

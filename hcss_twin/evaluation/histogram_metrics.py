@@ -91,8 +91,30 @@ def _quantised(pixels: Any, cloudy: Any, everywhere: bool, low: float, per_half:
     return grey
 
 
-def histogram_metrics(grey: NDArray[np.uint8], levels: int = 256) -> HistogramMetrics:
+def histogram_metrics(
+    grey: NDArray[np.uint8], levels: int = 256, valid: NDArray[np.bool_] | None = None
+) -> HistogramMetrics:
     """Measure the 2-D histogram of horizontal neighbours in one pass.
+
+    Arguments are those of ``joint_histogram``.
+
+    Raises
+    ------
+    ImageError
+        If the type, the shape, a level or ``levels`` is not as described, or no pair counts.
+    """
+    counts = joint_histogram(grey, levels, valid)
+    pairs = int(counts.sum())
+    if pairs == 0:
+        raise ImageError("valid: no two neighbours along x are valid, allowed: one or more pairs")
+    entropy, density, equal = _measures(counts, float(pairs))
+    return HistogramMetrics(entropy, density, equal / (levels - 1))
+
+
+def joint_histogram(
+    grey: NDArray[np.uint8], levels: int = 256, valid: NDArray[np.bool_] | None = None
+) -> NDArray[np.int64]:
+    """Count the pairs f(x, y) = g, f(x + 1, y) = g' of horizontal neighbours: G(g, g') of eqs 21 to 23.
 
     Parameters
     ----------
@@ -100,6 +122,12 @@ def histogram_metrics(grey: NDArray[np.uint8], levels: int = 256) -> HistogramMe
         Grey levels below ``levels``; x runs along columns. At least two columns.
     levels : int
         Grey levels W, 2 to 256.
+    valid : ndarray of bool (rows, columns), optional
+        A pair counts if both its pixels are valid; all, by default.
+
+    Returns
+    -------
+    ndarray of int64 (levels, levels)
 
     Raises
     ------
@@ -114,13 +142,18 @@ def histogram_metrics(grey: NDArray[np.uint8], levels: int = 256) -> HistogramMe
             f"grey: shape {image.shape} given, allowed: (rows, columns) with two columns or more"
         )
     checked_levels(levels, 2, image)
-    entropy, density, equal = _measures(np.ascontiguousarray(image), levels)
-    return HistogramMetrics(entropy, density, equal / (levels - 1))
+    if valid is not None and not valid.all():
+        both = checked_mask("valid", valid, image.shape)
+        both = both[:, :-1] & both[:, 1:]
+        place = image[:, :-1][both].astype(np.int64) * levels + image[:, 1:][both]
+        return np.bincount(place, minlength=levels * levels).reshape(levels, levels)
+    counts: NDArray[np.int64] = _pair_counts(np.ascontiguousarray(image), levels)
+    return counts
 
 
 @njit(cache=True, nogil=True)
-def _measures(grey: Any, levels: int) -> tuple[float, float, float]:
-    """Return entropy in bits, density, and the number of pairs of equal levels."""
+def _pair_counts(grey: Any, levels: int) -> Any:
+    """Return the counts of pairs as int64 (levels, levels)."""
     rows, columns = grey.shape
     # Two histograms by turns: in flat regions one counter would wait for its own last increment.
     even = np.zeros(levels * levels, dtype=np.uint32)
@@ -139,15 +172,21 @@ def _measures(grey: Any, levels: int) -> tuple[float, float, float]:
             j += 2
         if j == last:
             even[left * levels + np.int64(grey[i, j])] += one
-    pairs = np.float64(rows) * np.float64(last)
+    return (even.astype(np.int64) + odd.astype(np.int64)).reshape(levels, levels)
+
+
+@njit(cache=True, nogil=True)
+def _measures(counts: Any, pairs: float) -> tuple[float, float, float]:
+    """Return entropy in bits, density, and the number of pairs of equal levels."""
+    levels = counts.shape[0]
     entropy = 0.0
     density = 0.0
     equal = 0.0
     for g in range(levels):
         for h in range(levels):
-            count = np.float64(even[g * levels + h]) + np.float64(odd[g * levels + h])
+            count = np.float64(counts[g, h])
             if count > 0.0:
                 entropy -= count * math.log2(count / pairs)
                 density += count / (1.0 + abs(g - h))
-        equal += np.float64(even[g * levels + g]) + np.float64(odd[g * levels + g])
+        equal += np.float64(counts[g, g])
     return entropy / pairs + 0.0, density / pairs, equal

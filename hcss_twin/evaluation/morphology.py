@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.checks import checked_image, checked_mask, range_within
+from hcss_twin.evaluation.checks import SMALLEST_SIDE, checked_image, checked_mask, range_within
+from hcss_twin.evaluation.complete_part import complete_part
 from hcss_twin.evaluation.fractal_dimension.body import body_dimension
 from hcss_twin.evaluation.fractal_dimension.boundary import boundary_dimension
 from hcss_twin.evaluation.histogram_metrics import histogram_metrics, to_grey_levels
@@ -48,7 +49,7 @@ class Morphology:
         Fractal dimension D of the cloudy values, from the variogram at lags 1 and 2 of pairs of cloudy
         pixels, as ``variogram_dimension`` does it.
     boundary_dimension : float
-        Fractal dimension of the mask's boundary; NaN where all is cloudy.
+        Fractal dimension of the mask's boundary; NaN where all that is counted is cloudy, or clear.
     anisotropy : float
         Semivariance along y over that along x, at equal lags (geometric mean over lags 1 and 2), over pairs
         of cloudy pixels: 1 where both axes are alike, greater where clouds are long along x.
@@ -81,7 +82,9 @@ class MorphologyErrors:
     rmse: float
 
 
-def morphology(values: NDArray[Any], mask: NDArray[np.bool_]) -> Morphology:
+def morphology(
+    values: NDArray[Any], mask: NDArray[np.bool_], valid: NDArray[np.bool_] | None = None
+) -> Morphology:
     """Measure the shape of the clouds in an image.
 
     Cloudy values become the grey levels 1 to 255, linearly between their least and greatest (the
@@ -94,15 +97,21 @@ def morphology(values: NDArray[Any], mask: NDArray[np.bool_]) -> Morphology:
         pixels, any unit. Clear pixels may be anything, NaN included.
     mask : ndarray of bool (rows, columns)
         Cloudy pixels.
+    valid : ndarray of bool (rows, columns), optional
+        Pixels that are not missing; all, by default. Pairs of neighbours count if both are valid, coverage is
+        that of the valid pixels, and boxes are counted in the largest rectangle without missing pixels.
 
     Raises
     ------
     ImageError
         If no pixel is cloudy, cloudy values are not finite or all equal, an axis has fewer than 100
-        pairs of cloudy pixels at lag 1 or 2, or one of them does not vary along an axis.
+        pairs of cloudy pixels at lag 1 or 2, or one of them does not vary along an axis; or if no rectangle of
+        32 x 32 pixels is without missing ones.
     """
     pixels = checked_image("values", values)
     cloudy = checked_mask("mask", mask, pixels.shape)
+    known = np.ones(pixels.shape, np.bool_) if valid is None else checked_mask("valid", valid, pixels.shape)
+    cloudy = cloudy & known
     count = int(np.count_nonzero(cloudy))
     if count == 0:
         raise ImageError("mask: no pixel is cloudy, allowed: one or more cloudy pixels")
@@ -110,19 +119,31 @@ def morphology(values: NDArray[Any], mask: NDArray[np.bool_]) -> Morphology:
     if low == high:
         raise ImageError(f"values: all cloudy pixels are {low:g}, allowed: values that vary")
     grey = to_grey_levels(pixels, low, high, mask=cloudy)
-    histogram = histogram_metrics(grey)
+    histogram = histogram_metrics(grey, valid=known)
     surface, anisotropy, aspect = _surface(pixels, cloudy)
+    whole = complete_part(known)
+    boxes, outlined = grey[whole], cloudy[whole]
+    if min(boxes.shape) < SMALLEST_SIDE:
+        rows, columns = boxes.shape
+        raise ImageError(
+            f"valid: the largest part without missing pixels has {rows} x {columns}, allowed: {SMALLEST_SIDE} or "
+            "more along each axis"
+        )
     return Morphology(
         entropy=histogram.entropy,
         density=histogram.density,
         diagonal_peak=histogram.diagonal_peak,
-        fractal_dimension=body_dimension(grey).dimension,
-        coverage=count / pixels.size,
+        fractal_dimension=body_dimension(boxes).dimension,
+        coverage=count / int(np.count_nonzero(known)),
         surface_dimension=surface,
-        boundary_dimension=math.nan if count == pixels.size else boundary_dimension(cloudy).dimension,
+        boundary_dimension=boundary_dimension(outlined).dimension if _is_mixed(outlined) else math.nan,
         anisotropy=anisotropy,
         aspect=aspect,
     )
+
+
+def _is_mixed(mask: NDArray[np.bool_]) -> bool:
+    return bool(mask.any() and not mask.all())
 
 
 def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.clouds.database.entry_file import read_facts
-from hcss_twin.clouds.imagery.cloudiness import CloudIs, cloudiness_level
+from hcss_twin.clouds.imagery.cloudiness import CloudIs, cloudiness_level, has_values_in_cloud_only
 from hcss_twin.clouds.imagery.generator import ImageryClouds
 from hcss_twin.clouds.imagery.grey_levels import relative_grey, thickness_of
 from hcss_twin.clouds.imagery.image import Image
@@ -29,9 +29,6 @@ Method = Literal["auto", "otsu", "local", "coverage", "valid"]
 
 # What has no meaning for an entry, which has been cut out already.
 _OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
-
-# In the name of a variable that has values in cloud only.
-_CLOUD_TOP = "cloud top"
 
 
 @dataclass(frozen=True)
@@ -182,10 +179,7 @@ def _check(choice: ImageChoice) -> None:
 def _method(choice: ImageChoice, image: Image | None) -> Literal["otsu", "local", "coverage", "valid"]:
     if choice.method != "auto":
         return choice.method
-    if image is None or not np.isnan(image.values).any():
-        return "otsu"
-    called = f"{image.variable} {image.long_name}".lower().replace("_", " ")
-    return "valid" if _CLOUD_TOP in called else "otsu"
+    return "valid" if image is not None and has_values_in_cloud_only(image) else "otsu"
 
 
 def _imagery_level(

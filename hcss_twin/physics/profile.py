@@ -79,29 +79,7 @@ class Profile:
         -------
         ndarray (L,)
         """
-        return np.asarray(np.sum(self.airmass_of_legs(path.legs), axis=0))
-
-    def airmass_of_legs(self, legs: Sequence[Leg]) -> Array:
-        """Slant length over vertical thickness of each layer, as :meth:`airmass`, for each of some legs.
-
-        Returns
-        -------
-        ndarray (N, L)
-        """
-        lower_m, upper_m, zenith_deg = (
-            np.array([(leg.lower_m, leg.upper_m, leg.zenith_deg) for leg in legs])
-            .reshape(-1, 3, 1)
-            .swapaxes(0, 1)
-        )
-        lower = np.clip(self.altitude_m[:-1], lower_m, upper_m)
-        upper = np.clip(self.altitude_m[1:], lower_m, upper_m)
-        thickness = upper - lower
-        crossed = thickness > 0
-        full = self.pressure_Pa[:-1] - self.pressure_Pa[1:]
-        share = (self.pressure_at(lower) - self.pressure_at(upper)) / full
-        slant = slant_length_m(lower, upper, zenith_deg)
-        result: Array = np.where(crossed, share * slant / np.where(crossed, thickness, 1.0), 0.0)
-        return result
+        return np.asarray(np.sum(airmass_of_legs(self, path.legs), axis=0))
 
     def mean_airmass(self, lower_m: float, zenith_deg: Array) -> Array:
         """Air mass of slant paths to space relative to the vertical, weighted by pressure.
@@ -125,6 +103,26 @@ class Profile:
         slant = slant_length_m(lower, upper, zenith_deg[:, None])
         result: Array = (slant / (upper - lower)) @ mass / np.sum(mass)
         return result
+
+
+def airmass_of_legs(profile: Profile, legs: Sequence[Leg]) -> Array:
+    """Slant length over vertical thickness of each layer, as :meth:`Profile.airmass`, for each of some legs.
+
+    Returns
+    -------
+    ndarray (N, L)
+    """
+    ends = np.array([(leg.lower_m, leg.upper_m, leg.zenith_deg) for leg in legs]).reshape(-1, 3)
+    lower_m, upper_m, zenith_deg = ends.T[:, :, None]
+    lower = np.clip(profile.altitude_m[:-1], lower_m, upper_m)
+    upper = np.clip(profile.altitude_m[1:], lower_m, upper_m)
+    thickness = upper - lower
+    crossed = thickness > 0
+    full = profile.pressure_Pa[:-1] - profile.pressure_Pa[1:]
+    share = (profile.pressure_at(lower) - profile.pressure_at(upper)) / full
+    slant = slant_length_m(lower, upper, zenith_deg)
+    result: Array = np.where(crossed, share * slant / np.where(crossed, thickness, 1.0), 0.0)
+    return result
 
 
 def slant_length_m(lower_m: Array, upper_m: Array, zenith_deg: Array | float) -> Array:

@@ -15,6 +15,7 @@ from hcss_twin.reporting.cloud_columns import CloudColumns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 NODES_SHOWN = 250
 """Most columns along the longer side of the view in space; larger frames are thinned, not averaged."""
@@ -26,7 +27,7 @@ _SEA, _BASE = "#3b6a8f", "#8a8f98"
 
 
 def draw_volume(columns: CloudColumns, path: Path) -> Path:
-    """Draw the cloud of one frame.
+    """Draw the cloud of one frame into a file.
 
     Parameters
     ----------
@@ -40,17 +41,48 @@ def draw_volume(columns: CloudColumns, path: Path) -> Path:
     CubeError
         If the frame is clear, is a single row or column, or the picture cannot be written.
     """
+    figure = volume_figure(columns)
+    try:
+        figure.savefig(path, dpi=110)
+    except (OSError, ValueError) as error:
+        path.unlink(missing_ok=True)
+        raise CubeError(f"cannot write {path}: {error}") from error
+    return path
+
+
+def volume_figure(columns: CloudColumns) -> Figure:
+    """Draw the cloud of one frame: a view in space, a section and the share of cloud by altitude.
+
+    Parameters
+    ----------
+    columns : CloudColumns
+        One frame; with cloud in at least one pixel.
+
+    Raises
+    ------
+    CubeError
+        If the frame is clear, or is a single row or column.
+    """
     # Without it matplotlib does not know the projection.
     import mpl_toolkits.mplot3d  # noqa: F401
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+
+    class Calm(Figure):
+        """At the cloud's edges faces have fewer corners than others; matplotlib leaves the rest of their memory as it
+        finds it, projects that too, which may overflow, and masks it afterwards.
+        """
+
+        def draw(self, renderer: Any) -> None:
+            with np.errstate(over="ignore", invalid="ignore"):
+                super().draw(renderer)
 
     if columns.is_clear:
         raise CubeError(f"frame {columns.frame} has no cloud: there is no volume to draw")
     if min(columns.top_m.shape) < 2:
         raise CubeError(f"a frame of {columns.top_m.shape} pixels has no surface; at least 2 x 2 is needed")
     # Placed by hand: automatic layouts give the view in space either too much room or too little.
-    figure = Figure(figsize=(12.0, 10.0))
+    figure = Calm(figsize=(12.0, 10.0))
     FigureCanvasAgg(figure)
     _space(figure, figure.add_axes((0.02, 0.29, 0.86, 0.64), projection="3d"), columns)
     section = figure.add_axes((0.07, 0.065, 0.63, 0.185))
@@ -58,15 +90,7 @@ def draw_volume(columns: CloudColumns, path: Path) -> Path:
     _profile(figure.add_axes((0.78, 0.065, 0.19, 0.185), sharey=section), columns)
     moment = str(columns.time.astype("datetime64[s]")).replace("T", " ")
     figure.suptitle(textwrap.fill(f"{columns.title} — frame {columns.frame}, {moment} UTC", 120), fontsize=11)
-    try:
-        # At the cloud's edges faces have fewer corners than others; matplotlib leaves the rest of their memory as it
-        # finds it, projects that too, which may overflow, and masks it afterwards.
-        with np.errstate(over="ignore", invalid="ignore"):
-            figure.savefig(path, dpi=110)
-    except (OSError, ValueError) as error:
-        path.unlink(missing_ok=True)
-        raise CubeError(f"cannot write {path}: {error}") from error
-    return path
+    return figure
 
 
 def _lowest_drawn(columns: CloudColumns) -> float:

@@ -25,6 +25,7 @@ ALLOWED = {
     "evaluation": GROUND,
     "clouds": STAND_ON | {"evaluation", "netcdf_format", "drafts", "version"},
     "matching": STAND_ON | {"evaluation", "clouds", "drafts"},
+    "uncertainty": STAND_ON | {"matching", "evaluation", "clouds", "drafts", "version"},
     "sea": STAND_ON,
     "cache": {"drafts"} | GROUND,
     "optics": STAND_ON | {"netcdf_format", "drafts", "cache"},
@@ -36,6 +37,8 @@ ALLOWED = {
     "cube": {"physics", "version", "drafts", "viewing"} | GROUND,
     "export": {"cube", "drafts", "version"} | GROUND,
     "sensor": STAND_ON,
+    "comparison": {"evaluation", "clouds", "cube", "export", "catalog", "radiance", "scenario", "scene"}
+    | GROUND,
     "sweeps": {"scenario", "scene", "cube", "drafts", "versions", "shelf"} | GROUND,
     "registry": {"catalog", "providers", "physics", "version"} | GROUND,
 }

@@ -7,7 +7,7 @@ from hcss_twin.atmosphere.profile_file import load_profile
 from hcss_twin.catalog import Catalog
 from hcss_twin.physics.leg_sums import LegSums
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
-from hcss_twin.physics.profile import EARTH_RADIUS_M
+from hcss_twin.physics.profile import EARTH_RADIUS_M, airmass_of_legs
 
 LEGS = (Leg(0.0, 700.0, 10.0), Leg(700.0, SPACE, 10.0), Leg(0.0, SPACE, 60.0))
 PROFILE = load_profile("us-standard-1976", Catalog())
@@ -54,7 +54,7 @@ def test_what_is_returned_can_be_changed_without_changing_what_is_kept():
 @pytest.mark.parametrize("zenith", [0.0, 50.0, 85.0])
 def test_air_masses_of_layers_are_those_of_rays_in_spherical_shells(zenith):
     """Of whole layers: sqrt(r^2 - s^2) at the top minus at the bottom, over the thickness, s being the impact."""
-    (found,) = PROFILE.airmass_of_legs([Leg(0.0, SPACE, zenith)])
+    (found,) = airmass_of_legs(PROFILE, [Leg(0.0, SPACE, zenith)])
     radius = EARTH_RADIUS_M + PROFILE.altitude_m
     along = np.sqrt(radius**2 - (EARTH_RADIUS_M * np.sin(np.radians(zenith))) ** 2)
     np.testing.assert_allclose(found, np.diff(along) / np.diff(radius), rtol=1e-6)
@@ -62,7 +62,7 @@ def test_air_masses_of_layers_are_those_of_rays_in_spherical_shells(zenith):
 
 def test_air_masses_of_layers_crossed_in_part_count_by_pressure():
     ends = [(1200.0, 1900.0), (0.0, 1200.0), (1900.0, SPACE), (5000.0, 5000.0)]
-    inside, below, above, nothing = PROFILE.airmass_of_legs([Leg(*end, 0.0) for end in ends])
+    inside, below, above, nothing = airmass_of_legs(PROFILE, [Leg(*end, 0.0) for end in ends])
     np.testing.assert_allclose(inside + below + above, 1.0, rtol=1e-12)
     np.testing.assert_array_equal(nothing, 0.0)
     pressure = PROFILE.pressure_at(np.array([1000.0, 1200.0, 1900.0, 2000.0]))
@@ -73,6 +73,6 @@ def test_air_masses_of_layers_crossed_in_part_count_by_pressure():
 def test_air_mass_of_a_path_is_that_of_its_legs():
     path = to_space(300.0, 40.0) + Path((Leg(300.0, 2500.0, 75.0),))
     np.testing.assert_array_equal(
-        PROFILE.airmass(path), sum(PROFILE.airmass_of_legs([leg])[0] for leg in path.legs)
+        PROFILE.airmass(path), sum(airmass_of_legs(PROFILE, [leg])[0] for leg in path.legs)
     )
     np.testing.assert_array_equal(PROFILE.airmass(Path()), np.zeros(PROFILE.altitude_m.size - 1))

@@ -13,6 +13,15 @@ from hcss_twin.clouds.imagery.threshold import coverage_threshold, local_thresho
 Method = Literal["otsu", "local", "coverage"]
 CloudIs = Literal["auto", "bright", "dark"]
 
+# In the name of a variable that has values in cloud only.
+_CLOUD_TOP = "cloud top"
+
+
+def has_values_in_cloud_only(image: Image) -> bool:
+    """Whether an image is a product of cloud tops: named so, with missing pixels."""
+    called = f"{image.variable} {image.long_name}".lower().replace("_", " ")
+    return _CLOUD_TOP in called and bool(np.isnan(image.values).any())
+
 
 def bright_is_cloud(image: Image, cloud_is: CloudIs) -> bool:
     """Whether large values are cloud: as said, or as the image's kind suggests."""

@@ -13,6 +13,7 @@ from hcss_twin.errors import ImageError
 from hcss_twin.evaluation.checks import checked_image, finite_range
 from hcss_twin.evaluation.fractal_dimension.estimate import DimensionEstimate
 from hcss_twin.evaluation.fractal_dimension.measured import Measured
+from hcss_twin.evaluation.taper import hann, without_plane
 
 # The window spreads what is slower than three waves per image.
 _FEWEST_WAVES = 3.0
@@ -66,11 +67,11 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
         raise ImageError(f"band: {low} to {high} given, allowed: 0 < low < high <= 0.5 cycles per pixel")
     pixels, least, greatest = finite_range("image", pixels)
     span = greatest - least
-    surface = _without_plane((pixels.astype(np.float64) - least) / span)
+    surface = without_plane((pixels.astype(np.float64) - least) / span)
     if np.abs(surface).max() < 1e-9:
         raise ImageError("image: a plane, allowed: values that vary otherwise")
     rows, columns = surface.shape
-    surface *= _hann(rows)[:, None] * _hann(columns)
+    surface *= hann(rows)[:, None] * hann(columns)
     power = np.abs(rfft2(surface, overwrite_x=True)) ** 2
     wavenumber = np.hypot(fftfreq(rows)[:, None], rfftfreq(columns)).ravel()
     rings = max(3, round(_RINGS_PER_OCTAVE * math.log2(high / low)))
@@ -98,20 +99,3 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     dimension = 4.0 + slope / 2.0
     error = Measured.load().standard_error("spectrum", dimension, side) if band is None else math.nan
     return DimensionEstimate(dimension, error, f"spectrum, {low:.3g} to {high:.3g} cycles per pixel")
-
-
-def _hann(size: int) -> NDArray[np.float64]:
-    """Return a Hann window (size,) without its zeros, which would waste the outer pixels."""
-    window: NDArray[np.float64] = np.sin(np.pi * np.arange(1, size + 1) / (size + 1)) ** 2
-    return window
-
-
-def _without_plane(surface: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Subtract the plane of least squares (rows, columns); on a full grid its terms are orthogonal."""
-    rows, columns = surface.shape
-    y = np.arange(rows) - (rows - 1) / 2.0
-    x = np.arange(columns) - (columns - 1) / 2.0
-    slope_y = float(surface.sum(axis=1) @ y) / (columns * float(y @ y))
-    slope_x = float(surface.sum(axis=0) @ x) / (rows * float(x @ x))
-    result: NDArray[np.float64] = surface - surface.mean() - slope_y * y[:, None] - slope_x * x
-    return result

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hcss_twin.errors import ProviderError
 from hcss_twin.physics.leg_sums import LegSums
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
-from hcss_twin.physics.profile import Profile
+from hcss_twin.physics.profile import Profile, airmass_of_legs
 from hcss_twin.providers import Declares, TransmittanceProvider
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ class PowerLawGas:
     def _add_airmass(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
         """Add the air masses (L,) of legs to those known."""
         new = list(legs)
-        known.update(zip(new, self._profile.airmass_of_legs(new), strict=True))
+        known.update(zip(new, airmass_of_legs(self._profile, new), strict=True))
 
     def _own(self, wavenumber_cm1: Array, path: Path) -> Array | None:
         """What the provider itself says of the path down to a target from the sun and up again, (V,).

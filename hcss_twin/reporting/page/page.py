@@ -44,12 +44,15 @@ class Page:
         Listed at the top, with links, where there are more than two.
     scripts : sequence of str
         JavaScript that stands at the end of the page, for the parts that move; the page can be read without.
+    styles : sequence of str
+        Style sheets of parts that only this page has, after that of all pages.
     """
 
     title: str
     subtitle: str
     sections: Sequence[Section]
     scripts: Sequence[str] = field(default=())
+    styles: Sequence[str] = field(default=())
 
 
 def page_text(page: Page) -> str:
@@ -74,7 +77,7 @@ def page_text(page: Page) -> str:
     head = (
         '<meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"{element('title', page.title)}<style>{style}</style>"
+        f"{element('title', page.title)}<style>{''.join([style, *page.styles])}</style>"
     )
     heading = element("header", element("h1", page.title), element("p", page.subtitle))
     return (

@@ -1,0 +1,1 @@
+"""A real image or sequence beside a simulated one."""

@@ -1,0 +1,110 @@
+"""What two sides have in common: quantity, part, size and number of pixels; what they have not is told."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hcss_twin.comparison.footage import Footage
+from hcss_twin.comparison.side import In, Measured, Prepared
+from hcss_twin.errors import ImageError
+from hcss_twin.evaluation.checks import SMALLEST_SIDE
+
+# Relative difference of pixel sizes that still counts as one size, as of the readers of images.
+_SAME_SIZE = 0.01
+
+# Relative difference of numbers of pixels that DP is not to feel.
+_SAME_COUNT = 1e-3
+
+# Relative difference of wavelengths above which temperatures are not of one kind.
+_SAME_BAND = 0.1
+
+
+def common_quantity(real: Footage, sim: Footage, notes: list[str]) -> tuple[str, str, In]:
+    """Return what both sides are compared in, its unit, and its kind."""
+    if real.kelvin is not None and sim.kelvin is not None:
+        wavelengths = (real.wavelength_um, sim.wavelength_um)
+        if (
+            None not in wavelengths
+            and abs(math.log((wavelengths[1] or 1) / (wavelengths[0] or 1))) > _SAME_BAND
+        ):
+            notes.append(
+                f"The bands differ, {wavelengths[0]:.4g} um and {wavelengths[1]:.4g} um: temperatures are not of one "
+                "kind; compare shapes rather than values."
+            )
+        return "brightness temperature", "K", "kelvin"
+    if real.units and real.units == sim.units:
+        return sim.quantity, sim.units, "unit"
+    told = [f"{each.quantity} in {each.units!r}" if each.units else each.quantity for each in (real, sim)]
+    notes.append(
+        f"No common quantity ({told[0]}; {told[1]}): values are grey levels of cloud, 0 clear, 1 to 255 from "
+        "the least to the most, each side by its own."
+    )
+    return "grey level of cloud", "", "grey levels"
+
+
+def common_parts(
+    real: Footage, sim: Footage, whole: bool, notes: list[str]
+) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """Return rows and columns of both sides that are compared."""
+    for title, each in (("REAL", real), ("SIM", sim)):
+        if min(each.shape) < SMALLEST_SIDE:
+            raise ImageError(
+                f"{title} {each.name}: {each.shape[0]} rows x {each.shape[1]} columns, allowed: {SMALLEST_SIDE} or "
+                "more along each axis"
+            )
+    common = (min(real.shape[0], sim.shape[0]), min(real.shape[1], sim.shape[1]))
+    sizes = (real.pixel_size_m, sim.pixel_size_m)
+    if None in sizes:
+        unknown = " and ".join(each.name for each in (real, sim) if each.pixel_size_m is None)
+        notes.append(
+            f"The pixel size of {unknown} is not known: whether measures that depend on it compare cannot be "
+            "said; they are marked ~."
+        )
+    elif not same_pixel_size(real, sim):
+        notes.append(
+            f"Pixels differ, {sizes[0]:.6g} m and {sizes[1]:.6g} m, and are not resampled: measures that depend on "
+            "their size are marked ~, and spectra are given in cycles per pixel and per km."
+        )
+    if real.shape == sim.shape or whole:
+        if real.shape != sim.shape:
+            notes.append(
+                "The sides have different numbers of pixels: DP, which counts pairs, is marked ~, and the RMSE of eq "
+                "24 has that difference in it."
+            )
+        return _centre(real.shape, real.shape), _centre(sim.shape, sim.shape)
+    notes.append(
+        f"Compared are the central {common[0]} rows x {common[1]} columns of {real.shape[0]} x {real.shape[1]} and "
+        f"{sim.shape[0]} x {sim.shape[1]}; clouds were found in the whole frames."
+    )
+    return _centre(real.shape, common), _centre(sim.shape, common)
+
+
+def same_pixel_size(real: Footage, sim: Footage) -> bool:
+    """Whether both sides are known to have pixels of one size."""
+    one, other = real.pixel_size_m, sim.pixel_size_m
+    return one is not None and other is not None and abs(one - other) <= _SAME_SIZE * max(one, other)
+
+
+def _centre(shape: tuple[int, int], part: tuple[int, int]) -> tuple[slice, slice]:
+    first = [(size - wanted) // 2 for size, wanted in zip(shape, part, strict=True)]
+    return slice(first[0], first[0] + part[0]), slice(first[1], first[1] + part[1])
+
+
+def same_number(
+    sides: tuple[Prepared, Prepared], measured: tuple[Measured, Measured], notes: list[str]
+) -> bool:
+    """Whether both sides have as many pixels with values; where shapes are alike and gaps are not, say so."""
+    known = [
+        side.shape[0] * side.shape[1] - float(np.mean([frame.missing for frame in each.frames]))
+        for side, each in zip(sides, measured, strict=True)
+    ]
+    if abs(known[0] - known[1]) <= _SAME_COUNT * max(known):
+        return True
+    if sides[0].shape == sides[1].shape:
+        notes.append(
+            "Missing pixels leave one side fewer pairs of neighbours: DP, which counts them, is marked ~, and the RMSE "
+            "of eq 24 has that difference in it."
+        )
+    return False

@@ -1,0 +1,341 @@
+"""What comes of comparing a real image or sequence with a simulated one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.evaluation.definitions import DEFINITIONS, Mode
+from hcss_twin.evaluation.distributions import DistributionDistance
+from hcss_twin.evaluation.image_measures import ImageMeasures
+from hcss_twin.evaluation.morphology import MorphologyErrors
+from hcss_twin.evaluation.power_spectrum import PowerSpectrum
+from hcss_twin.evaluation.temporal import TemporalAutocorrelation
+
+Scale = Literal["any", "pixel size", "pixel size and number of pixels"]
+
+
+@dataclass(frozen=True)
+class FrameResult:
+    """One frame of one side.
+
+    Attributes
+    ----------
+    label : str
+    seconds : float
+        After the first frame; NaN where times are not known.
+    measures : ImageMeasures
+    missing : int
+        Pixels of which it is not known whether they are cloudy.
+    truth_coverage : float
+        Cloudy part by the file's own mask; NaN where it has none.
+    """
+
+    label: str
+    seconds: float
+    measures: ImageMeasures
+    missing: int
+    truth_coverage: float
+
+
+@dataclass(frozen=True)
+class Pictured:
+    """The frame that is drawn.
+
+    Attributes
+    ----------
+    label : str
+    values : ndarray (rows, columns)
+        Rows northward.
+    level : ndarray of float32 (rows, columns)
+        0 clear, 1 to 255.
+    known : ndarray of bool (rows, columns)
+        Whether a pixel is known to be cloudy or clear.
+    pairs : ndarray of int64 (256, 256)
+        2-D histogram of horizontal neighbours.
+    """
+
+    label: str
+    values: NDArray[np.float64]
+    level: NDArray[np.float32]
+    known: NDArray[np.bool_]
+    pairs: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Side:
+    """The real or the simulated side.
+
+    Attributes
+    ----------
+    name, kind, quantity, units, band : str
+        Of the file.
+    shape, part : tuple of int
+        Rows and columns of the file, and of what was compared.
+    pixel_size_m : float or None
+    method, mask : str
+        How cloud was found, and in words.
+    bright_is_cloud : bool
+        In the values that are compared.
+    frames : sequence of FrameResult
+    left_out : sequence of (str, str)
+        Frames that could not be measured, and why.
+    histogram : ndarray (bins,)
+        Share of all compared pixels of all frames in each bin of :attr:`Evaluation.edges`.
+    spectrum : PowerSpectrum or None
+        Mean over frames.
+    temporal : TemporalAutocorrelation or None
+        Where there are two frames or more.
+    pictured : Pictured
+    notes : sequence of str
+    """
+
+    name: str
+    kind: str
+    quantity: str
+    units: str
+    band: str
+    shape: tuple[int, int]
+    part: tuple[int, int]
+    pixel_size_m: float | None
+    method: str
+    mask: str
+    bright_is_cloud: bool
+    frames: Sequence[FrameResult]
+    left_out: Sequence[tuple[str, str]]
+    histogram: NDArray[np.float64]
+    spectrum: PowerSpectrum | None
+    temporal: TemporalAutocorrelation | None
+    pictured: Pictured
+    notes: Sequence[str]
+
+    @property
+    def pictured_coverage(self) -> float:
+        """Cloudy part of the known pixels of the pictured frame."""
+        return int(np.count_nonzero(self.pictured.level)) / int(np.count_nonzero(self.pictured.known))
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One measure of both sides.
+
+    Attributes
+    ----------
+    name, meaning, unit : str
+    definition : {"as-printed", "corrected", "both"}
+        Which of the two definitions it belongs to.
+    group : str
+        Heading under which it stands.
+    real, sim, real_spread, sim_spread : float
+        Means over frames and standard deviations; spreads of single frames are 0, of none NaN.
+    difference : float
+        sim - real; directions modulo half a turn.
+    scale : {"any", "pixel size", "pixel size and number of pixels"}
+        What it depends on besides what is seen.
+    comparable : bool
+        Whether both sides have what it depends on in common.
+    is_ratio : bool
+        Whether a difference relative to the real value means something.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    definition: Literal["as-printed", "corrected", "both"]
+    group: str
+    real: float
+    sim: float
+    real_spread: float
+    sim_spread: float
+    difference: float
+    scale: Scale
+    comparable: bool
+    is_ratio: bool = True
+
+    @property
+    def relative(self) -> float:
+        """Difference over the real value; NaN where that says nothing."""
+        if not self.is_ratio:
+            return math.nan
+        if self.difference == 0.0:
+            return 0.0
+        return self.difference / self.real if self.real else math.nan
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A simulated image or sequence judged against a real one.
+
+    Attributes
+    ----------
+    real, sim : Side
+    quantity, unit : str
+        What both sides' values were compared in: brightness temperature (K), a common unit, or grey levels ("").
+    pairing : str
+        Which frame was compared with which, in words.
+    metrics : sequence of Metric
+    errors : dict of str to sequence of MorphologyErrors
+        Eq 24 for each simulated frame, "as-printed" and "corrected"; empty where a value divided by is 0.
+    distributions : sequence of DistributionDistance
+        Of each simulated frame from what it is compared with.
+    spectral_distance_db : float
+        Root mean square difference of the mean spectra.
+    edges : ndarray (bins + 1,)
+        Of both histograms, in the unit.
+    notes : sequence of str
+        What limits the comparison.
+    """
+
+    real: Side
+    sim: Side
+    quantity: str
+    unit: str
+    pairing: str
+    metrics: Sequence[Metric]
+    errors: dict[Mode, Sequence[MorphologyErrors]]
+    distributions: Sequence[DistributionDistance]
+    spectral_distance_db: float
+    edges: NDArray[np.float64]
+    notes: Sequence[str]
+
+    def metric(self, name: str) -> Metric:
+        """Return a metric by its name.
+
+        Raises
+        ------
+        KeyError
+            If there is none.
+        """
+        for each in self.metrics:
+            if each.name == name:
+                return each
+        raise KeyError(name)
+
+    def rmse(self, mode: Mode) -> float:
+        """Return the mean over frames of eq 24's RMSE, as a fraction; NaN where it cannot be had."""
+        found = self.errors[mode]
+        return float(np.mean([each.rmse for each in found])) if found else math.nan
+
+    def distance(self, name: str) -> float:
+        """Return the mean over frames of a distance of distributions, by its attribute's name."""
+        return float(np.mean([getattr(each, name) for each in self.distributions]))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it but the pictures, for JSON: numbers that do not exist are None."""
+        return {
+            "quantity": self.quantity,
+            "unit": self.unit,
+            "pairing": self.pairing,
+            "notes": list(self.notes),
+            "definitions": {
+                each.name: {"as-printed": each.as_printed, "corrected": each.corrected}
+                for each in DEFINITIONS
+            },
+            "eq24": {mode: self._eq_24(mode) for mode in self.errors},
+            "metrics": [
+                {
+                    **{key: getattr(each, key) for key in _OF_A_METRIC},
+                    **{key: _number(getattr(each, key)) for key in _NUMBERS_OF_A_METRIC},
+                }
+                for each in self.metrics
+            ],
+            "distributions": {
+                key: _number(self.distance(key)) for key in DistributionDistance.__dataclass_fields__
+            },
+            "spectral_distance_db": _number(self.spectral_distance_db),
+            "histogram_edges": _list(self.edges),
+            "real": _side(self.real),
+            "sim": _side(self.sim),
+        }
+
+    def _eq_24(self, mode: Mode) -> dict[str, Any]:
+        found = self.errors[mode]
+        names = {
+            "EV": "entropy",
+            "Den": "density",
+            "DP": "diagonal_peak",
+            "FD": "fractal_dimension",
+            "RMSE": "rmse",
+        }
+        return {
+            **{
+                name: _number(float(np.mean([getattr(each, field) for each in found]))) if found else None
+                for name, field in names.items()
+            },
+            "RMSE_spread": float(np.std([each.rmse for each in found])) if found else None,
+            "RMSE_of_frames": [each.rmse for each in found],
+        }
+
+
+_OF_A_METRIC = ("name", "meaning", "unit", "definition", "group", "scale", "comparable")
+_NUMBERS_OF_A_METRIC = ("real", "real_spread", "sim", "sim_spread", "difference", "relative")
+
+
+def _number(value: float) -> float | None:
+    """Return a number for JSON, which has no NaN and no infinity."""
+    return float(value) if math.isfinite(value) else None
+
+
+def _list(values: NDArray[Any]) -> list[float | None]:
+    return [_number(float(value)) for value in values]
+
+
+def _side(side: Side) -> dict[str, Any]:
+    spectrum, temporal = side.spectrum, side.temporal
+    return {
+        **{
+            key: getattr(side, key) for key in ("name", "kind", "quantity", "units", "band", "method", "mask")
+        },
+        "pixel_size_m": side.pixel_size_m,
+        "rows": side.shape[0],
+        "columns": side.shape[1],
+        "compared_rows": side.part[0],
+        "compared_columns": side.part[1],
+        "cloud_is": "bright" if side.bright_is_cloud else "dark",
+        "notes": list(side.notes),
+        "frames": [_frame(each) for each in side.frames],
+        "frames_left_out": [{"frame": label, "reason": why} for label, why in side.left_out],
+        "histogram": _list(side.histogram),
+        "spectrum": None
+        if spectrum is None
+        else {
+            "wavenumber_cycles_per_pixel": _list(spectrum.wavenumber),
+            "power": _list(spectrum.power),
+            "direction_deg": _list(spectrum.direction_deg),
+            "by_direction": _list(spectrum.by_direction),
+        },
+        "temporal_autocorrelation": None
+        if temporal is None
+        else {
+            "lag_frames": temporal.lag.tolist(),
+            "lag_s": _list(temporal.lag_s),
+            "correlation": _list(temporal.correlation),
+            "decorrelation_s": _number(temporal.decorrelation_s),
+            "pixels": temporal.pixels,
+        },
+    }
+
+
+def _frame(frame: FrameResult) -> dict[str, Any]:
+    measured = frame.measures
+    shape = {name: _number(getattr(measured.morphology, name)) for name in vars(measured.morphology)}
+    return {
+        "label": frame.label,
+        "seconds": _number(frame.seconds),
+        "missing_pixels": frame.missing,
+        "mean": measured.mean,
+        "deviation": measured.deviation,
+        "mean_level": measured.mean_level,
+        **shape,
+        "truth_coverage": _number(frame.truth_coverage),
+        "dimensions": {
+            name: {"dimension": found.dimension, "standard_error": _number(found.standard_error)}
+            for name, found in measured.dimensions.items()
+        },
+        "left_out": list(measured.left_out),
+    }

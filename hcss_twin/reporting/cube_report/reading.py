@@ -1,0 +1,84 @@
+"""Reading of a cube for its page: some frames, of large ones some pixels, never more than one plane at a time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.reporting.cube_report.quantities import Quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[Any]
+
+READ_PIXELS = 1_000_000
+"""Of a plane; of larger ones every n-th row and column is read."""
+
+READ_BYTES = 6_000_000_000
+"""Of the whole cube, as far as the disk has to move; fewer frames are shown where all would be more."""
+
+WINDOW_PIXELS = 1024
+"""Side of the part in the middle of a frame whose spectrum is taken."""
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Planes of a cube.
+
+    Attributes
+    ----------
+    dataset : Dataset
+        An open cube.
+    step : int
+        Every so many rows and columns are read; 1 for all but large frames.
+    """
+
+    dataset: xr.Dataset
+    step: int
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset) -> Reader:
+        """Return the reader of a cube."""
+        pixels = dataset.sizes["y"] * dataset.sizes["x"]
+        return cls(dataset, max(1, math.ceil(math.sqrt(pixels / READ_PIXELS))))
+
+    def plane(self, quantity: Quantity, part: int, frame: int) -> Array:
+        """Return one plane (y, x), every ``step``-th row and column of it."""
+        every = slice(None, None, self.step)
+        return self._read(quantity, part, frame, every, every)
+
+    def window(self, quantity: Quantity, part: int, frame: int) -> Array:
+        """Return the middle of one plane with all its pixels, at most ``WINDOW_PIXELS`` squared."""
+        rows, columns = (_middle(self.dataset.sizes[dim]) for dim in ("y", "x"))
+        return self._read(quantity, part, frame, rows, columns)
+
+    def _read(self, quantity: Quantity, part: int, frame: int, rows: slice, columns: slice) -> Array:
+        data = self.dataset[quantity.name]
+        which: dict[str, Any] = {"time": frame, "y": rows, "x": columns}
+        if quantity.dim is not None:
+            which[quantity.dim] = part
+        found: Array = data.isel(which).transpose("y", "x").to_numpy()
+        return found
+
+    def bytes_moved(self, quantity: Quantity) -> int:
+        """Bytes that the disk moves for one frame of all parts: of tiles the whole, else the rows that are read."""
+        data = self.dataset[quantity.name]
+        whole = data.dtype.itemsize * data.size // max(1, data.sizes["time"])
+        tiled = bool(data.encoding.get("chunks") or data.encoding.get("chunksizes"))
+        return whole if tiled or self.step == 1 else whole // self.step
+
+
+def _middle(size: int) -> slice:
+    first = max(0, (size - WINDOW_PIXELS) // 2)
+    return slice(first, min(size, first + WINDOW_PIXELS))
+
+
+def spread(count: int, wanted: int) -> list[int]:
+    """Return at most ``wanted`` of the numbers 0 to ``count - 1``, evenly spread, the ends among them."""
+    chosen = np.unique(np.linspace(0, count - 1, min(count, max(1, wanted))).round().astype(int))
+    return [int(each) for each in chosen]

@@ -1,0 +1,1 @@
+"""Page of a posterior: corner plot, traces, convergence, priors, prediction."""

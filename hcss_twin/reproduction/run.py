@@ -1,0 +1,119 @@
+"""Computing items one after the other: one that fails does not keep the others from being computed."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from hcss_twin.reproduction.item import Item, Reproduction, Row
+from hcss_twin.reproduction.verdict import settled
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """An item and what came of it.
+
+    Attributes
+    ----------
+    item : Item
+    found : Reproduction or None
+        None where it failed.
+    error : str
+        Type and message of the exception; empty where there was none.
+    seconds : float
+        It took.
+    """
+
+    item: Item
+    found: Reproduction | None
+    error: str
+    seconds: float
+
+    @property
+    def verdict(self) -> str:
+        """One of the three, or "failed"."""
+        return "failed" if self.found is None else self.found.verdict
+
+    @property
+    def worst(self) -> Row | None:
+        """The row with the largest relative difference; None where nothing is compared."""
+        rows = () if self.found is None else self.found.rows
+        return max((row for row in rows if relative(row) is not None), key=_size, default=None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """What is written as JSON."""
+        if self.found is None:
+            return {"title": self.item.title, "verdict": "failed", "error": self.error}
+        return {
+            "title": self.item.title,
+            "verdict": self.found.verdict,
+            "reason": self.found.reason,
+            "rows": [
+                {
+                    "label": row.label,
+                    "unit": row.unit,
+                    "published": _number(row.published),
+                    "computed": _number(row.computed),
+                    "difference": _number(row.difference),
+                    "physical": _number(row.physical),
+                }
+                for row in self.found.rows
+            ],
+            "checks": [
+                {"statement": each.statement, "holds": bool(each.holds)} for each in self.found.checks
+            ],
+            "fitted_inputs": list(self.found.fitted_inputs),
+            "notes": list(self.found.notes),
+        }
+
+
+def relative(row: Row) -> float | None:
+    """Return a row's difference as a share of what is published; None where there is no such share.
+
+    Of percentages it is the difference itself: they are shares already.
+    """
+    if row.difference is None or row.published is None:
+        return None
+    if row.unit == "%":
+        return row.difference / 100.0
+    if row.published == 0.0:
+        return 0.0 if row.difference == 0.0 else None
+    share = row.difference / abs(row.published)
+    return share if math.isfinite(share) else None
+
+
+def _number(value: float | None) -> float | None:
+    """Return what JSON can hold: it has no numbers that are not finite."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def _size(row: Row) -> float:
+    return abs(relative(row) or 0.0)
+
+
+def outcomes(items: Iterable[Item], seed: int) -> Iterator[Outcome]:
+    """Compute items, each when it is asked for.
+
+    Parameters
+    ----------
+    items : iterable of Item
+    seed : int
+        Of random fields.
+    """
+    for item in items:
+        start = time.monotonic()
+        found, error = None, ""
+        try:
+            found = settled(_target(item)(seed))
+        except Exception as cause:  # whatever one item raises, the others are still wanted
+            error = f"{type(cause).__name__}: {cause}"
+        yield Outcome(item, found, error, time.monotonic() - start)
+
+
+def _target(item: Item) -> Any:
+    module, _, function = item.target.partition(":")
+    return getattr(import_module(module), function)

@@ -1,0 +1,1 @@
+"""How uncertain cloud parameters are, given images: posteriors by Markov chain Monte Carlo."""

@@ -1,0 +1,107 @@
+"""Whether chains have converged."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+BURN_IN = 0.2
+"""Part of the steps that is dropped."""
+
+LONGEST = 50.0
+"""Autocorrelation times that chains must have after that, so that the time itself is known."""
+
+LARGEST_R_HAT = 1.02
+"""Means of halves of walkers that are tau / n of a chain apart scatter: where all is well, split R-hat is 1 + tau / n
+for n steps, 1.02 at the fewest that are allowed. Walkers that are stuck elsewhere have far more."""
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Measures of chains after their burn-in.
+
+    Attributes
+    ----------
+    autocorrelation_time : ndarray (D,)
+        Integrated, steps (J. Goodman and J. Weare, Commun. Appl. Math. Comput. Sci. 5, 65 (2010)).
+    effective_size : ndarray (D,)
+        Steps of all walkers over it.
+    split_r_hat : ndarray (D,)
+        Of halves of walkers.
+    steps : int
+        Per walker, after the burn-in.
+    wanted : float
+        Effective size asked for.
+    """
+
+    autocorrelation_time: Array
+    effective_size: Array
+    split_r_hat: Array
+    steps: int
+    wanted: float
+
+    @property
+    def fraction(self) -> float:
+        """How far they are on the way, at least 1 where they have converged; never more than a rough guess."""
+        parts = [
+            self.steps / (LONGEST * float(np.max(self.autocorrelation_time))),
+            float(np.min(self.effective_size)) / self.wanted,
+            # The excess of a stationary chain falls inversely with its length.
+            (LARGEST_R_HAT - 1.0) / max(float(np.max(self.split_r_hat)) - 1.0, 1e-9),
+        ]
+        least = min(parts)
+        return least if math.isfinite(least) else 0.0
+
+    @property
+    def has_converged(self) -> bool:
+        """Whether all three measures are met."""
+        return self.fraction >= 1.0
+
+    def complaints(self, names: tuple[str, ...]) -> list[str]:
+        """Say which measures are not met, in sentences, each with the worst parameter."""
+        tau, size, r_hat = self.autocorrelation_time, self.effective_size, self.split_r_hat
+        worst = int(np.argmax(np.nan_to_num(tau, nan=math.inf)))
+        lines = []
+        if not self.steps >= LONGEST * tau[worst]:
+            lines.append(
+                f"{self.steps} steps after burn-in are {self.steps / tau[worst]:.0f} autocorrelation times of "
+                f"{names[worst]} ({tau[worst]:.0f} steps), needed: {LONGEST:g}"
+            )
+        worst = int(np.argmin(np.nan_to_num(size, nan=-math.inf)))
+        if not size[worst] >= self.wanted:
+            lines.append(
+                f"effective sample size of {names[worst]} {size[worst]:.0f}, needed: {self.wanted:g}"
+            )
+        worst = int(np.argmax(np.nan_to_num(r_hat, nan=math.inf)))
+        if not r_hat[worst] <= LARGEST_R_HAT:
+            lines.append(f"split R-hat of {names[worst]} {r_hat[worst]:.3f}, needed: {LARGEST_R_HAT} or less")
+        return lines
+
+
+def judge(chain: Array, wanted: float) -> Convergence:
+    """Measure chains (steps, walkers, D) without their burn-in, in any units."""
+    from emcee.autocorr import integrated_time
+
+    steps, walkers, _ = chain.shape
+    tau = np.asarray(integrated_time(chain, tol=0), dtype=np.float64)
+    # Less than a step cannot be told from one.
+    tau = np.maximum(tau, 1.0)
+    return Convergence(tau, steps * walkers / tau, split_r_hat(chain), steps, wanted)
+
+
+def split_r_hat(chain: Array) -> Array:
+    """Return the potential scale reduction (D,) of halves of chains (steps, walkers, D).
+
+    A. Gelman et al., Bayesian Data Analysis, 3rd ed. (2013), section 11.4.
+    """
+    half = chain.shape[0] // 2
+    halves = np.concatenate([chain[:half], chain[half : 2 * half]], axis=1)
+    within = halves.var(axis=0, ddof=1).mean(axis=0)
+    between = halves.mean(axis=0).var(axis=0, ddof=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.sqrt((half - 1.0) / half + between / within))

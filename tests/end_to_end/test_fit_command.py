@@ -1,0 +1,223 @@
+"""hcss fit: from images, or a dimension, to a posterior that has converged, or to none."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import hcss_twin
+from hcss_twin import PosteriorError, fit_dimension, read_posterior
+from hcss_twin.cli import cli
+from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.matching.cloud_image import simulate_image
+from hcss_twin.matching.cloud_type import empty_frame
+from hcss_twin.uncertainty import chains, prepare
+from hcss_twin.uncertainty.batch_variogram import BatchVariogram
+from hcss_twin.uncertainty.dimension_likelihood import DimensionLikelihood
+
+TRUTH = FractalParameters(gamma=2.0, H=0.4, L=(75.0, 100.0), k=(0, 8))
+QUICK = ["--fix", "gamma=2", "--fix", "coverage=image", "--samples", "400"]
+
+
+def hcss(*arguments, catch=False):
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=catch)
+
+
+@pytest.fixture(autouse=True)
+def few_simulations(monkeypatch):
+    monkeypatch.setattr(prepare, "SIMULATIONS", (60, 60, 120))
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder with two images of one kind of clouds: bright over a dark sea."""
+    monkeypatch.chdir(tmp_path)
+    for seed in (1, 2):
+        level = simulate_image(TRUTH, 0.4, empty_frame(64, 64, 20.0), seed).level
+        np.save(f"clouds{seed}.npy", level)
+    return tmp_path
+
+
+def test_an_image_gives_a_posterior_and_an_answer(here):
+    choice = ["--pixel-size", "20 m", "--method", "coverage", "--coverage", 0.4]
+    done = hcss("fit", "clouds1.npy", *choice, *QUICK, "--json", "-o", "p.nc")
+    answer = json.loads(done.stdout)
+    found = read_posterior(Path("p.nc"))
+    assert set(found.samples) == {"H", "Lx", "Ly"} == set(answer["parameters"])
+    assert found.fixed == {"gamma": 2.0, "coverage": pytest.approx(0.4, abs=1e-3)}
+    for name, value in (("H", 0.4), ("Lx", 75.0), ("Ly", 100.0)):
+        told = answer["parameters"][name]
+        assert abs(np.log(told["mean"] / value)) < 4 * told["standard_deviation"] / told["mean"]
+        assert told["effective_sample_size"] >= 400
+        assert told["split_r_hat"] <= 1.02
+    with xr.open_dataset("p.nc") as file:
+        assert json.loads(file.attrs["inputs"])[0]["name"] == "clouds1.npy"
+        assert file.trace.sizes["step"] <= 500
+        predicted = file.variogram_predicted
+        assert np.all(predicted.sel(quantile=0.05) < predicted.sel(quantile=0.95))
+        # Made by the model, the image is like its predictions.
+        assert file.attrs["predictive_p_value"] > 0.01
+    assert not list(here.glob("*.state"))
+
+
+def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(here, monkeypatch):
+    given = {"fixed": {"gamma": 2.0, "coverage": 0.4}, "samples": 400.0}
+    fit_dimension(2.4, 0.05, "whole.nc", **given)
+
+    monkeypatch.setattr("hcss_twin.uncertainty.checkpoint._SECONDS_APART", 0.0)
+    extend, calls = chains.extend, []
+
+    def dies(*arguments):
+        calls.append(arguments)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return extend(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(chains, "extend", dies)
+        with pytest.raises(KeyboardInterrupt):
+            fit_dimension(2.4, 0.05, "halved.nc", **given)
+    assert not Path("halved.nc").exists()
+    assert Path("halved.nc.state").exists()
+    with pytest.raises(PosteriorError, match="state of another fit"):
+        fit_dimension(2.5, 0.05, "halved.nc", **given)
+    fit_dimension(2.4, 0.05, "halved.nc", **given)
+    assert Path("halved.nc").read_bytes() == Path("whole.nc").read_bytes()
+    assert not Path("halved.nc.state").exists()
+
+
+def test_chains_that_have_not_converged_are_refused_and_gone_on_with(here):
+    dimension = ["--fd", 2.4, "--fd-error", 0.05, "--fix", "gamma=2", "--fix", "coverage=0.4", "-o", "p.nc"]
+    done = hcss("fit", *dimension, "--max-steps", 500, catch=True)
+    assert done.exit_code == 1
+    message = str(done.exception)
+    assert "not converged after 500 steps; no posterior is written" in message
+    assert "allow more steps" in message
+    assert "autocorrelation times of" in message
+    assert not Path("p.nc").exists()
+    assert Path("p.nc.state").exists()
+    assert hcss("fit", *dimension, "--samples", 400).exit_code == 0
+    assert read_posterior(Path("p.nc")).attributes["converged"] == "true"
+
+
+def test_a_dimension_is_met_by_its_posterior(here):
+    given = {"fixed": {"gamma": 2.0, "Lx": 75.0, "Ly": 75.0, "coverage": 0.4}, "samples": 400.0}
+    found = fit_dimension(2.3, 0.03, "p.nc", **given)
+    assert set(found.samples) == {"H"}
+    # One parameter: the posterior is an integral.
+    hurst = np.linspace(0.021, 0.979, 500)
+    values = np.column_stack([hurst, *(np.full(500, each) for each in (2.0, 75.0, 75.0, 0.4))])
+    likelihood = DimensionLikelihood(2.3, 0.03, 800, 800, 20.0, BatchVariogram.of((0, 8)))
+    weight = np.exp(likelihood(values))
+    mean = np.average(hurst, weights=weight)
+    deviation = np.sqrt(np.average((hurst - mean) ** 2, weights=weight))
+    drawn = found.samples["H"]
+    error = deviation / np.sqrt(found.diagnostics["H"]["effective_sample_size"])
+    assert abs(drawn.mean() - mean) < 4 * error
+    assert drawn.std() == pytest.approx(deviation, rel=0.15)
+    # A larger dimension is a smaller Hurst exponent.
+    rougher = fit_dimension(2.6, 0.03, "q.nc", **given)
+    assert rougher.samples["H"].mean() < found.samples["H"].mean() - 0.2
+
+
+def test_several_images_have_a_mean_and_a_spread(here):
+    choice = [
+        "--pixel-size",
+        "20 m",
+        "--method",
+        "coverage",
+        "--coverage",
+        0.4,
+        "--fix",
+        "Lx=75",
+        "--fix",
+        "Ly=100",
+    ]
+    done = hcss("fit", "clouds1.npy", "clouds2.npy", *choice, *QUICK, "-o", "p.nc")
+    assert done.exit_code == 0
+    found = read_posterior(Path("p.nc"))
+    assert set(found.samples) == {"mean_H", "spread_H", "H"}
+    assert found.samples["H"].shape == (found.samples["mean_H"].size, 2)
+    # Two images say little of a population, but the mean lies where they do.
+    assert abs(found.samples["mean_H"].mean() - 0.4) < 2 * found.samples["mean_H"].std()
+    with xr.open_dataset("p.nc") as file:
+        assert file.H.dims == ("chain", "draw", "image")
+        assert file.variogram_observed.dims == ("image", "lag", "axis")
+
+
+def test_an_image_of_a_satellite_is_fitted(tmp_path):
+    """SEVIRI 10.8 um. Real clouds are no fractal field, and the fit says so unless it is allowed for."""
+    sample = pytest.importorskip("iris_sample_data")
+    path = Path(sample.path) / "toa_brightness_stereographic.nc"
+    part = ["--rows", 64, "--columns", 64, "--row-origin", 48, "--column-origin", 96, "--missing", "clear"]
+    done = hcss("fit", path, *part, *QUICK, "--misfit", 0.1, "-o", tmp_path / "p.nc")
+    assert done.exit_code == 0, done.output
+    found = read_posterior(tmp_path / "p.nc")
+    assert 0.0 < found.samples["H"].mean() < 1.0
+    assert "H " in done.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "give IMAGES, or --fd"),
+        (["clouds1.npy", "--fd", 2.3, "--fd-error", 0.1], "not both"),
+        (["--fd", 2.3], "--fd and --fd-error go together"),
+        (["--fd", 2.3, "--fd-error", 0.1, "--missing", "clear"], "missing: has no meaning without IMAGES"),
+        (["--fd", 3.3, "--fd-error", 0.1], "allowed: 2 to 3; closest is 3"),
+        (["--fd", 2.3, "--fd-error", 0], "greater than 0"),
+        (["--fd", 2.3, "--fd-error", 0.1, "--rows", 5], "32 or more along each axis"),
+        (
+            ["--fd", 2.3, "--fd-error", 0.1, "--fix", "coverage=image"],
+            "allowed: a number, or 'image' of images",
+        ),
+        (["--fd", 2.3, "--fd-error", 0.1, "--fix", "H"], "allowed: NAME=VALUE"),
+        (["--fd", 2.3, "--fd-error", 0.1, "--fix", "H=a"], "'a' given, allowed: a number"),
+        (["--fd", 2.3, "--fd-error", 0.1, "--fix", "H=.1", "--fix", "H=.2"], "H is given twice"),
+        (["--fd", 2.3, "--fd-error", 0.1, "--octaves", 5, 2], "first <= last"),
+        (["--fd", 2.3, "--fd-error", 0.1, "-o", "none/p.nc"], "there is no folder"),
+        (["clouds1.npy"], "does not give it"),
+        (["cloudy.npy", "--pixel-size", "20 m"], "all pixels have the value 7"),
+        (["holes.npy", "--pixel-size", "20 m"], "missing"),
+        (["tiny.npy", "--pixel-size", "20 m"], "allowed: 32 or more along each axis"),
+        (["text.nc"], "text.nc"),
+        (
+            ["clouds1.npy", "--pixel-size", "20 m", "--smallest-lag", 60],
+            "smallest lag: 60 pixels, allowed: 1 to 8",
+        ),
+        (
+            ["clouds1.npy", "--pixel-size", "20 m", "--prior", "spread_H=uniform:0:1"],
+            "one image has no spread",
+        ),
+    ],
+)
+def test_what_cannot_be_fitted_is_said_and_nothing_is_written(here, arguments, message):
+    np.save("cloudy.npy", np.full((64, 64), 7.0))
+    level = np.load("clouds1.npy")
+    level[0, 0] = np.nan
+    np.save("holes.npy", level)
+    np.save("tiny.npy", level[1:6, :5])
+    Path("text.nc").write_text("no image")
+    before = set(here.iterdir())
+    output = [] if "-o" in arguments else ["-o", "p.nc"]
+    done = hcss("fit", *arguments, *output, catch=True)
+    assert done.exit_code != 0
+    assert message in f"{done.output}{done.exception}"
+    assert set(here.iterdir()) == before
+
+
+def test_an_existing_posterior_is_kept(here):
+    Path("p.nc").write_text("mine")
+    done = hcss("fit", "--fd", 2.3, "--fd-error", 0.1, "-o", "p.nc", catch=True)
+    assert "exists" in done.output
+    assert Path("p.nc").read_text() == "mine"
+
+
+def test_the_functions_are_exported():
+    assert {"fit", "fit_dimension", "read_posterior", "PosteriorError"} <= set(hcss_twin.__all__)
+    assert hcss_twin.fit.__module__ == "hcss_twin.uncertainty.fit"

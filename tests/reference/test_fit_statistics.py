@@ -1,0 +1,191 @@
+"""What a fit compares: expectations against the independent implementation, quadrature and brute force."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+from scipy.special import ndtri
+from scipy.stats import multivariate_normal, rankdata
+
+from hcss_twin.clouds.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
+from hcss_twin.clouds.fractal.generator import FractalClouds
+from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.errors import ImageError
+from hcss_twin.matching.cloud_image import CloudImage, grey_inputs
+from hcss_twin.uncertainty.batch_variogram import BatchVariogram
+from hcss_twin.uncertainty.dimension_likelihood import DimensionLikelihood
+from hcss_twin.uncertainty.estimator_noise import EstimatorNoise
+from hcss_twin.uncertainty.image_data import ImageData
+from hcss_twin.uncertainty.image_likelihood import ImageLikelihood
+from hcss_twin.uncertainty.normal_scores import (
+    ScoreSemivariance,
+    clipped_semivariance,
+    field_scores,
+    image_scores,
+)
+
+PIXEL_M = 20.0
+LAGS = np.array([1, 2, 4, 8, 16])
+
+
+def shapes(count, side, seed=0):
+    rng = np.random.default_rng(seed)
+    cells = np.exp(rng.uniform(0, np.log(side / 2), (count, 2))) * 16_000 / (side * PIXEL_M)
+    return np.column_stack([rng.uniform(0.05, 0.95, count), rng.uniform(1.2, 6, count), cells])
+
+
+def field(shape, side, seed, coverage=0.5):
+    parameters = FractalParameters(gamma=shape[1], H=shape[0], L=tuple(shape[2:]), k=(0, 8))
+    inputs = grey_inputs(coverage, side, side, PIXEL_M, seed)
+    return FractalClouds(inputs, parameters, threads=1).field(0.0, slice(0, side), slice(0, side))
+
+
+@pytest.mark.parametrize("octaves", [(0, 8), (2, 5)])
+def test_many_variograms_are_those_of_each(octaves):
+    rows, columns = 90, 64
+    given = shapes(12, 64)
+    found, variance = BatchVariogram.of(octaves)(given, LAGS, PIXEL_M, rows, columns)
+    kernel, nothing = KernelCorrelation.tabulate(), np.zeros_like(LAGS)
+    dx, dy = np.concatenate([LAGS, nothing]), np.concatenate([nothing, LAGS])
+    for row, each in enumerate(given):
+        parameters = FractalParameters(gamma=each[1], H=each[0], L=(each[2], each[3]), k=octaves)
+        expected = expected_variogram(parameters, PIXEL_M, dx, dy, kernel)
+        np.testing.assert_allclose(found[row], expected, atol=1e-12)
+        assert variance[row] == pytest.approx(frame_variance(parameters, PIXEL_M, rows, columns, kernel))
+
+
+@pytest.mark.parametrize(("one_minus", "threshold"), [(0.02, 0.3), (0.5, -1.0), (1.4, 1.2)])
+def test_semivariance_above_a_threshold_is_the_double_integral(one_minus, threshold):
+    pair = multivariate_normal([0, 0], [[1, 1 - one_minus], [1 - one_minus, 1]])
+
+    def integrand(b, a):
+        return 0.5 * (max(a, threshold) - max(b, threshold)) ** 2 * pair.pdf([a, b])
+
+    # By symmetry twice the part a > b; nothing where both lie below.
+    expected = 2 * dblquad(integrand, threshold, 7, -7, lambda a: a, epsabs=1e-6, epsrel=1e-4)[0]
+    assert clipped_semivariance(one_minus, threshold) == pytest.approx(expected, rel=1e-3)
+
+
+def test_without_clear_pixels_scores_are_the_field():
+    for one_minus in (1e-6, 0.3, 1.5):
+        assert clipped_semivariance(one_minus, -np.inf) == one_minus
+        assert clipped_semivariance(one_minus, -9.0) == pytest.approx(one_minus, rel=1e-9)
+
+
+def test_scores_do_not_depend_on_the_map_to_grey_levels():
+    """Any brightness exponent, any calibration: ranks are the same."""
+    level = np.maximum(field((0.4, 2.0, 40.0, 40.0), 48, 3), 0.0)
+    other = np.where(level > 0, 1 + level.astype(np.float64) ** 3, 0)
+    np.testing.assert_array_equal(image_scores(level), image_scores(other))
+
+
+def test_cloudy_scores_are_normal_quantiles_of_ranks_and_clear_ones_the_threshold():
+    level = np.maximum(field((0.4, 2.0, 40.0, 40.0), 48, 3), 0.0)
+    scores, clear = image_scores(level), np.count_nonzero(level == 0)
+    np.testing.assert_allclose(scores[level == 0], ndtri(clear / level.size), rtol=1e-6)
+    expected = ndtri((rankdata(level.ravel(), "ordinal") - 0.5) / level.size).reshape(level.shape)
+    np.testing.assert_allclose(scores[level > 0], expected[level > 0], atol=1e-6)
+
+
+def test_scores_of_a_simulated_field_are_those_of_its_image():
+    """Bins instead of ranks: the same to within a bin and the pixels in it."""
+    given = field((0.4, 2.0, 40.0, 40.0), 96, 3)
+    cloudy = given.size // 3
+    lowest = np.sort(given, axis=None)[-cloudy]
+    level = np.where(given >= lowest, given - lowest + 1.0, 0.0).astype(np.float32)
+    np.testing.assert_allclose(field_scores(given, cloudy), image_scores(level), atol=2e-2)
+    assert np.abs(field_scores(given, cloudy) - image_scores(level)).mean() < 1e-3
+
+
+@pytest.mark.parametrize("coverage", [0.3, 0.7])
+def test_expected_score_variogram_is_the_mean_of_simulations(coverage):
+    side, shape = 64, np.array([0.4, 2.0, 8 * 12.5, 6 * 12.5])
+    semivariance, variance = BatchVariogram.of((0, 8))(shape[None], LAGS, PIXEL_M, side, side)
+    expected = ScoreSemivariance(coverage).logarithm(semivariance / variance[:, None])[0]
+    data = ImageData(side, side, PIXEL_M, round(coverage * side**2), LAGS, np.ones(10))
+    simulated = np.array([np.log(data.simulate(shape, (0, 8), seed)[0]) for seed in range(120)])
+    error = simulated.std(axis=0) / np.sqrt(120)
+    # .03: what frames' own mean, variance and logarithm change, which is learned.
+    assert np.all(np.abs(simulated.mean(axis=0) - expected) < 0.03 + 3 * error)
+
+
+@pytest.fixture(scope="module")
+def image():
+    side, shape = 64, np.array([0.4, 2.0, 75.0, 75.0])
+    inputs = grey_inputs(0.4, side, side, PIXEL_M, 1)
+    parameters = FractalParameters(gamma=shape[1], H=shape[0], L=tuple(shape[2:]), k=(0, 8))
+    level = FractalClouds(inputs, parameters, threads=1).thickness_m(0.0, slice(0, side), slice(0, side))
+    return CloudImage(level, PIXEL_M)
+
+
+@pytest.mark.parametrize("uses_coverage", [True, False])
+def test_the_compiled_density_is_the_one_of_its_parts(image, uses_coverage):
+    likelihood = ImageLikelihood.of(ImageData.of(image), (0, 8), uses_coverage)
+    rng = np.random.default_rng(0)
+    likelihood = likelihood.learn(shapes(60, 64), rng, lambda _: None)
+    values = np.column_stack([shapes(200, 64, 1), rng.uniform(0.1, 0.9, 200)])
+    found, expected = likelihood(values), likelihood.log_likelihood(values)
+    inside = np.isfinite(expected)
+    assert inside.any()
+    assert not inside.all()
+    np.testing.assert_array_equal(np.isfinite(found), inside)
+    np.testing.assert_allclose(found[inside], expected[inside], rtol=1e-9)
+
+
+def test_noise_is_learned_as_it_is():
+    rng = np.random.default_rng(0)
+    correlation = np.array([[1.0, 0.8], [0.8, 1.0]])
+    position = np.column_stack([rng.uniform(-1, 1, 3000), np.full(3000, 2.0)])
+    raw = rng.multivariate_normal([0, 0], correlation, 3000)
+    deviation = np.exp(0.3 * position[:, :1]) * [0.5, 2.0]
+    mean = 0.2 * position[:, :1] ** 2 - 0.4 * position[:, :1]
+    noise = EstimatorNoise.learn(position, mean + deviation * raw)
+    at = np.array([[0.8, 2.0]])
+    drawn = noise.draw(rng, np.repeat(at, 40_000, axis=0))
+    assert np.all(np.abs(drawn.mean(axis=0) + 0.192) < 0.1 * drawn.std(axis=0))
+    np.testing.assert_allclose(drawn.std(axis=0), np.exp(0.24) * np.array([0.5, 2.0]), rtol=0.05)
+    assert np.corrcoef(drawn.T)[0, 1] == pytest.approx(0.8, abs=0.03)
+    distance = noise.square_distance(np.repeat(at, 40_000, axis=0), drawn)
+    # Chi squared with two degrees of freedom.
+    assert distance.mean() == pytest.approx(2.0, rel=0.03)
+    outside = noise.log_likelihood(np.array([[1.5, 2.0], [0.0, 2.0]]), np.zeros((2, 2)))
+    assert outside[0] == -np.inf
+    assert np.isfinite(outside[1])
+
+
+def test_the_dimension_of_a_field_is_three_less_its_hurst_exponent():
+    """With octaves over all scales, far from the largest and the smallest."""
+    variogram = BatchVariogram.of((0, 16))
+    likelihood = DimensionLikelihood(2.5, 0.1, 800, 800, 20.0, variogram)
+    hurst = np.array([0.5, 0.6, 0.7])
+    given = np.column_stack([hurst, np.full(3, 1.5), np.full((3, 2), 4.0)])
+    np.testing.assert_allclose(likelihood.expected(given), 3.0 - hurst, atol=0.06)
+
+
+def flat(value=0.0, rows=64, columns=64):
+    return CloudImage(np.full((rows, columns), value, dtype=np.float32), PIXEL_M)
+
+
+def holes(image):
+    level = image.level.copy()
+    level[3, 4] = np.nan
+    return dataclasses.replace(image, level=level)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda _: flat(0.0), "0 of 4096 pixels are cloudy"),
+        (lambda _: flat(9.0), "0 of 4096 pixels are clear"),
+        (
+            lambda image: dataclasses.replace(image, level=np.where(image.level > 0, 7, 0)),
+            "all cloudy pixels are 7",
+        ),
+        (holes, "not finite"),
+        (lambda image: dataclasses.replace(image, level=image.level[:5, :5]), "5 x 5 pixels, allowed: 32"),
+    ],
+)
+def test_an_image_that_tells_nothing_is_refused(image, change, message):
+    with pytest.raises(ImageError, match=message):
+        ImageData.of(change(image))

@@ -1,0 +1,51 @@
+"""A small simulation-based calibration; the large one is benchmarks/calibration.py."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "calibration.py"
+IMAGES = 6
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    spec = importlib.util.spec_from_file_location("calibration", BENCHMARK)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.long
+def test_intervals_hold_the_parameters_that_images_were_made_with(calibration):
+    rows = [calibration.calibrate_one(index, 64, 11) for index in range(IMAGES)]
+    assert not any("refused" in row for row in rows), rows
+    inside = [held for row in rows for held in row["inside_90"].values()]
+    # 27 of 30 on average; parameters of an image are correlated.
+    assert sum(inside) >= 21
+    assert all(row["p_value"] > 0.001 for row in rows)
+
+
+def test_ranks_of_true_values_among_draws_of_the_same_distribution_are_uniform(calibration):
+    """The summary itself: right posteriors pass, posteriors that are too narrow or shifted do not."""
+    import numpy as np
+
+    rng = np.random.default_rng(0)
+
+    def rows(width, shift=0.0):
+        made = []
+        for _ in range(200):
+            centre = rng.standard_normal()
+            truth = centre + rng.standard_normal()
+            drawn = centre + shift + width * rng.standard_normal(calibration.DRAWS)
+            low, high = np.quantile(drawn, [0.05, 0.95])
+            row = {"ranks": int(np.sum(drawn < truth)), "inside_90": bool(low <= truth <= high)}
+            made.append({name: dict.fromkeys(calibration.KINDS, value) for name, value in row.items()})
+        return calibration.summarise(made)["H"]
+
+    right = rows(1.0)
+    assert right["chi_squared_p"] > 0.01
+    assert 0.85 <= right["inside_90"] <= 0.95
+    assert rows(0.6)["chi_squared_p"] < 0.01
+    assert rows(1.0, 0.5)["kolmogorov_p"] < 0.01

@@ -1,0 +1,107 @@
+"""Chains: their measures against closed forms, and that an interruption does not change them."""
+
+import numpy as np
+import pytest
+
+from hcss_twin.errors import PosteriorError
+from hcss_twin.uncertainty.chains import Chains, begin, converge, extend, walkers_of
+from hcss_twin.uncertainty.checkpoint import Checkpoint, State
+from hcss_twin.uncertainty.convergence import judge, split_r_hat
+
+MEAN, COVARIANCE = np.array([1.0, -2.0]), np.array([[1.0, 0.9], [0.9, 2.0]])
+PRECISION = np.linalg.inv(COVARIANCE)
+
+
+def normal(position):
+    away = position - MEAN
+    return -0.5 * np.einsum("ni,ij,nj->n", away, PRECISION, away)
+
+
+def start(seed=0):
+    return begin(normal, np.random.default_rng(seed).standard_normal((walkers_of(2), 2)), seed)
+
+
+def autoregressive(coefficient, steps, walkers, seed=0):
+    noise = np.random.default_rng(seed).standard_normal((steps, walkers, 1))
+    chain = np.empty_like(noise)
+    chain[0] = noise[0] / np.sqrt(1 - coefficient**2)
+    for step in range(1, steps):
+        chain[step] = coefficient * chain[step - 1] + noise[step]
+    return chain
+
+
+@pytest.mark.parametrize("coefficient", [0.0, 0.5, 0.9])
+def test_autocorrelation_time_is_that_of_an_autoregressive_process(coefficient):
+    found = judge(autoregressive(coefficient, 4000, 32), 1000)
+    assert found.autocorrelation_time[0] == pytest.approx((1 + coefficient) / (1 - coefficient), rel=0.06)
+    assert found.effective_size[0] == pytest.approx(4000 * 32 / found.autocorrelation_time[0])
+
+
+def test_split_r_hat_is_one_for_one_distribution_and_more_for_several():
+    chain = autoregressive(0.0, 2000, 8)
+    assert split_r_hat(chain)[0] == pytest.approx(1.0, abs=2e-3)
+    drifting = chain + np.linspace(0, 2, 2000)[:, None, None]
+    apart = chain + np.linspace(0, 2, 8)[None, :, None]
+    for bad in (drifting, apart):
+        assert split_r_hat(bad)[0] > 1.05
+    # Halves at -1 and 1 with unit variance: between-variance 1 (times 16 / 15), by hand.
+    halves = chain + np.where(np.arange(2000) < 1000, -1.0, 1.0)[:, None, None]
+    assert split_r_hat(halves)[0] == pytest.approx(np.sqrt(1 + 16 / 15), rel=0.01)
+
+
+def test_a_walker_that_is_stuck_is_seen():
+    chain = autoregressive(0.5, 4000, 32)
+    assert judge(chain, 1000).has_converged
+    chain[:, 5] = 9.0 + 0.1 * chain[:, 5]
+    found = judge(chain, 1000)
+    assert not found.has_converged
+    assert any("split R-hat of H" in line for line in found.complaints(("H",)))
+
+
+def test_chains_have_mean_and_covariance_of_their_target():
+    chains, found = converge(normal, start(), 2000, 20_000, lambda *_: None)
+    assert found.has_converged
+    drawn = chains.positions[chains.kept].reshape(-1, 2)
+    error = np.sqrt(np.diag(COVARIANCE) / found.effective_size)
+    assert np.all(np.abs(drawn.mean(axis=0) - MEAN) < 4 * error)
+    np.testing.assert_allclose(np.cov(drawn.T), COVARIANCE, rtol=0.1)
+
+
+def test_chains_end_at_their_limit():
+    chains, found = converge(normal, start(), 1e6, 700, lambda *_: None)
+    assert chains.positions.shape[0] == 700
+    assert not found.has_converged
+
+
+def test_interrupted_chains_go_on_as_if_they_had_not_been(tmp_path):
+    whole = extend(normal, extend(normal, start(), 300), 200)
+    checkpoint = Checkpoint(tmp_path / "state", "mine")
+    checkpoint.write(State((), extend(normal, start(), 300)))
+    resumed = checkpoint.read()
+    assert resumed is not None
+    again = extend(normal, resumed.chains, 200)
+    np.testing.assert_array_equal(again.positions, whole.positions)
+    np.testing.assert_array_equal(again.log_probability, whole.log_probability)
+
+
+def test_states_of_other_fits_and_damaged_ones_are_refused(tmp_path):
+    path = tmp_path / "state"
+    Checkpoint(path, "mine").write(State((), start()))
+    with pytest.raises(PosteriorError, match=r"state of another fit.*delete"):
+        Checkpoint(path, "yours").read()
+    path.write_bytes(path.read_bytes()[:200])
+    with pytest.raises(PosteriorError, match="damaged"):
+        Checkpoint(path, "mine").read()
+
+
+def test_states_are_not_written_all_the_time(tmp_path):
+    path = tmp_path / "state"
+    checkpoint = Checkpoint(path, "mine")
+    checkpoint.write(State((), start()))
+    longer: Chains = extend(normal, start(), 5)
+    checkpoint.write(State((), longer))
+    assert checkpoint.read().chains.positions.shape[0] == 1
+    checkpoint.write(State((), longer), now=True)
+    assert checkpoint.read().chains.positions.shape[0] == 6
+    checkpoint.remove()
+    assert checkpoint.read() is None
