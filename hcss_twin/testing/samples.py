@@ -44,7 +44,7 @@ def frozen(values: Any) -> Array:
 def sample_profile(temperature_K: float | None = None) -> Profile:
     """Return an atmosphere of scale height 8 km up to 80 km with all gases of ``GASES``.
 
-    Water vapour falls off over 2 km from 1 % at the surface, ozone has its largest mole fraction at 34 km, the others are well mixed.
+    Water vapour falls off over 2 km from 1 % at the surface, ozone has its most at 34 km, the others are well mixed.
 
     Parameters
     ----------
