@@ -1,4 +1,4 @@
-"""Reading of a cube for its page: some frames, of large ones some pixels, never more than one plane at a time."""
+"""Reading of a cube for its page: some frames, and of large ones some pixels; never a large frame as a whole."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ READ_PIXELS = 1_000_000
 """Of a plane; of larger ones every n-th row and column is read."""
 
 READ_BYTES = 6_000_000_000
-"""Of the whole cube, as far as the disk has to move; fewer frames are shown where all would be more."""
+"""Of the whole cube, as far as the disk has to move; fewer frames, at least one, are shown where all would be more."""
 
 WINDOW_PIXELS = 1024
 """Side of the part in the middle of a frame whose spectrum is taken."""

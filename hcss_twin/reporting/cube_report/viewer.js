@@ -105,6 +105,7 @@
   }
 
   function forPaper() {
+    // the stills are of the first quantity: its frame that is nearest to the one chosen
     stills.forEach((still, number) => {
       const one = VIEW.quantities[0], shown = one.parts[number];
       const place = nearest(one, VIEW.frames[quantity().frames[state.place]].number);
