@@ -199,12 +199,19 @@ def preview(
 
 
 @cli.command()
+@click.argument("name", required=False)
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
-def plugins(as_json: bool) -> None:
-    """List the providers that can be selected, and plugins that are broken."""
+def plugins(name: str | None, as_json: bool) -> None:
+    """List the providers that can be selected, and plugins that are broken; of provider NAME its parameters."""
     from hcss_twin.registry.registry import Registry
 
     registry = Registry.discover()
+    if name is not None:
+        from hcss_twin.reporting.provider_text import described, provider_text
+
+        found = described(registry, name)
+        click.echo(json.dumps(found) if as_json else "\n\n".join(map(provider_text, found)))
+        return
     if as_json:
         entries = [
             {

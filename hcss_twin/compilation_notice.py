@@ -1,4 +1,8 @@
-"""Telling that kernels are compiled, which only the first run on a machine does."""
+"""Telling that kernels are compiled, which a run on a machine does for those that no run before it has needed.
+
+A first scene needs most of them; one with waves, two layers or a sensor needs others, and so does another type of
+number.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-COMPILING = "compiling kernels for this machine, once (up to about half a minute) ..."
+COMPILING = (
+    "compiling kernels that no run on this machine needed before, to be kept (up to half a minute) ..."
+)
 
 
 @contextmanager

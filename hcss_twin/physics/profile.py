@@ -31,7 +31,8 @@ class Profile:
     pressure_Pa, temperature_K : ndarray (L + 1,)
         At the levels.
     mixing_ratio : mapping of str to ndarray (L + 1,)
-        Mole fraction of each gas (mole per mole of moist air) at the levels.
+        Mole fraction of each gas (mole per mole of moist air) at the levels, under the names of ``GASES``: h2o, co2,
+        o3, n2o, co, ch4, o2. A gas may be missing.
     notes : tuple of str
         What a user should know: what was computed, filled in or scaled; copied into plan and cube.
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, runtime_checkable
 
@@ -178,10 +178,14 @@ class CloudGeneratorOptions(Protocol):
     image_coverage : float or None
         Cloudy fraction, 0 to 1, where it follows from an image and not from ``layer.coverage``; None where the
         layer's holds. With a number, a layer of coverage 0 has cloud.
+    honours : collection of str
+        Which of ``coverage_mode`` and ``edge_taper`` of the layer it keeps to. A scenario that sets another one gets a
+        note in plan and cube that it may have no influence.
     """
 
     skipped: Sequence[tuple[str, str]]
     image_coverage: float | None
+    honours: Collection[str]
 
     def frame_summary(self, time_s: float) -> Any:
         """Return what a window of the frame at ``time_s`` needs to know of the rest of it.

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Self
+
+from hcss_twin.providers.common import Declares
 
 
 class Note(str):
@@ -27,6 +30,29 @@ class Note(str):
         note = super().__new__(cls, text)
         note.sunlight, note.below_um = sunlight, below_um
         return note
+
+
+def attributed(declares: Declares, speaker: str) -> Declares:
+    """Return a declaration whose notes and own errors begin with who says so.
+
+    Parameters
+    ----------
+    declares : Declares
+    speaker : str
+        For example ``"optics provider ada"``.
+    """
+
+    def told(texts: Iterable[str]) -> tuple[str, ...]:
+        return tuple(_with_text(text, f"{speaker}: {text}") for text in texts)
+
+    by_phase = {phase: told(texts) for phase, texts in declares.notes_by_phase.items()}
+    return replace(
+        declares, notes=told(declares.notes), notes_by_phase=by_phase, own_errors=told(declares.own_errors)
+    )
+
+
+def _with_text(note: str, text: str) -> str:
+    return Note(text, sunlight=note.sunlight, below_um=note.below_um) if isinstance(note, Note) else text
 
 
 def applying(notes: Iterable[str], sunlight: bool, shortest_um: float) -> tuple[str, ...]:

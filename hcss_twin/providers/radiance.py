@@ -118,6 +118,9 @@ class RadianceModel(Protocol):
 
         ``thickness_m`` (N, L) has one column per layer, in the order of ``inputs.layers``; 0 means that the
         layer has no cloud there, and no row is all 0.
+
+        Every term is continuous in every thickness, also where the top or base of a cloud crosses a level of the
+        profile: the engine tabulates them, and stops with an error where they jump.
         """
         ...
 

@@ -20,6 +20,9 @@ RANGES = ("wavenumber_cm1", "view_zenith", "target_altitude_m")
 LEGS = ("any", "to_space")
 """What ``Declares.legs`` may be."""
 
+LAYER_OPTIONS = ("coverage_mode", "edge_taper")
+"""Fields of a cloud layer that a generator may leave aside, and what its ``honours`` may name."""
+
 MEASURED = ("photon_rate", "digital_number", "saturated")
 """What ``Sensor.variables`` may name."""
 
@@ -130,6 +133,10 @@ def _is_names(value: Any) -> bool:
 _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "skipped": (_is_pairs, "a tuple of pairs of text: what is left out, and why"),
     "image_coverage": (lambda value: value is None or _is_number(value, 1.0), "None or a number from 0 to 1"),
+    "honours": (
+        lambda value: isinstance(value, tuple | list | Set) and all(each in LAYER_OPTIONS for each in value),
+        f"a tuple of names among {', '.join(LAYER_OPTIONS)}",
+    ),
     "frame_summary": (callable, "a method"),
     "thickness_in_frame_m": (callable, "a method"),
     "thickness_around_m": (callable, "a method"),

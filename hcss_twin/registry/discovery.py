@@ -16,6 +16,9 @@ from hcss_twin.registry.kinds import Kind
 from hcss_twin.registry.specs import API_VERSION, ProviderSpec
 from hcss_twin.version import __version__
 
+OWN_DISTRIBUTION = "hcss-twin"
+"""Distribution that brings the defaults."""
+
 FAILURES = (Exception, SystemExit)
 """What a plugin may throw without being let through; a user's interrupt is not among them."""
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+from dataclasses import fields, replace
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -30,7 +31,9 @@ from hcss_twin.providers import (
     SingleScattering,
     Sun,
 )
-from hcss_twin.registry.discovery import FAILURES, Entry, describe
+from hcss_twin.providers.notes import attributed
+from hcss_twin.registry.declared import LAYER_OPTIONS
+from hcss_twin.registry.discovery import FAILURES, OWN_DISTRIBUTION, Entry, describe
 from hcss_twin.registry.kinds import Kind
 
 FRACTION_TOLERANCE = 1e-9
@@ -49,16 +52,22 @@ class _Guard:
     def __init__(self, provider: Any, label: str) -> None:
         self._provider = provider
         self._label = label
+        self._speaker = ""
+
+    def named(self, speaker: str) -> Self:
+        """Let notes and errors that the provider tells of itself begin with who says so."""
+        self._speaker = speaker
+        return self
 
     @property
     def declares(self) -> Declares:
         """What the provider says about itself."""
         declares: Declares = self._provider.declares
-        return declares
+        return attributed(declares, self._speaker) if self._speaker else declares
 
     def __getattr__(self, name: str) -> Any:
         # copies and unpickled objects are asked for attributes before they have a provider
-        if name.startswith("__") or name in ("_provider", "_label"):
+        if name.startswith("__") or name in ("_provider", "_label", "_speaker"):
             raise AttributeError(name)
         return getattr(self._provider, name)
 
@@ -110,7 +119,7 @@ class _Guard:
 
     def _check_wavenumbers(self, method: str, wavenumber_cm1: Array) -> None:
         """Refuse to ask outside the declared range: nobody clamps, nobody extrapolates."""
-        valid = self.declares.valid.get("wavenumber_cm1")
+        valid = self._provider.declares.valid.get("wavenumber_cm1")
         if valid is None or wavenumber_cm1.size == 0:
             return
         asked = float(wavenumber_cm1.min()), float(wavenumber_cm1.max())
@@ -128,6 +137,22 @@ class GuardedClouds(_Guard):
         super().__init__(provider, label)
         self._layer = layer
         self._grid = grid
+
+    @property
+    def declares(self) -> Declares:
+        """What the provider says about itself, and which keys of the layer it may not look at."""
+        declares = super().declares
+        if not self._speaker:
+            return declares
+        honoured = getattr(self._provider, "honours", ())
+        usual = {field.name: field.default for field in fields(CloudLayer)}
+        silent = tuple(
+            f"{self._speaker}: does not say that it honours {name} = {getattr(self._layer, name)!r}, which may have no "
+            "influence"
+            for name in LAYER_OPTIONS
+            if name not in honoured and getattr(self._layer, name) != usual[name]
+        )
+        return replace(declares, notes=(*declares.notes, *silent))
 
     def __getattr__(self, name: str) -> Any:
         # looked up here, not defined on the class, so that hasattr() tells whether the provider has it
@@ -399,6 +424,16 @@ def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
     -------
     GuardedClouds, GuardedSea, GuardedOptics, GuardedTransmittance, GuardedRadiance or GuardedSensor
     """
+    guarded = _guarded(entry, provider, inputs)
+    # our own begin their notes with their names
+    return (
+        guarded
+        if entry.distribution == OWN_DISTRIBUTION
+        else guarded.named(f"{entry.kind.human} {entry.name}")
+    )
+
+
+def _guarded(entry: Entry, provider: Any, inputs: Any) -> _Guard:
     match entry.kind:
         case Kind.CLOUDS:
             clouds: CloudInputs = inputs

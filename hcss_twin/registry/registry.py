@@ -11,6 +11,7 @@ from hcss_twin.errors import ProviderError, choose_from
 from hcss_twin.registry import creation, defaults
 from hcss_twin.registry.discovery import (
     FAILURES,
+    OWN_DISTRIBUTION,
     BrokenPlugin,
     Collection,
     Entry,
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
     from hcss_twin.physics.profile import Profile
 
 __all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
-
-OWN_DISTRIBUTION = "hcss-twin"
-"""Distribution that brings the defaults."""
 
 
 class Registry:

@@ -199,14 +199,15 @@ class Layer(Section):
     coverage_mode: Literal["frame", "field"] = Field(
         "frame",
         description='"frame": exactly the coverage in every frame; "field": one threshold for the unbounded sky, '
-        "exact in the mean and the same for every sensor.",
+        "exact in the mean and the same for every sensor. As far as the generator honours it: `hcss plan` says where "
+        "it may not.",
     )
     edge_taper: Fraction = Field(
         0.0,
         ge=0,
         le=1,
         description="Part of the cloudy area, from the edge inward, over which thickness rises smoothly from its "
-        "minimum; 0 is eq 7 as printed.",
+        "minimum; 0 is eq 7 as printed. As far as the generator honours it; `imagery` and `surrogate` refuse it.",
     )
     generator: str = Field("fractal", description="Cloud generator (see `hcss plugins`).")
     base: Length | None = Field(

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import argparse
 import inspect
-import types
 import typing
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from annotated_types import Ge, Gt, Le, Lt, MaxLen
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hcss_twin.catalog import Catalog
 from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.bands import named_bands
+from hcss_twin.scenario.field_text import field_text, is_model
 from hcss_twin.scenario.models import Layer, ScenarioModel
 from hcss_twin.scenario.units import UNITS
 
@@ -148,7 +147,7 @@ def _providers() -> Iterator[str]:
     yield (
         "\n## Parameters of the shipped providers\n\n"
         "They go into the `parameters` table of the section that selects the provider. Installed plugins bring "
-        "their own (`hcss plugins`).\n"
+        "their own (`hcss plugins NAME`).\n"
     )
     # The page must not depend on what else is installed.
     registry = Registry.defaults_only()
@@ -167,73 +166,20 @@ def _table(model: type[BaseModel], skip_models: bool = False) -> Iterator[str]:
     for name, field in model.model_fields.items():
         if skip_models and (_model_of(field) or _optional_model(field)) is not None and name != "bands":
             continue
-        cells = (
-            f"`{name}`",
-            _type(field.annotation),
-            _allowed(field),
-            _default(field),
-            field.description or "",
-        )
+        text = field_text(name, field)
+        cells = (f"`{name}`", text.type, text.allowed, text.default, text.description)
         yield f"| {' | '.join(cells)} |"
-
-
-def _type(annotation: Any) -> str:
-    if annotation is type(None):
-        return ""
-    origin = typing.get_origin(annotation)
-    if origin is typing.Annotated:
-        return _type(typing.get_args(annotation)[0])
-    if origin is typing.Literal:
-        return " or ".join(f'`"{value}"`' for value in typing.get_args(annotation))
-    if origin in (typing.Union, types.UnionType):
-        return " or ".join(text for text in map(_type, typing.get_args(annotation)) if text)
-    if origin in (tuple, list):
-        return "list"
-    if origin is dict:
-        return "table"
-    names = {float: "number", int: "whole number", str: "text", bool: "true/false"}
-    return names.get(annotation, "table" if _is_model(annotation) else "date and time")
-
-
-def _allowed(field: FieldInfo) -> str:
-    parts = []
-    for constraint in field.metadata:
-        for kind, sign in ((Ge, "≥"), (Gt, ">"), (Le, "≤"), (Lt, "<")):
-            if isinstance(constraint, kind):
-                parts.append(f"{sign} {getattr(constraint, kind.__name__.lower()):g}")
-        if isinstance(constraint, MaxLen):
-            parts.append(f"length ≤ {constraint.max_length}")
-    return ", ".join(parts)
-
-
-def _default(field: FieldInfo) -> str:
-    if field.is_required():
-        return "**required**"
-    if field.default_factory is not None or field.default is None:
-        return ""
-    default = field.default
-    if isinstance(default, tuple):
-        return f"`{list(default)}`" if default else "none"
-    if isinstance(default, bool):
-        return f"`{str(default).lower()}`"
-    if default == "":
-        return "empty"
-    return f"`{default:g}`" if isinstance(default, float) else f"`{default}`"
 
 
 def _model_of(field: FieldInfo) -> type[BaseModel] | None:
     annotation: Any = field.annotation
-    return annotation if _is_model(annotation) else None
+    return annotation if is_model(annotation) else None
 
 
 def _optional_model(field: FieldInfo) -> type[BaseModel] | None:
     """Section that may be left out as a whole."""
     choices = typing.get_args(field.annotation) if type(None) in typing.get_args(field.annotation) else ()
-    return next(filter(_is_model, choices), None)
-
-
-def _is_model(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+    return next(filter(is_model, choices), None)
 
 
 if __name__ == "__main__":

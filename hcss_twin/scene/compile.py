@@ -10,6 +10,7 @@ from hcss_twin.scene.budget import Budget
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.slant.shadow_table import compile_shadows
 from hcss_twin.scene.tables.columns import BandColumns
+from hcss_twin.scene.tables.jumps import Source
 from hcss_twin.scene.tables.layer_pair import LayerPair, place_pair
 from hcss_twin.scene.tables.radiance_tables import RadianceTables
 from hcss_twin.scene.tables.spectrum import choose_spectrum
@@ -48,8 +49,9 @@ def compile_tables(plan: Plan) -> RadianceTables:
     times, time_error = _time_nodes(columns, plan, allowed.time)
     placing = times[len(times) // 2]
     sun = plan.sun_at(placing)
+    source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
     axes: tuple[ThicknessAxis | None, ...] = tuple(
-        place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, allowed.thickness)
+        place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, allowed.thickness, source)
         if plan.cloudy_layers[index]
         else None
         for index, layer in enumerate(plan.layers)
@@ -63,6 +65,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
                 low,
                 high,
                 allowed.two_layers,
+                source,
+                plan.layers,
             )
             _require_room(plan, pair, len(columns.quantities.names))
             axes = (pair.low, pair.high)

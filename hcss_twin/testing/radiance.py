@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 import pytest
 
 from hcss_twin.errors import ProviderError
-from hcss_twin.providers import Array, RadianceInputs, RadianceModel, Sun
+from hcss_twin.providers import Array, CloudLayer, RadianceInputs, RadianceModel, Sun
 from hcss_twin.registry.declared import check_declares, check_options
+from hcss_twin.testing.jumps import largest_jump
 from hcss_twin.testing.samples import (
     frozen,
     sample_high_layer,
@@ -33,9 +35,12 @@ class RadianceModelContract:
     spectral_tolerance : float
         Relative difference that the other wavenumbers of a call may make, for models that choose their accuracy from
         all of them.
+    jump_tolerance : float
+        Change of any term over some 1e-8 of the thickness, as a share of the radiance.
     """
 
     spectral_tolerance: float = 1e-10
+    jump_tolerance: float = 1e-6
 
     def make_provider(self, inputs: RadianceInputs) -> RadianceModel:
         """Return the provider under test."""
@@ -87,6 +92,30 @@ class RadianceModelContract:
         """The terms sum to a radiance greater than 0."""
         assert np.all(total(provider.clear(wavenumber_cm1, sun)) > 0.0)
         assert np.all(total(provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)) > 0.0)
+
+    @pytest.mark.parametrize("anchor", ["base", "top"])
+    def test_radiance_is_continuous_in_thickness(
+        self, inputs: RadianceInputs, wavenumber_cm1: Array, anchor: Literal["base", "top"]
+    ) -> None:
+        """No term jumps, also not where the face of the cloud that moves crosses a level of the profile."""
+        layer = _layer_across_levels(inputs, anchor)
+        provider = self.make_provider(dataclasses.replace(inputs, layers=(layer,)))
+        names, some, sun = list(provider.terms), wavenumber_cm1[::4], Sun(40.0, 200.0, 1.0)
+
+        def columns(thickness_m: Array) -> Array:
+            found = provider.cloudy(some, thickness_m[:, None], sun)
+            return np.stack([found[name] for name in names], axis=1)
+
+        low, high, level = layer.thickness_min_m, layer.thickness_max_m, inputs.profile.altitude_m
+        crossing = level - layer.base_m if anchor == "base" else layer.top_m - level
+        suspected = crossing[(crossing > 1.001 * low) & (crossing < 0.999 * high)]
+        jump = largest_jump(columns, low, high, suspected)
+        face = layer.base_m + jump.thickness_m if anchor == "base" else layer.top_m - jump.thickness_m
+        assert jump.share <= self.jump_tolerance, (
+            f"term '{names[jump.term]}' jumps by {jump.share:.2g} of the radiance where the cloud between "
+            f"{layer.base_m:g} and {layer.top_m:g} m with a fixed {anchor} is {jump.thickness_m:.8g} m thick, its "
+            f"{'top' if anchor == 'base' else 'base'} at {face:.8g} m"
+        )
 
     def test_no_sun_no_solar_term(self, provider: RadianceModel, wavenumber_cm1: Array) -> None:
         """Exactly 0."""
@@ -178,6 +207,14 @@ class RadianceModelContract:
             among = two_layers.cloudy(wavenumber_cm1, _TWO_LAYERS_M[rows], sun)
             for name in two_layers.terms:
                 np.testing.assert_allclose(among[name], alone[name], rtol=1e-10, atol=1e-18)
+
+
+def _layer_across_levels(inputs: RadianceInputs, anchor: Literal["base", "top"]) -> CloudLayer:
+    """Return a layer like the lowest one of ``inputs`` and high enough to cross two levels above its base."""
+    layer = inputs.layers[0] if inputs.layers else sample_layer()
+    above = inputs.profile.altitude_m[inputs.profile.altitude_m > layer.base_m]
+    top = float(0.5 * (above[1] + above[2])) if above.size > 2 else layer.top_m
+    return dataclasses.replace(layer, top_m=max(top, layer.top_m), anchor=anchor)
 
 
 def total(terms: Mapping[str, Array]) -> Array:

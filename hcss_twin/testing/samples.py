@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hcss_twin.catalog import Catalog
-from hcss_twin.physics.profile import Profile
+from hcss_twin.physics.profile import GASES, Profile
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
@@ -28,6 +28,9 @@ from hcss_twin.providers import (
 )
 from hcss_twin.testing.plain import PlainGas, PlainOptics, PlainSea
 
+_WELL_MIXED = {"co2": 4.2e-4, "n2o": 3.3e-7, "co": 1.5e-7, "ch4": 1.9e-6, "o2": 0.2095}
+"""Mole fractions of gases that do not change with altitude here."""
+
 _USUAL_RANGE_CM1 = (500.0, 4000.0)
 
 
@@ -39,7 +42,9 @@ def frozen(values: Any) -> Array:
 
 
 def sample_profile(temperature_K: float | None = None) -> Profile:
-    """Return an atmosphere of scale height 8 km up to 80 km.
+    """Return an atmosphere of scale height 8 km up to 80 km with all gases of ``GASES``.
+
+    Water vapour falls off over 2 km from 1 % at the surface, ozone has its most at 34 km, the others are well mixed.
 
     Parameters
     ----------
@@ -51,7 +56,16 @@ def sample_profile(temperature_K: float | None = None) -> Profile:
     if temperature_K is not None:
         temperature = np.full_like(altitude, temperature_K)
     name = "sample" if temperature_K is None else f"isothermal {temperature_K:g} K"
-    return Profile(name, frozen(altitude), frozen(101_325.0 * np.exp(-altitude / 8e3)), frozen(temperature))
+    gases = {name: np.full_like(altitude, share) for name, share in _WELL_MIXED.items()}
+    gases["h2o"] = np.maximum(1e-2 * np.exp(-altitude / 2e3), 4e-6)
+    gases["o3"] = 3e-8 + 8e-6 * np.exp(-(((altitude - 34e3) / 9e3) ** 2))
+    return Profile(
+        name,
+        frozen(altitude),
+        frozen(101_325.0 * np.exp(-altitude / 8e3)),
+        frozen(temperature),
+        {gas: frozen(gases[gas]) for gas in GASES},
+    )
 
 
 def sample_microphysics(phase: Literal["water", "ice"] = "water") -> Microphysics:

@@ -1,6 +1,7 @@
 """Generated pages are current, every page has a place, and the table of equations is true."""
 
 import importlib.util
+import inspect
 import json
 import re
 import runpy
@@ -13,7 +14,7 @@ from cheap import CHEAP
 from PIL import Image
 
 import hcss_twin
-from hcss_twin import Scenario
+from hcss_twin import Scenario, providers
 from hcss_twin.catalog import catalog_root
 from hcss_twin.cli_reference import commands
 from hcss_twin.cli_reference import markdown as command_line
@@ -21,6 +22,7 @@ from hcss_twin.equations.document import markdown as equations
 from hcss_twin.equations.engine import ENGINE
 from hcss_twin.equations.entry import find, summary
 from hcss_twin.equations.paper import PAPER
+from hcss_twin.provider_reference import markdown as provider_reference
 
 ROOT = catalog_root().parent
 DOCS = ROOT / "docs"
@@ -39,6 +41,7 @@ def module(path):
     [
         ("cli", command_line, "hcss_twin.cli_reference"),
         ("equations", equations, "hcss_twin.equations.document"),
+        ("provider-reference", provider_reference, "hcss_twin.provider_reference"),
     ],
 )
 def test_a_generated_page_is_current(name, text, command):
@@ -53,6 +56,22 @@ def test_every_command_that_help_lists_has_a_place_in_the_reference():
     for each in words:
         assert f"\n## `{each}`\n" in page
         assert f"hcss {each.split()[1]}" in readme
+
+
+def test_every_class_of_the_provider_api_and_each_of_its_methods_has_a_place_in_the_reference():
+    page = provider_reference()
+    for name in providers.__all__:
+        found = getattr(providers, name)
+        if not inspect.isclass(found):
+            continue
+        assert f"\n### `{name}`" in page
+        for member, value in vars(found).items():
+            if inspect.isfunction(value) and not member.startswith("_"):
+                assert f"\n#### `{name}.{member}`\n" in page
+                assert f"\ndef {member}(self" in page
+    for section in ("Attributes", "Parameters", "Returns", "Raises"):
+        assert f"{section}\n---" not in page
+    assert "``" not in page.replace("```", "")
 
 
 def test_every_page_has_one_place_in_the_navigation():

@@ -110,6 +110,31 @@ def test_frames_of_a_stranger_are_not_written_beside_the_computing_because_it_ma
     assert beside(**{"sea.model": "slush"})
 
 
+def test_the_plan_names_who_says_a_note(installed):
+    made = make_plan(Scenario.load("stratus", {**CHEAP, "radiance.model": "absorbing"}))
+    assert (
+        "radiance model absorbing: absorbing radiance: clouds do not scatter, and the sea reflects no sky"
+        in made.notes
+    )
+
+
+@pytest.mark.parametrize("key", [{"clouds.edge_taper": 0.3}, {"clouds.coverage_mode": "field"}])
+def test_the_plan_tells_keys_of_a_layer_that_a_generator_does_not_say_it_honours(installed, key):
+    ((name, value),) = key.items()
+
+    def told(**chosen):
+        notes = make_plan(Scenario.load("stratus", {**CHEAP, **chosen})).notes
+        return [note for note in notes if "honours" in note]
+
+    (note,) = told(**key, **{"clouds.generator": "streets"})
+    assert note == (
+        f"cloud generator streets: does not say that it honours {name.partition('.')[2]} = {value!r}, which may have "
+        "no influence"
+    )
+    assert not told(**key)
+    assert not told(**{"clouds.generator": "streets"})
+
+
 class Misdirected:
     """Hooks whose targets are no providers."""
 

@@ -71,6 +71,9 @@ with told_of_compilation(print):
 """
     assert python(code, cwd=tmp_path, **kept).stdout == f"{COMPILING}\n"
     assert python(code, cwd=tmp_path, **kept).stdout == ""
+    another = code.replace("np.float32", "np.int16")  # as another scene needs other kernels
+    assert python(another, cwd=tmp_path, **kept).stdout == f"{COMPILING}\n"
+    assert python(another, cwd=tmp_path, **kept).stdout == ""
     shutil.rmtree(kept["NUMBA_CACHE_DIR"])
     assert python(code, cwd=tmp_path, **kept).stdout == f"{COMPILING}\n"
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from hcss_twin.errors import ProviderError
 from hcss_twin.providers import CloudLayer, Microphysics
+from hcss_twin.scene.tables.jumps import Source
 from hcss_twin.scene.tables.look_up import LookUp
 from hcss_twin.scene.tables.radiance_tables import DenseTable
 from hcss_twin.scene.tables.thickness_axis import place_axis
@@ -113,7 +114,7 @@ def test_an_axis_of_any_layer_keeps_its_tolerance_and_no_term_turns_negative(
         second = np.zeros_like(tau) if kind.startswith("zero") else 1e-3 * np.exp(-3.0 * tau) + 1e-9
         return scale * np.stack([first, second], axis=1)[:, :, None]
 
-    axis = place_axis(columns, layer, np.array([0.0, 500.0, 2000.0]), tolerance)
+    axis = place_axis(columns, layer, np.array([0.0, 500.0, 2000.0]), tolerance, Source("a model", ("all",)))
     assert np.all(np.diff(axis.dense_m) > 0.0)
     low = min(layer.thickness_min_m, layer.thickness_max_m * (1 - 1e-6))
     assert (axis.dense_m[0], axis.dense_m[-1]) == (low, layer.thickness_max_m)

@@ -144,3 +144,39 @@ def test_kit_refuses_solar_terms_that_are_no_terms():
     _, model, _ = model_kit(solar_terms=frozenset({"glow"}))
     with pytest.raises(AssertionError):
         RadianceModelContract().test_declaration_is_sound(model)
+
+
+@pytest.mark.parametrize(
+    "share",
+    [
+        lambda z: np.where(1000.0 + z > 2000.0, 1.001, 1.0),
+        lambda z: np.where(1000.0 + z >= 3000.0, 1.00001, 1.0),
+        lambda z: np.where(z > 777.7, 0.99, 1.0),
+    ],
+    ids=["mask above a level", "mask from a level on", "another branch for thick clouds"],
+)
+@pytest.mark.parametrize("compensated", [False, True])
+def test_kit_refuses_radiance_that_jumps_as_the_cloud_grows(share, compensated):
+    """Also where another term jumps the other way, so that the sum does not."""
+
+    def cloudy(nu, thickness_m, sun):
+        z = thickness_m[:, :1] * np.ones(nu.size)
+        jumping = share(z) * np.exp(-z / 2000.0)
+        return {"surface": jumping, "glint": (2.0 - jumping if compensated else np.ones_like(jumping))}
+
+    kit, _, inputs = model_kit(cloudy=cloudy)
+    with pytest.raises(AssertionError, match=r"term '(surface|glint)' jumps by .* m thick, its top at"):
+        kit.test_radiance_is_continuous_in_thickness(inputs, NU, "base")
+
+
+def test_kit_accepts_kinks_and_steep_radiance():
+    """A cloud whose top takes the temperature of levels, and one that is opaque within a metre."""
+
+    def cloudy(nu, thickness_m, sun):
+        z = thickness_m[:, :1] * np.ones(nu.size)
+        kinked = 1.0 + np.interp(1000.0 + z, [0.0, 2000.0, 3000.0, 4000.0], [4.0, 1.0, 2.0, 0.0])
+        return {"surface": kinked, "glint": np.exp(-np.abs(z - 400.0))}
+
+    kit, _, inputs = model_kit(cloudy=cloudy)
+    for anchor in ("base", "top"):
+        kit.test_radiance_is_continuous_in_thickness(inputs, NU, anchor)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hcss_twin.physics.profile import GASES
 from hcss_twin.providers import Declares, SingleScattering
 from hcss_twin.testing import (
     CloudGeneratorContract,
@@ -20,6 +21,23 @@ from hcss_twin.testing import (
     sample_sea_inputs,
     sample_wavenumbers,
 )
+
+
+def test_the_sample_profile_has_all_gases_in_likely_amounts():
+    profile = sample_profile()
+    assert set(profile.mixing_ratio) == set(GASES)
+    for share in profile.mixing_ratio.values():
+        assert share.shape == profile.altitude_m.shape
+        assert np.all((share > 0.0) & (share < 0.25))
+        assert not share.flags.writeable
+    # columns per square metre: some 20 mm of water, some 300 Dobson units of ozone (1 DU = 2.687e20 m-2)
+    boltzmann, molecules_per_mm = 1.380649e-23, 1e-3 * 1e3 / 0.018015 * 6.02214076e23
+    density = profile.pressure_Pa / (boltzmann * profile.temperature_K)
+    columns = {
+        gas: np.trapezoid(share * density, profile.altitude_m) for gas, share in profile.mixing_ratio.items()
+    }
+    assert 5.0 < columns["h2o"] / molecules_per_mm < 40.0
+    assert 200.0 < columns["o3"] / 2.687e20 < 450.0
 
 
 def saying(**attributes):

@@ -1,15 +1,20 @@
 """Nodes of the thickness axis: where radiance has kinks, and where it has none to speak of."""
 
+import re
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from hcss_twin.errors import ProviderError
 from hcss_twin.providers import CloudLayer, Microphysics
+from hcss_twin.scene.tables.jumps import Source
+from hcss_twin.scene.tables.layer_pair import place_pair
 from hcss_twin.scene.tables.thickness_axis import breakpoints, place_axis
 
 PARTICLES = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
 LEVELS = np.array([0.0, 1000.0, 2000.0, 3500.0, 7000.0])
+SOURCE = Source("radiance model 'mine' of hcss-mine 1.0", ("sea", "cloud", "air"))
 KELVIN = np.array([300.0, 288.0, 289.0, 270.0, 240.0])
 
 
@@ -35,7 +40,7 @@ def test_radiance_with_a_kink_at_each_level_needs_few_columns(anchor):
         face = made.base_m + thickness_m if anchor == "base" else made.top_m - thickness_m
         return (np.interp(face, LEVELS, KELVIN) ** 4)[:, None, None]
 
-    axis = place_axis(columns, made, LEVELS, 1e-6)
+    axis = place_axis(columns, made, LEVELS, 1e-6, SOURCE)
     assert sum(asked) < 400
     places = np.geomspace(10.0, 3600.0, 3001)
     dense = axis.interpolate(columns(axis.exact_m))[:, 0, 0]
@@ -46,6 +51,38 @@ def test_radiance_with_a_kink_at_each_level_needs_few_columns(anchor):
 
 @pytest.mark.parametrize("value", [1e-30, 1.0, 1e12])
 def test_radiance_that_does_not_depend_on_thickness_takes_the_first_columns(value):
-    axis = place_axis(lambda m: np.full((m.size, 2, 3), value), layer("base"), LEVELS, 1e-9)
+    axis = place_axis(lambda m: np.full((m.size, 2, 3), value), layer("base"), LEVELS, 1e-9, SOURCE)
     assert axis.exact_m.size == 4 * 8 + 1
     np.testing.assert_allclose(axis.interpolate(np.full((axis.exact_m.size, 2, 3), value)), value, rtol=1e-14)
+
+
+def terms(jumping, height_m=0.01):
+    """Sea, cloud and air; the cloud shines brighter by a share where ``jumping``."""
+    cloud = 1.0 + height_m * jumping
+    return np.stack([np.ones_like(cloud), cloud, 0.5 * np.ones_like(cloud)], axis=1)[:, :, None]
+
+
+@pytest.mark.parametrize(
+    ("anchor", "between", "face", "face_m"),
+    [("base", "600 and 1600", "top", 1177.7), ("top", "500 and 2000", "base", 3222.3)],
+)
+def test_an_axis_that_does_not_converge_says_who_jumps_and_where(anchor, between, face, face_m):
+    with pytest.raises(ProviderError, match=f"between {between} m does not converge") as error:
+        place_axis(lambda m: terms(m > 777.7), layer(anchor), LEVELS, 1e-6, SOURCE)
+    said = re.search(
+        "term 'cloud' of radiance model 'mine' of hcss-mine 1.0 seems to jump near ([0-9.]+) m "
+        rf"\({face} of layer 'x' at ([0-9.]+) m\)",
+        str(error.value),
+    )
+    assert float(said[1]) == pytest.approx(777.7, abs=0.5)
+    assert float(said[2]) == pytest.approx(face_m, abs=0.5)
+
+
+def test_two_layers_that_do_not_converge_say_which_one_jumps(monkeypatch):
+    monkeypatch.setattr("hcss_twin.scene.tables.layer_pair.MOST_NODES", 65)
+    low, high = layer("base", 400.0, 900.0), layer("base", 5000.0, 6000.0)
+    axes = [place_axis(lambda m: terms(0.0 * m), each, LEVELS, 1e-3, SOURCE) for each in (low, high)]
+    with pytest.raises(
+        ProviderError, match=r"term 'cloud' of radiance model 'mine' .* near .* of layer 'x' at 5[67]"
+    ):
+        place_pair(lambda m: terms(m[:, 1] > 700.0), *axes, 1e-3, SOURCE, (low, high))

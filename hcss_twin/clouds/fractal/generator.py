@@ -114,6 +114,7 @@ class FractalClouds:
     """
 
     declares: Declares
+    honours = ("coverage_mode", "edge_taper")
 
     def __init__(
         self, inputs: CloudInputs, parameters: FractalParameters, threads: int | None = None

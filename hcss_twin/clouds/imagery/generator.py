@@ -62,6 +62,7 @@ class ImageryClouds:
     """
 
     declares: Declares
+    honours = ("coverage_mode",)
 
     def __init__(self, inputs: CloudInputs, parameters: ImageryParameters) -> None:
         if inputs.layer.edge_taper != 0.0:

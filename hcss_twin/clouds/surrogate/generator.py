@@ -78,6 +78,7 @@ class SurrogateClouds:
     """
 
     declares: Declares
+    honours = ("coverage_mode",)
 
     def __init__(self, inputs: CloudInputs, parameters: SurrogateParameters) -> None:
         grid, motion, layer = inputs.grid, inputs.motion, inputs.layer

@@ -208,22 +208,24 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         around = surroundings(scenario, catalog, builder.bound_profile(name, atmosphere.parameters, catalog))
         inputs = AtmosphereInputs(around.profile, catalog)
         transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
-        _require_bands_inside(bands, transmittance.declares, "atmosphere")
-        _require_view_inside(scenario, transmittance.declares)
+        owner = f"atmosphere provider '{name}'"
+        _require_bands_inside(bands, transmittance.declares, owner)
+        _require_view_inside(scenario, transmittance.declares, owner)
     # Where the surroundings have problems the sea is made all the same, to find its own.
     temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
     wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
     sea: SeaModel | None = None
     with builder.blaming("sea.model", scenario.sea.parameters):
         sea_inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
-        sea = builder.build(Kind.SEA, selected(scenario.sea, "model"), sea_inputs, scenario.sea.parameters)
-        _require_bands_inside(bands, sea.declares, "sea")
+        name = selected(scenario.sea, "model")
+        sea = builder.build(Kind.SEA, name, sea_inputs, scenario.sea.parameters)
+        _require_bands_inside(bands, sea.declares, f"sea model '{name}'")
     optics: Optics | None = None
     with builder.blaming("optics.provider", scenario.optics.parameters):
         name = selected(scenario.optics, "provider")
         optics = builder.build(Kind.OPTICS, name, OpticsInputs(catalog), scenario.optics.parameters)
         if scenario.clouds.layers:
-            _require_bands_inside(bands, optics.declares, "optics")
+            _require_bands_inside(bands, optics.declares, f"optics provider '{name}'")
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
     clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
@@ -301,7 +303,7 @@ def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: 
     problems = [
         Problem(
             f"bands[{index}]",
-            f"'{band.name}', {band.lower_um:g} to {band.upper_um:g} um, is outside what the {owner} provider "
+            f"'{band.name}', {band.lower_um:g} to {band.upper_um:g} um, is outside what the {owner} "
             f"covers; allowed: {shortest:.5g} to {longest:.5g} um",
         )
         for index, band in enumerate(bands)
@@ -311,7 +313,7 @@ def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: 
         raise ScenarioError(problems)
 
 
-def _require_view_inside(scenario: Scenario, declares: Declares) -> None:
+def _require_view_inside(scenario: Scenario, declares: Declares, owner: str) -> None:
     valid = declares.valid.get("view_zenith")
     if valid is not None and not valid[0] <= scenario.view.zenith <= valid[1]:
         low, high = valid
@@ -319,7 +321,7 @@ def _require_view_inside(scenario: Scenario, declares: Declares) -> None:
             [
                 Problem(
                     "view.zenith",
-                    f"{scenario.view.zenith:g} deg; the atmosphere provider allows {low:g} to {high:g}; "
+                    f"{scenario.view.zenith:g} deg; the {owner} allows {low:g} to {high:g}; "
                     f"closest valid choice is {min(max(scenario.view.zenith, low), high):g}",
                 )
             ]

@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.providers import CloudLayer
+from hcss_twin.scene.tables.jumps import Source, jumping, worst
 from hcss_twin.scene.tables.low_rank import complete
 from hcss_twin.scene.tables.thickness_axis import (
     LINEAR_SHARE,
@@ -92,7 +93,14 @@ class LayerPair:
         return table
 
 
-def place_pair(columns: Columns, low: ThicknessAxis, high: ThicknessAxis, tolerance: float) -> LayerPair:
+def place_pair(
+    columns: Columns,
+    low: ThicknessAxis,
+    high: ThicknessAxis,
+    tolerance: float,
+    source: Source,
+    layers: tuple[CloudLayer, ...],
+) -> LayerPair:
     """Add nodes to the axes of two layers until columns with both keep the tolerance.
 
     Parameters
@@ -103,6 +111,10 @@ def place_pair(columns: Columns, low: ThicknessAxis, high: ThicknessAxis, tolera
         Axes of the layers alone; the new ones have all their nodes.
     tolerance : float
         Relative to the total; a fifth of it for the crosses, and half of the rest for each axis.
+    source : Source
+        Who an error names.
+    layers : tuple of CloudLayer
+        The low and the high one.
 
     Raises
     ------
@@ -112,39 +124,59 @@ def place_pair(columns: Columns, low: ThicknessAxis, high: ThicknessAxis, tolera
     axes, share = [low, high], 0.5 * (1.0 - CROSS_SHARE) * tolerance
     while True:
         values, _ = complete(columns, axes[0].exact_m, axes[1].exact_m, CROSS_SHARE * tolerance)
-        errors = [_segment_errors(columns, axes, values, which) for which in (0, 1)]
+        misfits = [_misfits(columns, axes, values, which) for which in (0, 1)]
+        errors = [[misfit.error for misfit in each] for each in misfits]
         coarse = [[error > (1 - LINEAR_SHARE) * share for error in each] for each in errors]
         if not any(map(any, coarse)):
             break
         axes = [_halved(axis, too_coarse) for axis, too_coarse in zip(axes, coarse, strict=True)]
         if max(axis.exact_m.size for axis in axes) > MOST_NODES:
-            raise ProviderError(
+            which = int(axes[1].exact_m.size > MOST_NODES)
+            most = max(misfits[which], key=lambda misfit: misfit.error)
+            raise jumping(
                 f"radiance against the thickness of two cloud layers does not converge to {tolerance:g} with "
-                f"{MOST_NODES} columns along one of them; a provider returns values that jump"
+                f"{MOST_NODES} columns along one of them (error {most.error:.2g})",
+                source,
+                layers[which],
+                most.thickness_m,
+                most.place,
             )
     placed = [
         _with_dense_nodes(axis, np.moveaxis(values, which, 0), LINEAR_SHARE * share)
         for which, axis in enumerate(axes)
     ]
-    worst = sum(max(each) for each in errors)
+    largest = sum(max(each) for each in errors)
     cross = CROSS_SHARE * tolerance
-    return LayerPair(placed[0], placed[1], cross, worst + 2.0 * LINEAR_SHARE * share + cross)
+    return LayerPair(placed[0], placed[1], cross, largest + 2.0 * LINEAR_SHARE * share + cross)
 
 
-def _segment_errors(columns: Columns, axes: list[ThicknessAxis], values: Array, which: int) -> list[float]:
-    """Largest relative error of the total in the middle of the intervals of each segment of one axis."""
+@dataclass(frozen=True)
+class _Misfit:
+    """Largest relative error of the total in the middle of the intervals of a segment, and where."""
+
+    error: float
+    thickness_m: Array
+    place: tuple[int, int]
+
+
+def _misfits(columns: Columns, axes: list[ThicknessAxis], values: Array, which: int) -> list[_Misfit]:
+    """Compare each segment of one axis with columns in the middle of its intervals."""
     axis, other = axes[which], axes[1 - which].exact_m
     probes = np.unique((np.array(PROBES) * (other.size - 1)).round().astype(int))
     along = np.moveaxis(values, which, 0)[:, probes]
-    errors = []
+    misfits = []
     for segment, place in zip(axis.segments, axis.places, strict=True):
         middle = np.sqrt(segment[:-1]) * np.sqrt(segment[1:])
         pairs = np.stack(np.meshgrid(middle, other[probes], indexing="ij"), axis=-1).reshape(-1, 2)
         found = columns(pairs if which == 0 else pairs[:, ::-1])
         exact = found.reshape(middle.size, probes.size, *found.shape[1:])
         guess = cubic(segment, along[place])(np.log(middle))
-        errors.append(float(np.max(np.abs(np.sum(guess, axis=2) / np.sum(exact, axis=2) - 1.0))))
-    return errors
+        error = float(np.max(np.abs(np.sum(guess, axis=2) / np.sum(exact, axis=2) - 1.0)))
+        as_bands = (
+            np.moveaxis(each, 1, 2).reshape(middle.size, each.shape[2], -1) for each in (guess, exact)
+        )
+        misfits.append(_Misfit(error, middle, worst(*as_bands)))
+    return misfits
 
 
 def _halved(axis: ThicknessAxis, coarse: list[bool]) -> ThicknessAxis:

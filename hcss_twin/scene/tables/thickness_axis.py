@@ -16,8 +16,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.errors import ProviderError
 from hcss_twin.providers import CloudLayer
+from hcss_twin.scene.tables.jumps import Source, jumping, worst
 
 Array = NDArray[np.float64]
 Columns = Callable[[Array], Array]
@@ -79,7 +79,9 @@ class ThicknessAxis:
         return dense
 
 
-def place_axis(columns: Columns, layer: CloudLayer, level_m: Array, tolerance: float) -> ThicknessAxis:
+def place_axis(
+    columns: Columns, layer: CloudLayer, level_m: Array, tolerance: float, source: Source
+) -> ThicknessAxis:
     """Place nodes so that the total keeps the tolerance, measured between the nodes.
 
     Parameters
@@ -90,22 +92,28 @@ def place_axis(columns: Columns, layer: CloudLayer, level_m: Array, tolerance: f
         Altitudes at which the profile has kinks.
     tolerance : float
         Relative to the total.
+    source : Source
+        Who an error names.
 
     Raises
     ------
     ProviderError
         If the radiance does not converge with nodes, because a provider returns values that jump.
     """
-    segments, dense, worst = [], [], 0.0
+    segments, dense, largest = [], [], 0.0
     for low, high in pairwise(breakpoints(layer, level_m)):
-        nodes, values, error = _segment(columns, low, high, (1 - LINEAR_SHARE) * tolerance)
+        nodes, values, error = _segment(columns, low, high, (1 - LINEAR_SHARE) * tolerance, source, layer)
         segments.append(nodes)
         dense.append(dense_nodes(nodes, values, LINEAR_SHARE * tolerance))
-        worst = max(worst, error)
-    return ThicknessAxis(tuple(segments), np.unique(np.concatenate(dense)), worst + LINEAR_SHARE * tolerance)
+        largest = max(largest, error)
+    return ThicknessAxis(
+        tuple(segments), np.unique(np.concatenate(dense)), largest + LINEAR_SHARE * tolerance
+    )
 
 
-def _segment(columns: Columns, low: float, high: float, tolerance: float) -> tuple[Array, Array, float]:
+def _segment(
+    columns: Columns, low: float, high: float, tolerance: float, source: Source, layer: CloudLayer
+) -> tuple[Array, Array, float]:
     """Halve all intervals of one segment until the cubic predicts every new column."""
     nodes = np.geomspace(low, high, FIRST_NODES)
     nodes[0], nodes[-1] = low, high
@@ -113,16 +121,21 @@ def _segment(columns: Columns, low: float, high: float, tolerance: float) -> tup
     while True:
         middle = np.sqrt(nodes[:-1]) * np.sqrt(nodes[1:])
         exact = columns(middle)
-        error = relative(total(cubic(nodes, values)(np.log(middle))), total(exact))
+        guess = cubic(nodes, values)(np.log(middle))
+        error = relative(total(guess), total(exact))
         order = np.argsort(np.concatenate((nodes, middle)))
         nodes = np.concatenate((nodes, middle))[order]
         values = np.concatenate((values, exact))[order]
         if error <= tolerance:
             return nodes, values, error
         if nodes.size >= MOST_NODES:
-            raise ProviderError(
+            raise jumping(
                 f"radiance against cloud thickness between {low:g} and {high:g} m does not converge to "
-                f"{tolerance:g} with {nodes.size} columns (error {error:.2g}); a provider returns values that jump"
+                f"{tolerance:g} with {nodes.size} columns (error {error:.2g})",
+                source,
+                layer,
+                middle,
+                worst(guess, exact),
             )
 
 

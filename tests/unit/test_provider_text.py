@@ -1,0 +1,106 @@
+"""hcss plugins NAME: what a provider takes."""
+
+import json
+from typing import Literal
+
+import pytest
+from click.testing import CliRunner
+from pydantic import BaseModel, Field
+
+from hcss_twin.cli import cli
+from hcss_twin.errors import ProviderError
+from hcss_twin.registry import Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.reporting.provider_text import described, provider_text
+
+
+class Parameters(BaseModel):
+    depth: float = Field(ge=0, lt=5, description="Optical depth of the air.")
+    shape: Literal["round", "long"] = Field("long", description="Shape of `drops`.")
+    levels: tuple[float, ...] = Field((), max_length=9, description="Altitudes.")
+    file: str | None = Field(None, description="A table.")
+
+
+class Ada:
+    @hookimpl
+    def hcss_register_optics(self):
+        return [ProviderSpec("ada", "a:B", f"{__name__}:Parameters", 1, "drops by Ada", ("Ada, 1843",))]
+
+    @hookimpl
+    def hcss_register_sea_models(self):
+        return [ProviderSpec("ada", "a:B", None, 1, "a sea by Ada")]
+
+
+@pytest.fixture
+def registry(monkeypatch):
+    made = Registry.defaults_only()
+    made.add(Ada(), Origin("ada", "hcss-ada", "1.2"))
+    assert not made.broken
+    monkeypatch.setattr(Registry, "discover", classmethod(lambda cls: made))
+    return made
+
+
+def test_parameters_are_told_with_type_limits_default_and_description(registry):
+    (optics,) = (
+        each for each in described(registry, "hcss-ada/ada") if each["selected_by"] == "optics.provider"
+    )
+    fields = {each.pop("name"): each for each in optics["parameters"]}
+    assert fields == {
+        "depth": {
+            "type": "number",
+            "allowed": "≥ 0, < 5",
+            "default": "**required**",
+            "description": "Optical depth of the air.",
+        },
+        "shape": {
+            "type": '`"round"` or `"long"`',
+            "allowed": "",
+            "default": "`long`",
+            "description": "Shape of `drops`.",
+        },
+        "levels": {"type": "list", "allowed": "length ≤ 9", "default": "none", "description": "Altitudes."},
+        "file": {"type": "text", "allowed": "", "default": "", "description": "A table."},
+    }
+
+
+def test_text_of_all_providers_of_a_name(registry):
+    done = CliRunner().invoke(cli, ["plugins", "ada"])
+    assert done.exit_code == 0
+    assert set(done.output.rstrip().split("\n\n")) == {
+        """\
+sea model ada  [hcss-ada 1.2]
+  a sea by Ada
+  selected by sea.model = "ada"
+  It has no parameters.""",
+        """\
+optics provider ada  [hcss-ada 1.2]
+  drops by Ada
+  selected by optics.provider = "ada"
+  reference: Ada, 1843
+  optics.parameters:
+    depth  (number, ≥ 0, < 5, required)
+        Optical depth of the air.
+    shape  ("round" or "long", default long)
+        Shape of drops.
+    levels  (list, length ≤ 9, default none)
+        Altitudes.
+    file  (text)
+        A table.""",
+    }
+
+
+def test_json_is_what_is_described(registry):
+    done = CliRunner().invoke(cli, ["plugins", "ada", "--json"])
+    assert json.loads(done.stdout) == described(registry, "ada")
+
+
+def test_every_shipped_provider_can_be_described():
+    registry = Registry.defaults_only()
+    for entry in registry.entries():
+        texts = [provider_text(found) for found in described(registry, entry.name)]
+        assert any(entry.summary in text for text in texts)
+        assert not any("`" in text or "**" in text for text in texts)
+
+
+def test_an_unknown_name_is_refused_with_the_closest_one(registry):
+    with pytest.raises(ProviderError, match=r"no provider is called 'fractl'; .*fractal"):
+        described(registry, "fractl")
