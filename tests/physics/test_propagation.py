@@ -13,7 +13,7 @@ CLEAR = {
     "image.rows": 4,
     "image.columns": 4,
     "frames.count": 1,
-    "bands": [[10.3, 11.3], [3.7, 4.0]],
+    "bands": [[10.3, 11.3]],
     "time": "2024-04-20T14:30:00Z",
 }
 

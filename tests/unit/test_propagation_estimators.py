@@ -117,7 +117,7 @@ def test_bootstrap_errors_are_the_scatter_over_repeated_experiments(name):
                 return getattr(estimators, name)(y[:, rows])
 
     found, errors = [], []
-    for number in range(1, 31):
+    for number in range(1, 25):
         x, y = additive(80, noise=number)
         found.append(estimate(x, y, np.arange(80))[0])
         errors.append(
