@@ -68,6 +68,8 @@ def extend(log_probability: Callable[[Array], Array], chains: Chains, steps: int
     # the stretch move here.
     moves = [(emcee.moves.DEMove(), 0.9), (emcee.moves.DEMove(gamma0=1.0), 0.1)]
     sampler = emcee.EnsembleSampler(walkers, dimensions, log_probability, moves=moves, vectorize=True)
+    # Without emcee's wrapper, which prints all positions where Ctrl-C comes.
+    sampler.log_prob_fn = log_probability
     state = emcee.State(
         chains.positions[-1],
         log_prob=chains.log_probability[-1],
