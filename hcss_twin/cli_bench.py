@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from hcss_twin.cli_files import require_writable, write_text
 from hcss_twin.cli_scenario import load, set_option
 
 _ACCURACIES = ("1e-1", "1e-2", "1e-3", "1e-4", "1e-5")
@@ -94,7 +95,7 @@ def bench(
     says on stderr what it is doing.
     """
     printed = json_file is not None and str(json_file) == "-"
-    _refuse([None if printed else json_file, plot], force)
+    require_writable([None if printed else json_file, plot], force)
     if plot is not None and plot.suffix not in _PICTURES:
         raise click.BadParameter(f"{plot} must end in one of {', '.join(_PICTURES)}", param_hint="--plot")
     if len(set(accuracies)) < len(accuracies):
@@ -107,7 +108,7 @@ def bench(
     text = json.dumps(found.as_dict(), indent=1)
     click.echo(text if printed else bench_text(found))
     if json_file is not None and not printed:
-        _write(json_file, text)
+        write_text(json_file, text)
     if plot is not None:
         from hcss_twin.reporting.pareto_plot import draw_bench
 
@@ -126,22 +127,3 @@ def _teller() -> Callable[[str], None]:
         click.echo(f"{time.monotonic() - start:5.0f} s  {text}", err=True)
 
     return tell
-
-
-def _refuse(paths: list[Path | None], force: bool) -> None:
-    """Find out before measuring what would go wrong after."""
-    for path in paths:
-        if path is None:
-            continue
-        if path.exists() and not force:
-            raise click.ClickException(f"{path} exists; give another name, or --force")
-        if not path.absolute().parent.is_dir():
-            raise click.ClickException(f"cannot write {path}: there is no folder {path.parent}")
-
-
-def _write(path: Path, text: str) -> None:
-    from hcss_twin.drafts import draft_of
-    from hcss_twin.errors import HcssError
-
-    with draft_of(path, HcssError) as draft:
-        draft.write_text(text + "\n", encoding="utf-8")

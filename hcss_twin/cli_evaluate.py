@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcss_twin.cli_clouds import metres
+from hcss_twin.cli_files import require_two_files, require_writable, write_text
 from hcss_twin.cli_progress import Stop, progress
 
 if TYPE_CHECKING:
@@ -137,12 +138,12 @@ def evaluate_command(
     change over time. Nothing is resampled.
     """
     to_screen = json_file is not None and str(json_file) == "-"
-    _check_outputs([output, None if to_screen else json_file], force)
+    wanted = {"-o": output, "--json": None if to_screen else json_file}
+    require_two_files(wanted)
+    require_writable(wanted.values(), force)
     from hcss_twin.comparison.choice import EvaluationChoice
     from hcss_twin.comparison.evaluate import evaluate
     from hcss_twin.compilation_notice import told_of_compilation
-    from hcss_twin.drafts import draft_of
-    from hcss_twin.errors import HcssError
     from hcss_twin.reporting.evaluation_text import evaluation_text
 
     def choice(side: str) -> EvaluationChoice:
@@ -173,22 +174,9 @@ def evaluate_command(
 
         write_page(output, evaluation_page(found))
     if json_file is not None and not to_screen:
-        with draft_of(json_file, HcssError) as draft:
-            draft.write_text(text + "\n", encoding="utf-8")
+        write_text(json_file, text)
     click.echo(text if to_screen else evaluation_text(found))
     if not to_screen:
         for file in (output, json_file):
             if file is not None:
                 click.echo(str(file))
-
-
-def _check_outputs(files: list[Path | None], force: bool) -> None:
-    """Refuse before the work what would fail after it."""
-    given = [file for file in files if file is not None]
-    if len(given) > 1 and given[0].absolute() == given[1].absolute():
-        raise click.UsageError(f"-o and --json are both {given[0]}; allowed: two files")
-    for file in given:
-        if file.exists() and not force:
-            raise click.ClickException(f"{file} exists; give another name, or --force")
-        if not file.absolute().parent.is_dir():
-            raise click.ClickException(f"cannot write {file}: there is no folder {file.absolute().parent}")

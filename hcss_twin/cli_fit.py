@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcss_twin.cli_files import require_writable
 from hcss_twin.cli_match import image_options
 from hcss_twin.cli_progress import Stop
 
@@ -150,8 +151,7 @@ def fit_command(
     if (fd is None) is not (fd_error is None):
         raise click.UsageError("--fd and --fd-error go together")
     output = output or Path(f"{images[0].stem if images else 'fd'}-posterior.nc")
-    if output.exists() and not force:
-        raise click.ClickException(f"{output} exists; give another name with -o, or --force")
+    require_writable([output], force, "give another name with -o")
     chosen: dict[str, Any] = {
         "fixed": {name: _fixed(name, value) for name, value in fixed.items()},
         "priors": priors,

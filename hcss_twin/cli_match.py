@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hcss_twin.cli_clouds import metres
+from hcss_twin.cli_files import require_two_files, require_writable
 
 if TYPE_CHECKING:
     from hcss_twin.clouds.fractal.parameters import FractalParameters
@@ -154,7 +155,8 @@ def match_command(
     if image is None and wanted is None:
         raise click.UsageError("nothing to match: give an IMAGE, --fd LOW HIGH, or both")
     output = output or Path(f"{image.stem if image else cloud_type}-clouds.toml")
-    _check_outputs((output, preview), force)
+    require_two_files({"-o": output, "--preview": preview})
+    require_writable((output, preview), force)
     from hcss_twin.catalog import Catalog
     from hcss_twin.matching.cloud_type import type_parameters
     from hcss_twin.matching.fragment import write_fragment
@@ -178,18 +180,6 @@ def match_command(
     }
     files = str(output) if preview is None else f"{output}  {preview}"
     click.echo(json.dumps(answer) if as_json else "\n".join([*done.lines, files]))
-
-
-def _check_outputs(files: tuple[Path | None, ...], force: bool) -> None:
-    """Refuse before the search what would fail after it."""
-    given = [file for file in files if file is not None]
-    if len(given) > 1 and given[0].absolute() == given[1].absolute():
-        raise click.UsageError(f"-o and --preview are both {given[0]}; allowed: two files")
-    for file in given:
-        if file.exists() and not force:
-            raise click.ClickException(f"{file} exists; give another name, or --force")
-        if not file.absolute().parent.is_dir():
-            raise click.ClickException(f"cannot write {file}: there is no folder {file.absolute().parent}")
 
 
 @dataclass(frozen=True)

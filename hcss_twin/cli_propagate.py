@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcss_twin.cli_files import require_writable
 from hcss_twin.cli_progress import Stop, progress
 from hcss_twin.errors import CertificateWarning
 
@@ -103,9 +104,8 @@ def run_propagation(
 
     output = output or Path(f"{Path(scenario).stem}.propagation.nc")
     numbers = _numbers(given["cubes_of"])
-    for path in (output, *(cube_path(output, number) for number in numbers)):
-        if path.exists() and not force:
-            raise click.ClickException(f"{path} exists; give another name with -o, or --force")
+    files = (output, *(cube_path(output, number) for number in numbers))
+    require_writable(files, force, "give another name with -o")
     shown = partial(_progress, context.ensure_object(Stop))
     with told_of_compilation(partial(click.echo, err=True)), warnings.catch_warnings():
         warnings.simplefilter("ignore", CertificateWarning)  # told as an error, with the exit code

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from hcss_twin.cli_files import require_writable, write_text
 from hcss_twin.cli_progress import Stop, progress
 from hcss_twin.errors import HcssError
 
@@ -60,8 +61,7 @@ def reproduce(
         for item in wanted:
             click.echo(f"{item.name:<{width}}{item.title}")
         return
-    for path in (output, json_file):
-        _refuse(path, force)
+    require_writable((output, json_file), force)
     from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.reporting.page.page import write_page
     from hcss_twin.reproduction.report import reproduction_page, worst_text
@@ -77,24 +77,7 @@ def reproduce(
     write_page(output, reproduction_page(found, seed))
     click.echo(f"{output}  {output.stat().st_size / 1e6:.1f} MB")
     if json_file is not None:
-        _write(json_file, json.dumps({each.item.name: each.as_dict() for each in found}, indent=1))
+        write_text(json_file, json.dumps({each.item.name: each.as_dict() for each in found}, indent=1))
         click.echo(str(json_file))
     if any(outcome.found is None for outcome in found):
         sys.exit(EXIT_FAILED)
-
-
-def _refuse(path: Path | None, force: bool) -> None:
-    """Find out before computing what would go wrong after."""
-    if path is None:
-        return
-    if path.exists() and not force:
-        raise click.ClickException(f"{path} exists; give another name, or --force")
-    if not path.absolute().parent.is_dir():
-        raise click.ClickException(f"cannot write {path}: there is no folder {path.parent}")
-
-
-def _write(path: Path, text: str) -> None:
-    from hcss_twin.drafts import draft_of
-
-    with draft_of(path, HcssError) as draft:
-        draft.write_text(text + "\n", encoding="utf-8")
