@@ -45,7 +45,7 @@ def _page() -> Iterator[str]:
 
 
 def _class(part: ModuleType, node: ast.ClassDef) -> Iterator[str]:
-    bases = [ast.unparse(base) for base in node.bases]
+    bases = [_source(base) for base in node.bases]
     yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n"
     yield _docstring(node)
     members = [line for each in node.body if (line := _member(each))]
@@ -59,12 +59,12 @@ def _class(part: ModuleType, node: ast.ClassDef) -> Iterator[str]:
 
 def _member(node: ast.stmt) -> str:
     if isinstance(node, ast.AnnAssign):
-        return ast.unparse(node)
+        return _source(node)
     if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
         return ""
-    decorators = "".join(f"@{ast.unparse(each)}\n" for each in node.decorator_list)
-    returns = "" if node.returns is None else f" -> {ast.unparse(node.returns)}"
-    return f"{decorators}def {node.name}({ast.unparse(node.args)}){returns}"
+    decorators = "".join(f"@{_source(each)}\n" for each in node.decorator_list)
+    returns = "" if node.returns is None else f" -> {_source(node.returns)}"
+    return f"{decorators}def {node.name}({_source(node.args)}){returns}"
 
 
 def _docstring(node: ast.ClassDef | ast.FunctionDef) -> str:
@@ -89,6 +89,11 @@ def _items(body: str) -> str:
             f"* {named}" + (f" ({_prose(kind)})" if kind else "") + (f": {_prose(told)}" if told else "")
         )
     return "\n".join(found)
+
+
+def _source(node: ast.AST) -> str:
+    """Return code as this project writes it: with double quotes."""
+    return ast.unparse(node).replace("'", '"')
 
 
 def _prose(text: str) -> str:
