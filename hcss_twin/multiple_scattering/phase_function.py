@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 # Two moments, 1 and g, stand for the Henyey-Greenstein function of that g.
 HENYEY_GREENSTEIN_MOMENTS = 2
 
+_FAINT_TERM = 1e-3
+"""Last term of a series below which the sum does not swing by more than it."""
+
 
 @dataclass(frozen=True)
 class ScaledScattering:
@@ -83,6 +86,11 @@ def delta_m(thickness: Array, albedo: Array, moments: Array, count: int) -> Scal
 def phase_function(scattering_cosine: Array, moments: Array) -> Array:
     """Full phase function with mean 1 over the sphere, (V, P), at cosines (P,).
 
+    No phase function is negative. Where the sum of the series is, at any angle, the moments end before those of the
+    forward peak do, and the sum swings about the phase function at all angles, by many times its value. Then the series
+    of 1 - mu times the phase function is summed, which knows little of the peak, and divided by 1 - mu: the reduced
+    series of D. R. Yennie, D. G. Ravenhall and R. N. Wilson, Phys. Rev. 95, 500-512 (1954).
+
     Parameters
     ----------
     scattering_cosine : ndarray (P,)
@@ -91,5 +99,35 @@ def phase_function(scattering_cosine: Array, moments: Array) -> Array:
     """
     if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
         return henyey_greenstein(scattering_cosine, moments[1][:, np.newaxis])
-    series = (2 * np.arange(moments.shape[0]) + 1)[:, np.newaxis] * moments
-    return np.asarray(np.polynomial.legendre.legval(scattering_cosine, series), dtype=np.float64)
+    result = _series(scattering_cosine, moments)
+    cut = _ends_early(moments)
+    if np.any(cut):
+        result[cut] = _reduced_series(scattering_cosine, moments[:, cut], result[cut])
+    return result
+
+
+def _series(cosine: Array, moments: Array) -> Array:
+    """Sum (V, P) of the Legendre series with moments (K, V)."""
+    terms = (2 * np.arange(moments.shape[0]) + 1)[:, np.newaxis] * moments
+    return np.asarray(np.polynomial.legendre.legval(cosine, terms), dtype=np.float64)
+
+
+def _ends_early(moments: Array) -> NDArray[np.bool_]:
+    """Whether a sum (V,) is negative, at angles that resolve its last moment."""
+    count = moments.shape[0]
+    # What swings is about as large as the last term; without this most wavelengths would take as long as the few.
+    result = (2 * count - 1) * np.abs(moments[-1]) > _FAINT_TERM
+    if np.any(result):
+        cosine = np.cos(np.linspace(0.0, np.pi, 2 * count + 1))
+        result[result] = np.min(_series(cosine, moments[:, result]), axis=1) < 0.0
+    return result
+
+
+def _reduced_series(cosine: Array, moments: Array, series: Array) -> Array:
+    """Sum (V, P) from the series of 1 - mu times it, with the sum ``series`` within the angle that moments resolve."""
+    degree = np.arange(moments.shape[0] - 1.0)[:, np.newaxis]
+    below = np.concatenate((np.zeros_like(moments[:1]), moments[:-2]))
+    reduced = moments[:-1] - ((degree + 1.0) * moments[1:] + degree * below) / (2.0 * degree + 1.0)
+    over = 1.0 / np.maximum(1.0 - cosine, 4.0 / moments.shape[0] ** 2)
+    result: Array = over * _series(cosine, reduced) + (1.0 - (1.0 - cosine) * over) * series
+    return result
