@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 HENYEY_GREENSTEIN_MOMENTS = 2
 
 _FAINT_TERM = 1e-3
-"""Last term of a series below which the sum does not swing by more than it."""
+"""Last term of a series, at 1 straight on, below which moments have faded."""
 
 
 @dataclass(frozen=True)
@@ -86,10 +86,10 @@ def delta_m(thickness: Array, albedo: Array, moments: Array, count: int) -> Scal
 def phase_function(scattering_cosine: Array, moments: Array) -> Array:
     """Full phase function with mean 1 over the sphere, (V, P), at cosines (P,).
 
-    No phase function is negative. Where the sum of the series is, at any angle, the moments end before those of the
-    forward peak do, and the sum swings about the phase function at all angles, by many times its value. Then the series
-    of 1 - mu times the phase function is summed, which knows little of the peak, and divided by 1 - mu: the reduced
-    series of D. R. Yennie, D. G. Ravenhall and R. N. Wilson, Phys. Rev. 95, 500-512 (1954).
+    Where the moments end before those of the forward peak have faded, the sum of the series swings about the phase
+    function at all angles, by up to many times its value. Then the series of 1 - mu times the phase function is summed,
+    which knows little of the peak, and divided by 1 - mu: the reduced series of D. R. Yennie, D. G. Ravenhall and R. N.
+    Wilson, Phys. Rev. 95, 500-512 (1954).
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def phase_function(scattering_cosine: Array, moments: Array) -> Array:
     if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
         return henyey_greenstein(scattering_cosine, moments[1][:, np.newaxis])
     result = _series(scattering_cosine, moments)
-    cut = _ends_early(moments)
+    cut = _end_early(moments)
     if np.any(cut):
         result[cut] = _reduced_series(scattering_cosine, moments[:, cut], result[cut])
     return result
@@ -112,14 +112,19 @@ def _series(cosine: Array, moments: Array) -> Array:
     return np.asarray(np.polynomial.legendre.legval(cosine, terms), dtype=np.float64)
 
 
-def _ends_early(moments: Array) -> NDArray[np.bool_]:
-    """Whether a sum (V,) is negative, at angles that resolve its last moment."""
-    count = moments.shape[0]
-    # What swings is about as large as the last term; without this most wavelengths would take as long as the few.
-    result = (2 * count - 1) * np.abs(moments[-1]) > _FAINT_TERM
-    if np.any(result):
+def _end_early(moments: Array) -> NDArray[np.bool_]:
+    """Whether moments (K, V) end before they have faded, (V,).
+
+    The last is not the end where the one before is at most twice as large, or where the sum is negative. Rayleigh's,
+    and others that end at once, are whole.
+    """
+    count, last, before = moments.shape[0], np.abs(moments[-1]), np.abs(moments[-2])
+    seen = (2 * count - 1) * last > _FAINT_TERM
+    result: NDArray[np.bool_] = seen & (last <= before) & (before <= 2.0 * last)
+    unsure = seen & ~result
+    if np.any(unsure):
         cosine = np.cos(np.linspace(0.0, np.pi, 2 * count + 1))
-        result[result] = np.min(_series(cosine, moments[:, result]), axis=1) < 0.0
+        result[unsure] = np.min(_series(cosine, moments[:, unsure]), axis=1) < 0.0
     return result
 
 

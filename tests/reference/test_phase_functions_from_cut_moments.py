@@ -20,7 +20,15 @@ def summed(moments, degrees):
 
 
 @pytest.mark.parametrize(
-    ("name", "wavelength_um"), [("cirrus", 3.094), ("stratus", 1.2), ("cumulus", 1.0), ("stratus", 0.75)]
+    ("name", "wavelength_um"),
+    [
+        ("cirrus", 3.094),
+        ("stratus", 2.2),
+        ("stratus", 1.7),
+        ("stratus", 1.2),
+        ("cumulus", 1.0),
+        ("stratus", 0.75),
+    ],
 )
 def test_128_moments_give_the_phase_function_of_spheres_beside_its_forward_peak(name, wavelength_um) -> None:
     cloud_type = load_cloud_type(name, Catalog())
@@ -30,9 +38,12 @@ def test_128_moments_give_the_phase_function_of_spheres_beside_its_forward_peak(
     assert abs(moments[-1, 0]) < 1e-5  # all there are
     exact = summed(moments[:, 0], DEGREES)
     cut = moments[:128]
-    assert np.max(np.abs(summed(cut[:, 0], DEGREES) / exact - 1.0)) > 5.0  # what the sum itself is worth
     found = phase_function(np.cos(np.radians(DEGREES)), cut)[0]
     np.testing.assert_allclose(found, exact, rtol=0.045)
+    # The sum itself is worth less.
+    assert np.max(np.abs(summed(cut[:, 0], DEGREES) / exact - 1.0)) > 5.0 * np.max(
+        np.abs(found / exact - 1.0)
+    )
     away = EVERYWHERE > 2.0
     assert np.all(phase_function(np.cos(np.radians(EVERYWHERE[away])), cut) > 0.0)
 
