@@ -57,6 +57,16 @@ def test_few_moments_of_henyey_and_greenstein_give_their_closed_form(g) -> None:
     np.testing.assert_allclose(phase_function(cosine, moments), closed, rtol=0.02)
 
 
+def test_a_sum_that_is_negative_is_mended_whatever_its_last_moment_is() -> None:
+    moments = 0.9 ** np.arange(64.0)[:, np.newaxis]
+    moments[-1] = 1.05 * moments[-2]  # not fading
+    cosine = np.cos(np.radians(DEGREES))
+    assert np.min(summed(moments[:, 0], EVERYWHERE)) < 0.0
+    np.testing.assert_allclose(
+        phase_function(cosine, moments), phase_function(cosine, moments[:2]), rtol=0.06
+    )
+
+
 @pytest.mark.parametrize(
     "moments",
     [np.array([1.0, 0.0, 0.1]), 0.6 ** np.arange(60.0), 0.9 ** np.arange(400.0), np.array([1.0, 0.2, 0.0])],
