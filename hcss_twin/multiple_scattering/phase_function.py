@@ -15,7 +15,10 @@ Array = NDArray[np.float64]
 HENYEY_GREENSTEIN_MOMENTS = 2
 
 _FAINT_TERM = 1e-3
-"""Last term of a series, at 1 straight on, below which moments have faded."""
+"""Last term of a series, straight on, below which moments have faded."""
+
+_FEW_MOMENTS = 32
+"""As many may be all of a smooth phase function that somebody wrote down."""
 
 
 @dataclass(frozen=True)
@@ -116,11 +119,11 @@ def _end_early(moments: Array) -> NDArray[np.bool_]:
     """Whether moments (K, V) end before they have faded, (V,).
 
     The last is not the end where the one before is at most twice as large, or where the sum is negative. Rayleigh's,
-    and others that end at once, are whole.
+    and others that end at once, are whole, and so are few moments whose sum is nowhere negative.
     """
     count, last, before = moments.shape[0], np.abs(moments[-1]), np.abs(moments[-2])
     seen = (2 * count - 1) * last > _FAINT_TERM
-    result: NDArray[np.bool_] = seen & (last <= before) & (before <= 2.0 * last)
+    result: NDArray[np.bool_] = seen & (last <= before) & (before <= 2.0 * last) & (count > _FEW_MOMENTS)
     unsure = seen & ~result
     if np.any(unsure):
         cosine = np.cos(np.linspace(0.0, np.pi, 2 * count + 1))
