@@ -14,6 +14,12 @@ Array = NDArray[np.float64]
 # Two moments, 1 and g, stand for the Henyey-Greenstein function of that g.
 HENYEY_GREENSTEIN_MOMENTS = 2
 
+_FAINT_TERM = 1e-3
+"""Last term of a series, straight on, below which moments have faded."""
+
+_FEW_MOMENTS = 32
+"""As many may be all of a smooth phase function that somebody wrote down."""
+
 
 @dataclass(frozen=True)
 class ScaledScattering:
@@ -83,6 +89,11 @@ def delta_m(thickness: Array, albedo: Array, moments: Array, count: int) -> Scal
 def phase_function(scattering_cosine: Array, moments: Array) -> Array:
     """Full phase function with mean 1 over the sphere, (V, P), at cosines (P,).
 
+    Where the moments end before those of the forward peak have faded, the sum of the series swings about the phase
+    function at all angles, by up to many times its value. Then the series of 1 - mu times the phase function is summed,
+    which knows little of the peak, and divided by 1 - mu: the reduced series of D. R. Yennie, D. G. Ravenhall and R. N.
+    Wilson, Phys. Rev. 95, 500-512 (1954).
+
     Parameters
     ----------
     scattering_cosine : ndarray (P,)
@@ -91,5 +102,40 @@ def phase_function(scattering_cosine: Array, moments: Array) -> Array:
     """
     if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
         return henyey_greenstein(scattering_cosine, moments[1][:, np.newaxis])
-    series = (2 * np.arange(moments.shape[0]) + 1)[:, np.newaxis] * moments
-    return np.asarray(np.polynomial.legendre.legval(scattering_cosine, series), dtype=np.float64)
+    result = _series(scattering_cosine, moments)
+    cut = _end_early(moments)
+    if np.any(cut):
+        result[cut] = _reduced_series(scattering_cosine, moments[:, cut], result[cut])
+    return result
+
+
+def _series(cosine: Array, moments: Array) -> Array:
+    """Sum (V, P) of the Legendre series with moments (K, V)."""
+    terms = (2 * np.arange(moments.shape[0]) + 1)[:, np.newaxis] * moments
+    return np.asarray(np.polynomial.legendre.legval(cosine, terms), dtype=np.float64)
+
+
+def _end_early(moments: Array) -> NDArray[np.bool_]:
+    """Whether moments (K, V) end before they have faded, (V,).
+
+    The last is not the end where the one before is at most twice as large, or where the sum is negative. Rayleigh's,
+    and others that end at once, are whole, and so are few moments whose sum is nowhere negative.
+    """
+    count, last, before = moments.shape[0], np.abs(moments[-1]), np.abs(moments[-2])
+    seen = (2 * count - 1) * last > _FAINT_TERM
+    result: NDArray[np.bool_] = seen & (last <= before) & (before <= 2.0 * last) & (count > _FEW_MOMENTS)
+    unsure = seen & ~result
+    if np.any(unsure):
+        cosine = np.cos(np.linspace(0.0, np.pi, 2 * count + 1))
+        result[unsure] = np.min(_series(cosine, moments[:, unsure]), axis=1) < 0.0
+    return result
+
+
+def _reduced_series(cosine: Array, moments: Array, series: Array) -> Array:
+    """Sum (V, P) from the series of 1 - mu times it, with the sum ``series`` within the angle that moments resolve."""
+    degree = np.arange(moments.shape[0] - 1.0)[:, np.newaxis]
+    below = np.concatenate((np.zeros_like(moments[:1]), moments[:-2]))
+    reduced = moments[:-1] - ((degree + 1.0) * moments[1:] + degree * below) / (2.0 * degree + 1.0)
+    over = 1.0 / np.maximum(1.0 - cosine, 4.0 / moments.shape[0] ** 2)
+    result: Array = over * _series(cosine, reduced) + (1.0 - (1.0 - cosine) * over) * series
+    return result
