@@ -101,6 +101,8 @@ def shares_of_band(found: Contents, name: str, band: int) -> Figure:
             value, error = (data[f"{name}_{order}{end}"].values[place, band, kind] for end in ("", "_error"))
             known = np.isfinite(value)
             spread = np.where(np.isfinite(error), error, 0.0)
+            if not known.any():
+                continue
             if order == "first_order":
                 axis.barh(at[known], value[known], height=0.86, color=colour, label=classes[kind])
             style = {"fmt": "none"} if order == "first_order" else {"fmt": "D", "mfc": "white", "ms": 4}
@@ -119,6 +121,8 @@ def shares_of_band(found: Contents, name: str, band: int) -> Figure:
     axis.set_xlabel(f"share of the variance of mean {name.replace('_', ' ')}", fontsize=LETTERS)
     figure.suptitle(found.bands[band], fontsize=LETTERS, x=0.01, ha="left")
     handles, labels = axis.get_legend_handles_labels()
+    if not handles:
+        return figure
     figure.legend(
         handles, labels, loc="outside upper right", ncols=len(labels), fontsize=LETTERS - 2, frameon=False,
         handlelength=0.8, columnspacing=0.8,

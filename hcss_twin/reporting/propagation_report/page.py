@@ -162,7 +162,14 @@ def _metrics(found: Contents) -> Iterator[Markup]:
 def _inputs(found: Contents) -> Iterator[Markup]:
     values = np.asarray(found.dataset["input_value"].values, dtype=np.float64)
     yield tables.inputs(found)
-    columns = [(name, values[:, place], ()) for place, name in enumerate(found.inputs[:DRAWN_INPUTS])]
+    columns = []
+    for place, name in enumerate(found.inputs[:DRAWN_INPUTS]):
+        own = values[:, place]
+        # Seconds since 1970 have too many digits for an axis.
+        instant = tables.is_instant(name)
+        columns.append(
+            (f"{name}, after the first" if instant else name, own - own.min() if instant else own, ())
+        )
     some = f" The first {DRAWN_INPUTS} of {len(found.inputs)}." if len(found.inputs) > DRAWN_INPUTS else ""
     yield drawing(
         figures.distributions(columns, "value, SI", "draws"),

@@ -173,9 +173,14 @@ def _moments(found: Contents, name: str, part: tuple[int, ...]) -> list[str]:
 
 def _value(name: str, value: float, digits: int = 6) -> str:
     """Write the value of an input; instants as such."""
-    if name.rpartition(".")[2] == "time":
+    if is_instant(name):
         return datetime.fromtimestamp(value, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
     return f"{value:.{digits}g}"
+
+
+def is_instant(name: str) -> bool:
+    """Return whether the numbers of an input are seconds since 1970."""
+    return name.rpartition(".")[2] == "time"
 
 
 def _percent(quantile: float) -> str:
