@@ -1,4 +1,4 @@
-"""``hcss report``: one HTML file about a cube, a sweep or a posterior."""
+"""``hcss report``: one HTML file about a cube, a sweep, a posterior or a propagation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import click
 
 
 @click.command("report")
-@click.argument("source", metavar="CUBE|SWEEP|POSTERIOR", type=click.Path(exists=True, path_type=Path))
+@click.argument(
+    "source", metavar="CUBE|SWEEP|POSTERIOR|PROPAGATION", type=click.Path(exists=True, path_type=Path)
+)
 @click.option(
     "-o",
     "--output",
@@ -19,7 +21,7 @@ import click
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def report_command(source: Path, output: Path | None, force: bool, as_json: bool) -> None:
-    """Write one HTML file about a cube, a sweep (its folder or dataset) or a posterior.
+    """Write one HTML file about a cube, a sweep (its folder or dataset), a posterior or a propagation.
 
     It needs no network and no other files, fits a phone, and can be printed.
     """

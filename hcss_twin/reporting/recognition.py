@@ -12,10 +12,11 @@ from hcss_twin.errors import HcssError
 from hcss_twin.sweeps.reader import MARK
 
 POSTERIOR_ATTRIBUTE = "hcss_posterior_version"
+PROPAGATION_ATTRIBUTE = "hcss_propagation_version"
 
 ALLOWED = (
     "allowed: a cube (.nc or .zarr, of `hcss run` or `hcss sense`), the folder or the dataset of a sweep "
-    "(`hcss sweep`), or a posterior (`hcss fit`)"
+    "(`hcss sweep`), a posterior (`hcss fit`), or a propagation (`hcss run --draws`)"
 )
 
 
@@ -25,9 +26,15 @@ class Kind(Enum):
     CUBE = auto()
     SWEEP = auto()
     POSTERIOR = auto()
+    PROPAGATION = auto()
 
 
-MARKS = {FORMAT_ATTRIBUTE: Kind.CUBE, MARK: Kind.SWEEP, POSTERIOR_ATTRIBUTE: Kind.POSTERIOR}
+MARKS = {
+    FORMAT_ATTRIBUTE: Kind.CUBE,
+    MARK: Kind.SWEEP,
+    POSTERIOR_ATTRIBUTE: Kind.POSTERIOR,
+    PROPAGATION_ATTRIBUTE: Kind.PROPAGATION,
+}
 """Global attribute that tells each kind; the dataset of a sweep has that of its cubes, too."""
 
 
@@ -57,7 +64,7 @@ def kind_of(path: Path) -> Kind:
             names = set(file.ncattrs())
     except (OSError, RuntimeError) as error:
         raise HcssError(f"cannot report on {path}: {_why_not(path)}; {ALLOWED}") from error
-    for mark in (MARK, POSTERIOR_ATTRIBUTE, FORMAT_ATTRIBUTE):
+    for mark in (MARK, POSTERIOR_ATTRIBUTE, PROPAGATION_ATTRIBUTE, FORMAT_ATTRIBUTE):
         if mark in names:
             return MARKS[mark]
     raise HcssError(f"cannot report on {path}: it is NetCDF without {', '.join(MARKS)}; {ALLOWED}")

@@ -1,4 +1,4 @@
-"""Reports: one HTML file about a cube, a sweep or a posterior."""
+"""Reports: one HTML file about a cube, a sweep, a posterior or a propagation."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ if TYPE_CHECKING:
 def report(
     source: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, *, replace: bool = False
 ) -> Path:
-    """Write one HTML file about a cube, a sweep or a posterior; it needs no network and no other files.
+    """Write one HTML file about a cube, a sweep, a posterior or a propagation; it needs no network and no other files.
 
     Parameters
     ----------
     source : path-like
-        A cube (NetCDF or Zarr, clean or measured), the folder or the dataset of a sweep, or a posterior.
+        A cube (NetCDF or Zarr, clean or measured), the folder or the dataset of a sweep, a posterior,
+        or a propagation.
     output : path-like, optional
         Name of the file; default: ``SOURCE.html``, without the suffix of the source, beside it.
     replace : bool
@@ -68,6 +69,10 @@ def _page(kind: Kind, path: Path) -> Page:
         from hcss_twin.reporting.posterior_report.page import posterior_page
 
         return posterior_page(path)
+    if kind is Kind.PROPAGATION:
+        from hcss_twin.reporting.propagation_report.page import propagation_page
+
+        return propagation_page(path)
     from hcss_twin.reporting.sweep_report.page import sweep_page
 
     return sweep_page(path)

@@ -30,7 +30,7 @@ FIGURES: tuple[Item, ...] = (
         "figure-9",
         "Static scenes of Table I over view angles",
         f"{_ROOM}.figure_09_static_scenes:figure_9",
-        30.0,
+        50.0,
     ),
     Item("figure-10", "Four cloud types over the sea", f"{_ROOM}.figure_10_cloud_types:figure_10", 8.0),
     Item("figure-11", "One sky in pixels of 5, 20 and 50 m", f"{_ROOM}.figure_11_resolutions:figure_11", 8.0),

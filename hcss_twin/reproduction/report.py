@@ -11,7 +11,6 @@ from hcss_twin.reporting.page.blocks import Tone, badge, bullets, folded, note, 
 from hcss_twin.reporting.page.markup import Markup, element
 from hcss_twin.reporting.page.page import Page, Section
 from hcss_twin.reporting.page.pictures import picture
-from hcss_twin.reporting.page.small_png import small_png
 from hcss_twin.reproduction.index import heading
 from hcss_twin.reproduction.item import Check, Reproduction, Row
 from hcss_twin.reproduction.run import Outcome, relative
@@ -117,11 +116,11 @@ def _section(outcome: Outcome) -> Section:
     if outcome.worst is not None:
         content.append(paragraph(f"Largest difference: {worst_text(outcome)}."))
     if found.fitted_inputs:
-        content += [element("h3", "Fitted inputs"), bullets(found.fitted_inputs)]
+        content += [element("h3", "Fitted or chosen inputs"), bullets(found.fitted_inputs)]
     if found.notes:
         content += [element("h3", "Notes"), bullets(found.notes)]
-    for drawing in found.drawings:
-        content.append(picture(small_png(drawing.figure), drawing.alternative, drawing.title))
+    for drawing, png in zip(found.drawings, outcome.pictures, strict=True):
+        content.append(picture(png, drawing.alternative, drawing.title))
     return Section(title, content)
 
 

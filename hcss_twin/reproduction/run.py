@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
+from hcss_twin.reporting.page.small_png import small_png
 from hcss_twin.reproduction.item import Item, Reproduction, Row
 from hcss_twin.reproduction.verdict import settled
 
@@ -26,12 +27,15 @@ class Outcome:
         Type and message of the exception; empty where there was none.
     seconds : float
         It took.
+    pictures : sequence of bytes
+        Its drawings as PNG.
     """
 
     item: Item
     found: Reproduction | None
     error: str
     seconds: float
+    pictures: Sequence[bytes] = ()
 
     @property
     def verdict(self) -> str:
@@ -107,11 +111,15 @@ def outcomes(items: Iterable[Item], seed: int) -> Iterator[Outcome]:
     for item in items:
         start = time.monotonic()
         found, error = None, ""
+        pictures: tuple[bytes, ...] = ()
         try:
-            found = settled(_target(item)(seed))
+            made = settled(_target(item)(seed))
+            # drawn here because a figure may raise only when it is drawn
+            pictures = tuple(small_png(drawing.figure) for drawing in made.drawings)
+            found = made
         except Exception as cause:  # whatever one item raises, the others are still wanted
             error = f"{type(cause).__name__}: {cause}"
-        yield Outcome(item, found, error, time.monotonic() - start)
+        yield Outcome(item, found, error, time.monotonic() - start, pictures)
 
 
 def _target(item: Item) -> Any:

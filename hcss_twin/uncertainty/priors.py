@@ -81,7 +81,7 @@ class Prior:
             raise PosteriorError(
                 f"prior of {name}: '{text}' given, allowed: a centre between {low:g} and {high:g}"
             )
-        return cls(kind, first, second, low, high)
+        return cls(kind, first, second, max(low, 0.0) if kind == "lognormal" else low, high)
 
     @property
     def text(self) -> str:
@@ -102,6 +102,26 @@ class Prior:
                 density = -0.5 * ((logarithm - math.log(self.first)) / self.second) ** 2 - logarithm
         return np.where((value > self.low) & (value < self.high), density, -np.inf)
 
+    def density(self, value: Array) -> Array:
+        """Return the density at values (any shape), with the integral one; 0 outside the limits."""
+        if self.kind == "uniform":
+            whole = self.high - self.low
+        elif self.kind == "loguniform":
+            whole = math.log(self.high / self.low)
+        else:
+            below, above = self._parts
+            whole = self.second * math.sqrt(2.0 * math.pi) * (above - below)
+        return np.asarray(np.exp(self.log_density(value)) / whole)
+
+    @property
+    def _parts(self) -> tuple[float, float]:
+        """Parts of a normal or lognormal distribution below its two ends."""
+        low, high, centre = self.low, self.high, self.first
+        if self.kind == "lognormal":
+            low, high = (math.log(each) if each > 0.0 else -math.inf for each in (low, high))
+            centre = math.log(centre)
+        return float(ndtr((low - centre) / self.second)), float(ndtr((high - centre) / self.second))
+
     def quantile(self, probability: Array) -> Array:
         """Return the values below which lie these parts of the distribution (any shape)."""
         if self.kind == "uniform":
@@ -110,10 +130,7 @@ class Prior:
             return np.asarray(self.low * (self.high / self.low) ** probability)
         takes_logarithm = self.kind == "lognormal"
         centre = math.log(self.first) if takes_logarithm else self.first
-        low, high = self.low, self.high
-        if takes_logarithm:
-            low, high = (math.log(each) if each > 0.0 else -math.inf for each in (low, high))
-        below, above = ndtr((low - centre) / self.second), ndtr((high - centre) / self.second)
+        below, above = self._parts
         # Rounding must not leave the open interval.
         position = np.clip(ndtri(below + (above - below) * probability), -8.0, 8.0)
         drawn = centre + self.second * position

@@ -41,10 +41,8 @@ def save(tmp_path):
     return save
 
 
-@pytest.fixture(scope="module")
-def cube(tmp_path_factory):
+def made(path):
     """Three frames in two bands with temperatures and masks."""
-    path = tmp_path_factory.mktemp("cube") / "cube.nc"
     options = {
         "image.rows": 64, "image.columns": 80, "image.pixel_size": 100, "frames.count": 3, "frames.interval": 60,
         "bands": '["mwir","lwir-10.8"]', "clouds.coverage": 0.4, "motion.platform_speed": 0, "output.certificate": 0,
@@ -54,6 +52,11 @@ def cube(tmp_path_factory):
     done = hcss("run", "cumulus", *words, *CHEAP_OPTIONS, "-o", path)
     assert done.exit_code == 0, done.output
     return path
+
+
+@pytest.fixture(scope="module")
+def cube(tmp_path_factory):
+    return made(tmp_path_factory.mktemp("cube") / "cube.nc")
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +84,19 @@ def test_an_image_beside_itself_differs_in_nothing(seviri):
     assert found.distance("wasserstein") == found.distance("kolmogorov_smirnov") == 0.0
     assert (found.quantity, found.unit) == ("brightness temperature", "K")
     assert any("7.70 % of the pixels are missing" in each for each in found.real.notes)
+
+
+def test_a_file_beside_a_zarr_store_of_the_same_scene_differs_in_nothing_however_often(cube, tmp_path):
+    pytest.importorskip("zarr", reason="the extra 'zarr'")
+    store = made(tmp_path / "cube.zarr")
+    choice = EvaluationChoice(band="lwir-10.8")
+    # A file that had stayed open beside a store ended the process when it was opened the next time.
+    for pair in ((cube, store), (store, cube), (cube, cube)):
+        found = evaluate(*pair, choice, choice)
+        assert all(each.difference == 0.0 for each in found.metrics)
+        assert found.distance("wasserstein") == found.spectral_distance_db == 0.0
+        with open_cube(cube) as dataset:
+            assert dataset.sizes["time"] == 3
 
 
 def test_a_cube_beside_itself_differs_in_nothing_frame_by_frame(cube):

@@ -111,13 +111,24 @@ def test_chains_that_have_not_converged_have_no_page(tmp_path):
 )
 def test_the_density_of_a_prior_has_the_integral_one(text):
     values = np.linspace(-5.0, 60.0, 400_001)
-    density = prior_density(text, values)
+    density = prior_density("X", text, values)
     assert np.sum(density) * (values[1] - values[0]) == pytest.approx(1.0, abs=2e-3)
 
 
 @pytest.mark.parametrize("text", ["", "flat", "uniform:0:x", "beta:1:2"])
 def test_a_prior_written_in_another_way_has_no_curve(text):
-    assert prior_density(text, np.array([0.5])) is None
+    assert prior_density("H", text, np.array([0.5])) is None
+
+
+def test_a_prior_ends_where_its_parameter_does():
+    values = np.linspace(-1.0, 2.0, 300_001)
+    for name in ("coverage", "mean_coverage"):
+        density = prior_density(name, "normal:0.5:0.6", values)
+        assert np.all(density[(values < 0.0) | (values > 1.0)] == 0.0)
+        assert np.sum(density) * (values[1] - values[0]) == pytest.approx(1.0, abs=1e-4)
+    spread = prior_density("spread_H", "normal:0.2:0.3", values)
+    assert np.all(spread[values < 0.0] == 0.0)
+    assert spread[-1] > 0.0
 
 
 def test_lines_of_a_corner_plot_hold_the_shares_they_say():

@@ -181,11 +181,18 @@ def posterior_page(folder):
     return hcss_twin.report(posterior(folder / "posterior.nc"))
 
 
-@pytest.mark.parametrize("kind", ["cube", "sweep", "posterior"])
+def propagation_page(folder):
+    from test_propagation_report import propagated
+
+    return hcss_twin.report(propagated(folder))
+
+
+@pytest.mark.parametrize("kind", ["cube", "sweep", "posterior", "propagation"])
 def test_nothing_is_wider_than_a_phone_or_a_screen(page, tmp_path, kind):
     # windows of browsers are no narrower than 500 pixels, frames in a page may be
     widths = [390, 1190]
-    made = {"cube": lambda _: page, "sweep": sweep_page, "posterior": posterior_page}[kind](tmp_path)
+    pages = {"sweep": sweep_page, "posterior": posterior_page, "propagation": propagation_page}
+    made = pages[kind](tmp_path) if kind in pages else page
     inner = base64.b64encode(made.read_bytes()).decode()
     frames = "".join(f"<iframe style='width:{width}px;height:800px;border:0'></iframe>" for width in widths)
     holder = tmp_path / "holder.html"

@@ -37,6 +37,7 @@ def test_a_prior_is_the_distribution_that_it_is_called(name):
     np.testing.assert_allclose(prior.quantile(part), values, rtol=1e-9)
     difference = prior.log_density(values) - ORACLES[name].logpdf(values)
     np.testing.assert_allclose(difference, difference[0], atol=1e-9)
+    np.testing.assert_allclose(prior.density(values), ORACLES[name].pdf(values), rtol=1e-9)
 
 
 def test_density_on_scales_is_that_of_the_draws():

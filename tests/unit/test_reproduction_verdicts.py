@@ -1,16 +1,19 @@
 """Verdicts follow from checks; what an item is called; how a row is compared."""
 
+import base64
 import json
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from hcss_twin.errors import HcssError
 from hcss_twin.reporting.page.page import page_text
 from hcss_twin.reproduction.fitted import fitted_inputs
 from hcss_twin.reproduction.index import ITEMS, chosen, heading
-from hcss_twin.reproduction.item import Check, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
 from hcss_twin.reproduction.report import reproduction_page
 from hcss_twin.reproduction.run import Item, Outcome, outcomes, relative
 from hcss_twin.reproduction.verdict import (
@@ -152,6 +155,28 @@ def test_an_item_that_raises_is_reported_and_the_others_are_computed():
     text = page_text(reproduction_page([first, second], 7))
     assert "&lt;no such band&gt;" in text
     assert "<no such band>" not in text
+
+
+def drawn(seed, label="fine"):
+    figure = Figure(figsize=(1, 1))
+    figure.subplots().set_xlabel(label)
+    return replace(fine(seed), drawings=[Drawing("A drawing", figure, "an empty axis")])
+
+
+def undrawable(seed):
+    return drawn(seed, r"$\nosuchsymbol$")
+
+
+def test_a_drawing_that_raises_while_it_is_drawn_makes_its_item_failed_alone():
+    items = [Item(name, name, f"{__name__}:{name}", 0.0) for name in ("undrawable", "drawn")]
+    first, second = outcomes(items, 7)
+    assert (first.verdict, first.found, first.pictures) == ("failed", None, ())
+    assert "nosuchsymbol" in first.error
+    assert second.verdict == "reproduced"
+    text = page_text(reproduction_page([first, second], 7))
+    assert "nosuchsymbol" in text
+    assert text.count('alt="an empty axis"') == 1
+    assert base64.b64encode(second.pictures[0]).decode() in text
 
 
 def test_an_interruption_is_not_taken_for_a_failure(monkeypatch):

@@ -81,7 +81,7 @@ def curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, int
         if any(one.spectrum is not None for one in shown):
             told = (
                 f"Power spectra of {label}, averaged over directions and {frames}: the middle {window[0]} x "
-                f"{window[1]} pixels without their mean, tapered.{more}"
+                f"{window[1]} pixels less their plane, tapered.{more}"
             )
             kinds[1].append(drawing(_spectra(shown), f"power spectra of {label}", told))
         if count > 1:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.reporting.cube_report.frame_spectrum import Spectrum, frame_spectrum
 from hcss_twin.reporting.cube_report.quantities import Quantity
-from hcss_twin.reporting.cube_report.radial_spectrum import Spectrum, mean_spectrum
 from hcss_twin.reporting.cube_report.reading import Reader
 from hcss_twin.reporting.cube_report.scale import Scale
 
@@ -94,7 +94,7 @@ def read_series(
     spectrum = None
     if curves:
         size = float(reader.dataset["x"][1] - reader.dataset["x"][0]) if planes.shape[2] > 1 else np.nan
-        spectrum = mean_spectrum((reader.window(quantity, part, frame) for frame in frames), size)
+        spectrum = frame_spectrum((reader.window(quantity, part, frame) for frame in frames), size)
     return Series(
         quantity,
         quantity.parts[part],

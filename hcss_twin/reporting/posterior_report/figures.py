@@ -45,7 +45,7 @@ def prior_and_posterior(name: str, draws: Array, prior: str) -> Figure:
     low, high = draws.min(), draws.max()
     wide = 0.5 * (high - low) or max(abs(low), 1.0) * 0.01
     grid = np.linspace(low - wide, high + wide, _POINTS)
-    density = prior_density(prior, grid)
+    density = prior_density(name, prior, grid)
     if density is not None:
         axis.plot(grid, density, color=_PRIOR, lw=1.4, label="prior")
     axis.set_xlim(grid[0], grid[-1])

@@ -1,40 +1,42 @@
-"""Density of a prior, from the way it is written."""
+"""Density of a prior, from the way it is written in the file of a posterior."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.errors import PosteriorError
+from hcss_twin.uncertainty.priors import Prior
+from hcss_twin.uncertainty.scales import KINDS
+
 Array = NDArray[np.float64]
 
 
-def prior_density(text: str, values: Array) -> Array | None:
-    """Return the density of a prior at values (n,), or None where it is written in another way.
+def prior_density(name: str, text: str, values: Array) -> Array | None:
+    """Return the density of a parameter's prior at values (n,), cut off where the parameter ends.
 
     Parameters
     ----------
+    name : str
+        Of the parameter: ``H``, ``mean_H``, ``spread_H``, ...; one that is not known has no limits.
     text : str
-        ``uniform:LOW:HIGH``, ``loguniform:LOW:HIGH``, ``normal:MEAN:DEVIATION``, or ``lognormal:MEDIAN:DEVIATION`` with
-        the standard deviation of the logarithm. Limits of the parameter that cut a normal one off are not in the text
-        and not in the density.
+        As :meth:`hcss_twin.uncertainty.priors.Prior.parse` reads it.
     values : ndarray (n,)
+
+    Returns
+    -------
+    ndarray (n,) or None
+        None where it is written in another way.
     """
-    kind, *rest = text.split(":")
+    low, high = -math.inf, math.inf
+    kind = KINDS.get(name.removeprefix("mean_"))
+    if name.startswith("spread_"):
+        low = 0.0
+    elif kind is not None:
+        low, high = kind.low, kind.high
     try:
-        first, second = (float(each) for each in rest)
-    except ValueError:
+        return Prior.parse(name, text, low, high).density(values)
+    except PosteriorError:
         return None
-    with np.errstate(divide="ignore", invalid="ignore"):
-        if kind == "uniform":
-            density = np.full_like(values, 1.0 / (second - first))
-        elif kind == "loguniform":
-            density = 1.0 / (values * np.log(second / first))
-        elif kind == "normal":
-            return np.asarray(np.exp(-0.5 * ((values - first) / second) ** 2) / (second * np.sqrt(2 * np.pi)))
-        elif kind == "lognormal":
-            away = np.log(values / first) / second
-            found = np.exp(-0.5 * away**2) / (values * second * np.sqrt(2 * np.pi))
-            return np.where(values > 0.0, found, 0.0)
-        else:
-            return None
-    return np.where((values >= first) & (values <= second), density, 0.0)

@@ -1,0 +1,1 @@
+"""Page of a propagation: how radiance scatters over draws, and which input it scatters by."""
