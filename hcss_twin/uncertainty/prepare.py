@@ -15,7 +15,7 @@ from hcss_twin.uncertainty.space import Space
 
 Array = NDArray[np.float64]
 
-SIMULATIONS = (150, 150, 400)
+SIMULATIONS = (150, 150, 700)
 """Over the prior, near the posterior that these give, and near the one that those give."""
 
 # Steps of a pilot chain, and its burn-in.
