@@ -90,8 +90,8 @@ class EstimatorNoise:
         mean, slopes = _mean_and_deviation(features, linear, residuals)
         standard = (residuals - features @ mean) / np.exp(linear @ slopes)
         left = residuals.shape[0] - features.shape[1]
-        lower: Array = np.linalg.cholesky(standard.T @ standard / left)
-        regression: Array = np.linalg.cholesky(features.T @ features + _RIDGE * np.eye(features.shape[1]))
+        lower = np.linalg.cholesky(standard.T @ standard / left)
+        information = features.T @ features + _RIDGE * np.eye(features.shape[1])
         return cls(
             centre,
             width,
@@ -99,7 +99,7 @@ class EstimatorNoise:
             slopes,
             lower,
             _inverse(lower),
-            _inverse(regression),
+            _inverse(np.asarray(np.linalg.cholesky(information))),
             basis,
             min(_FREEDOM, left),
         )
@@ -186,7 +186,7 @@ def _mean_and_deviation(features: Array, linear: Array, residuals: Array) -> tup
         If a statistic never varies.
     """
     ridge = _RIDGE * np.eye(features.shape[1])
-    mean: Array = np.linalg.solve(features.T @ features + ridge, features.T @ residuals)
+    mean = np.asarray(np.linalg.solve(features.T @ features + ridge, features.T @ residuals))
     deviation = (residuals - features @ mean).std(axis=0)
     if not np.all(deviation > 0.0):
         raise PosteriorError(
