@@ -25,8 +25,9 @@ def log_densities(
     mean: Any,
     log_deviation: Any,
     inverse: Any,
+    leverage: Any,
     basis: Any,
-    simulations: float,
+    freedom: float,
     density: Any,
 ) -> None:
     """Fill ``density`` (N,): ``ImageLikelihood.log_likelihood`` without its arrays.
@@ -47,7 +48,7 @@ def log_densities(
         Whether the threshold is a statistic.
     first, step, table
         Of :attr:`hcss_twin.uncertainty.normal_scores.ScoreSemivariance.table`.
-    centre, width, mean, log_deviation, inverse, basis, simulations
+    centre, width, mean, log_deviation, inverse, leverage, basis, freedom
         Of :class:`hcss_twin.uncertainty.estimator_noise.EstimatorNoise`.
     density : ndarray (N,)
         Result.
@@ -74,6 +75,14 @@ def log_densities(
                 feature[k] = x[i] * x[j]
                 k += 1
         size = np.sqrt(1.0 - variance[n])
+        # What the uncertainty of the mean adds to a variance of 1.
+        added = 0.0
+        for i in range(feature.size):
+            found = 0.0
+            for k in range(i + 1):
+                found += leverage[i, k] * feature[k]
+            added += found * found
+        widening = 0.5 * np.log1p(added)
         total = 0.0
         for s in range(count):
             if s < lags:
@@ -90,7 +99,7 @@ def log_densities(
                 found += basis[s, k] * raw[k]
             for k in range(feature.size):
                 found -= feature[k] * mean[k, s]
-            spread = log_deviation[0, s]
+            spread = widening + log_deviation[0, s]
             for i in range(number):
                 spread += x[i] * log_deviation[1 + i, s]
             residual[s] = found * np.exp(-spread)
@@ -101,7 +110,7 @@ def log_densities(
             for k in range(s + 1):
                 white += inverse[s, k] * residual[k]
             square += white * white
-        total -= 0.5 * (simulations + 1.0) * np.log1p(square / simulations) + count * np.log(size)
+        total -= 0.5 * (freedom + count) * np.log1p(square / freedom) + count * np.log(size)
         if uses_coverage:
             total += 0.5 * np.log(variance[n])
         density[n] = total

@@ -117,8 +117,9 @@ class ImageLikelihood:
             noise.mean,
             noise.log_deviation,
             noise.inverse,
+            noise.leverage,
             noise.basis,
-            noise.simulations,
+            noise.freedom,
             density,
         )
         return density

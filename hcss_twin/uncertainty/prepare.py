@@ -15,7 +15,7 @@ from hcss_twin.uncertainty.space import Space
 
 Array = NDArray[np.float64]
 
-SIMULATIONS = (150, 150, 400)
+SIMULATIONS = (150, 150, 700)
 """Over the prior, near the posterior that these give, and near the one that those give."""
 
 # Steps of a pilot chain, and its burn-in.
@@ -88,6 +88,8 @@ def _flattened(space: Space, likelihood: ImageLikelihood, power: float) -> Singl
 def _pilot(model: SingleModel, candidates: Array, rng: np.random.Generator) -> Array:
     """Sample the posterior of a provisional likelihood, from the likeliest of candidates."""
     walkers = walkers_of(len(model.names))
+    # Candidates may be steps of a chain that stayed: walkers at one point would never leave it.
+    candidates = np.unique(candidates, axis=0)
     density = model.log_probability(candidates)
     best = candidates[np.argsort(-density, kind="stable")[: _CHOSEN * walkers]]
     start = best[rng.permutation(best.shape[0])[:walkers]]

@@ -1,5 +1,7 @@
 """Chains: their measures against closed forms, and that an interruption does not change them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from hcss_twin.errors import PosteriorError
 from hcss_twin.uncertainty.chains import Chains, begin, converge, extend, walkers_of
 from hcss_twin.uncertainty.checkpoint import Checkpoint, State
 from hcss_twin.uncertainty.convergence import judge, split_r_hat
+from hcss_twin.uncertainty.prepare import _pilot
 
 MEAN, COVARIANCE = np.array([1.0, -2.0]), np.array([[1.0, 0.9], [0.9, 2.0]])
 PRECISION = np.linalg.inv(COVARIANCE)
@@ -105,3 +108,11 @@ def test_states_are_not_written_all_the_time(tmp_path):
     assert checkpoint.read().chains.positions.shape[0] == 6
     checkpoint.remove()
     assert checkpoint.read() is None
+
+
+def test_a_pilot_leaves_a_point_that_most_of_its_candidates_are():
+    """Walkers that all begin at one point have no differences to jump by, and looked converged."""
+    model = SimpleNamespace(names=("H", "gamma"), log_probability=normal)
+    candidates = np.concatenate([np.tile(MEAN, (500, 1)), np.random.default_rng(0).standard_normal((200, 2))])
+    drawn = _pilot(model, candidates, np.random.default_rng(1))
+    np.testing.assert_allclose(np.cov(drawn.T), COVARIANCE, rtol=0.3)
