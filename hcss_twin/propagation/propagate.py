@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 
 SHARES = ("regression", "pick-freeze")
 
+FEW_DRAWS = 40
+
 FEWEST, MOST = 2, 100_000
 """Draws."""
 
@@ -153,6 +155,8 @@ def propagate(
     sample = joint_sample(drawn, part, keys, draws, scenario.seed, pick_freeze=shares == "pick-freeze")
     scenarios = scenarios_of(taken, sample)
     notes = [] if drawn is None else list(notes_of(drawn, scenario, part, draws))
+    if draws < FEW_DRAWS:
+        notes.append(f"{draws} draws say little about shares of the variance: {FEW_DRAWS} or more are better")
     if scenario.sensor is not None:
         notes.append("radiance is that which reaches the sensor; what it measures is in cubes of draws")
     with told_of_compilation(logging.getLogger(__name__).warning):

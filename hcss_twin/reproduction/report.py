@@ -93,9 +93,9 @@ def worst_text(outcome: Outcome) -> str:
     """Return the largest relative difference of an item and where it is."""
     row = outcome.worst
     if row is None:
-        return "-"
+        return "no published numbers"
     share = abs(relative(row) or 0.0)
-    return f"{_percent(share)} ({row.label})" if share else "none"
+    return f"{_percent(share)} ({row.label})" if share else "0 %"
 
 
 def _percent(share: float) -> str:

@@ -134,3 +134,12 @@ def test_a_field_window_without_ends_and_a_time_that_is_not_finite_are_refused()
         made.field(0.0, slice(0, 3), slice(None, 3))
     with pytest.raises(ValueError, match="time_s"):
         made.field(float("nan"), slice(0, 3), slice(0, 3))
+
+
+def test_clouds_smaller_than_pixels_are_told_and_others_are_not():
+    def told(pixel):
+        return [note for note in generator(pixel=pixel).declares.notes if "smaller than pixels" in note]
+
+    # the largest cell is 1.6 km: 80 pixels of 20 m, half a pixel of 3 km
+    assert told(20.0) == []
+    assert "100% of the variance" in told(4000.0)[0]

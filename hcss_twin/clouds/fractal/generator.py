@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hcss_twin.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.clouds.fractal.octaves import describe_skipped, merge_noise, separate_octaves
+from hcss_twin.clouds.fractal.octaves import Octave, describe_skipped, merge_noise, separate_octaves
 from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.clouds.frame_summary import FrameSummary, summarise, thickness_in_frame
 from hcss_twin.clouds.thickness import field_thickness, frame_thickness
@@ -137,7 +137,7 @@ class FractalClouds:
             depends_on=frozenset({"time"}) if changes else frozenset(),
             evolves=evolves,
             tileable=is_one_sky,
-            notes=(_FIELD_NOTE if is_one_sky else _FRAME_NOTE,),
+            notes=(_FIELD_NOTE if is_one_sky else _FRAME_NOTE, *_noise_notes(separate)),
         )
 
     def field(
@@ -256,6 +256,19 @@ class FractalClouds:
         shift = displacement_pixels(speed_m_s, time_s, self._grid.pixel_size_m)
         return PixelWindow(window.start, max(0, window.stop - window.start), (0.5 - 0.5 * size) + shift)
 
+
+def _noise_notes(octaves: Sequence[Octave]) -> tuple[str, ...]:
+    """Tell where most of a picture is independent from one pixel to the next."""
+    white = sum(octave.variance for octave in octaves if octave.is_white)
+    if white <= _NOISY:
+        return ()
+    return (
+        f"Cells that hold {white:.0%} of the variance are smaller than pixels, whose clouds are therefore next to "
+        "independent of each other: the picture looks like noise. Smaller pixels, or fewer cells L, show shapes.",
+    )
+
+
+_NOISY = 0.5
 
 _FRAME_NOTE = (
     "Coverage is exact in each frame and thickness spans its whole range in each frame, so that "
