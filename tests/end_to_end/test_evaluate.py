@@ -338,7 +338,7 @@ def test_frames_without_cloud_are_left_out_and_told(cube, tmp_path):
             EvaluationChoice(band="lwir-10.3"),
             "no such band; allowed: lwir-10.8, mwir; closest is 'lwir-10.8'",
         ),
-        (EvaluationChoice(), "2 bands; choose one"),
+        (EvaluationChoice(), "2 bands; choose one, as --sim-band mwir; allowed: lwir-10.8, mwir"),
         (EvaluationChoice(band="mwir", frames=(7,)), "the cube has 0 to 2; closest is 2"),
         (EvaluationChoice(band="mwir", variable="radiancee"), "closest is 'radiance'"),
         (EvaluationChoice(band="mwir", method="coverage"), "coverage: goes with the method"),
@@ -351,6 +351,11 @@ def test_choices_that_do_not_fit_a_cube_are_refused(cube, save, choice, message)
     with pytest.raises(HcssError) as error:
         evaluate(save("good.npy", clouds(2)), cube, None, choice)
     assert message in str(error.value)
+
+
+def test_a_band_that_is_missing_is_asked_for_by_the_option_of_its_side(cube, save):
+    with pytest.raises(HcssError, match="2 bands; choose one, as --real-band mwir"):
+        evaluate(cube, save("good.npy", clouds(2)))
 
 
 @pytest.mark.parametrize(
