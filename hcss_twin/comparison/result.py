@@ -17,6 +17,12 @@ from hcss_twin.evaluation.morphology import MorphologyErrors
 from hcss_twin.evaluation.power_spectrum import PowerSpectrum
 from hcss_twin.evaluation.temporal import TemporalAutocorrelation
 
+TERMS: dict[Mode, dict[str, str]] = {
+    "as-printed": {"EV": "EV", "Den": "Den, printed", "DP": "DP, printed", "FD": "FD"},
+    "corrected": {"EV": "EV", "Den": "Den", "DP": "DP", "FD": "FD"},
+}
+"""Terms of eq 24 in each definition, and the metrics that they are of."""
+
 Scale = Literal["any", "pixel size", "pixel size and number of pixels"]
 
 
@@ -220,6 +226,11 @@ class Evaluation:
         """Return the mean over frames of eq 24's RMSE, as a fraction; NaN where it cannot be had."""
         found = self.errors[mode]
         return float(np.mean([each.rmse for each in found])) if found else math.nan
+
+    def rmse_compares(self, mode: Mode) -> bool:
+        """Whether both sides have in common all that the terms of eq 24's RMSE depend on."""
+        names = TERMS[mode].values()
+        return all(each.comparable for each in self.metrics if each.name in names)
 
     def distance(self, name: str) -> float:
         """Return the mean over frames of a distance of distributions, by its attribute's name."""

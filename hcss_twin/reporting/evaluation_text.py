@@ -43,7 +43,8 @@ def _lines(found: Evaluation) -> Iterator[str]:
         )
     yield "RMSE of eq 24 (EV, Den, DP, FD)"
     for mode in MODES:
-        yield f"  {mode:<{_NAME - 2}} {rmse_text(found, mode)}"
+        marked = mode if found.rmse_compares(mode) else f"{mode} ~"
+        yield f"  {marked:<{_NAME - 2}} {rmse_text(found, mode)}"
     yield f"Distributions of {found.quantity}"
     for name, meaning, has_unit in DISTANCES:
         unit = f" {found.unit}" if has_unit and found.unit else ""

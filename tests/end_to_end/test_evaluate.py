@@ -247,6 +247,20 @@ def test_shapes_and_pixel_sizes_that_differ_are_told_and_nothing_is_resampled(sa
     assert any("is not known" in each for each in evaluate(small, small).notes)
 
 
+@pytest.mark.parametrize(("size", "is_marked"), [("1 km", False), ("2 km", True)])
+def test_the_rmse_is_marked_on_screen_and_page_where_its_terms_are(save, tmp_path, size, is_marked):
+    page = tmp_path / "report.html"
+    sizes = ("--real-pixel-size", "1 km", "--sim-pixel-size", size)
+    done = hcss("evaluate", save("a.npy", clouds(1)), save("b.npy", clouds(2)), *sizes, "-o", page)
+    assert done.exit_code == 0, done.output
+    for name in ("EV", "as-printed", "corrected"):
+        assert (f"\n  {name} ~ " in done.output) is is_marked
+    words = page.read_text(encoding="utf-8").partition("Pictures</h2>")[0]
+    for name in ("EV", "Den", "DP", "FD", "RMSE"):
+        assert words.count(f">{name} ~<") == (2 if is_marked else 0)
+    assert ("~ depends on the size" in words) is is_marked
+
+
 def test_the_grey_levels_of_files_without_a_common_unit_are_said_to_be_that(save, cube):
     found = evaluate(save("a.npy", clouds(1)), cube, None, EvaluationChoice(band="mwir"))
     assert found.quantity == "grey level of cloud"
@@ -410,7 +424,7 @@ def test_the_command_writes_a_table_a_page_and_json_that_agree(cube, seviri, tmp
     assert done.exit_code == 0, done.output
     told = json.loads(numbers.read_text(encoding="utf-8"))
     rmse = f"{100 * told['eq24']['as-printed']['RMSE']:.2f} %"
-    assert f"as-printed     {rmse}, relative to the simulated values" in done.output
+    assert f"as-printed ~   {rmse}, relative to the simulated values" in done.output
     assert {each["name"] for each in told["metrics"]} >= {*FOUR, "coverage", "degree", "long axis", "mean"}
     assert set(told["definitions"]) == {"EV", "Den", "DP", "FD", "RMSE"}
     assert told["unit"] == "K"
