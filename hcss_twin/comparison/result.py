@@ -147,6 +147,8 @@ class Metric:
         Whether both sides have what it depends on in common.
     is_ratio : bool
         Whether a difference relative to the real value means something.
+    limits : (float, float) or None
+        Least and greatest value that something of its kind can have; an estimator may find another.
     """
 
     name: str
@@ -162,6 +164,11 @@ class Metric:
     scale: Scale
     comparable: bool
     is_ratio: bool = True
+    limits: tuple[float, float] | None = None
+
+    def is_out_of_range(self, value: float) -> bool:
+        """Whether a value is beyond the limits; NaN is not."""
+        return self.limits is not None and (value < self.limits[0] or value > self.limits[1])
 
     @property
     def relative(self) -> float:

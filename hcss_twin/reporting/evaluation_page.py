@@ -259,8 +259,8 @@ def _all_metrics(found: Evaluation) -> list[str]:
         rows = [
             [
                 f"{name_of(each)} ({each.unit})" if each.unit not in ("", "1") else name_of(each),
-                with_spread(each.real, each.real_spread).replace("+-", "\u00b1"),
-                with_spread(each.sim, each.sim_spread).replace("+-", "\u00b1"),
+                _value(each, each.real, each.real_spread),
+                _value(each, each.sim, each.sim_spread),
                 signed(each.difference),
                 percent(each.relative),
             ]
@@ -272,6 +272,12 @@ def _all_metrics(found: Evaluation) -> list[str]:
         *content,
         folded("What each measure is", facts((each.name, each.meaning) for each in found.metrics)),
     ]
+
+
+def _value(metric: Metric, value: float, spread: float) -> str:
+    """Return a value and its spread, marked where nothing of its kind can have it."""
+    mark = " (out of range)" if metric.is_out_of_range(value) else ""
+    return with_spread(value, spread).replace("+-", "\u00b1") + mark
 
 
 def _definitions() -> list[str]:

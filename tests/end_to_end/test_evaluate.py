@@ -261,6 +261,23 @@ def test_the_rmse_is_marked_on_screen_and_page_where_its_terms_are(save, tmp_pat
     assert ("~ depends on the size" in words) is is_marked
 
 
+def test_a_dimension_that_no_surface_can_have_is_marked_on_its_side_on_screen_and_page(save, tmp_path):
+    page = tmp_path / "report.html"
+    # Anticorrelated neighbours: rougher than any surface.
+    noise = np.random.default_rng(1).random((128, 128))
+    rough = noise - 0.3 * (np.roll(noise, 1, axis=0) + np.roll(noise, 1, axis=1))
+    done = hcss("evaluate", save("a.npy", clouds(1)), save("b.npy", rough), "-o", page)
+    assert done.exit_code == 0, done.output
+    found = evaluate(tmp_path / "a.npy", tmp_path / "b.npy")
+    surfaces = [found.metric(name) for name in ("tops", "variogram", "spectrum", "boxes", "boxes, raw")]
+    beyond = [each for each in surfaces if each.sim < 2.0 or each.sim > 3.0]
+    assert beyond
+    assert done.output.count("out of range, 2 to 3: simulated") == len(beyond)
+    words = page.read_text(encoding="utf-8")
+    assert words.count("(out of range)") == len(beyond)
+    assert all(2.0 <= each.real <= 3.0 for each in surfaces)
+
+
 def test_the_grey_levels_of_files_without_a_common_unit_are_said_to_be_that(save, cube):
     found = evaluate(save("a.npy", clouds(1)), cube, None, EvaluationChoice(band="mwir"))
     assert found.quantity == "grey level of cloud"
