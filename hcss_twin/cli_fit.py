@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcss_twin.cli_files import require_writable
-from hcss_twin.cli_match import image_options
+from hcss_twin.cli_match import image_options, worded_for_options
 from hcss_twin.cli_progress import Stop
 
 if TYPE_CHECKING:
@@ -174,7 +174,8 @@ def fit_command(
             from hcss_twin.matching.target import ImageChoice
             from hcss_twin.uncertainty.fit import fit
 
-            found = fit(images, output, choice=ImageChoice(**options), progress=told, **chosen)
+            with worded_for_options():
+                found = fit(images, output, choice=ImageChoice(**options), progress=told, **chosen)
     if as_json:
         click.echo(json.dumps(_answer(found, output)))
         return

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -83,6 +84,39 @@ def image_options(command: Any) -> Any:
     ):
         command = option(command)
     return command
+
+
+# Fields of a scenario that the reader of an image blames, and the options that are them here.
+_OPTIONS = {
+    "clouds.parameters.missing": "--missing",
+    "clouds.parameters.row_origin": "--row-origin",
+    "clouds.parameters.column_origin": "--column-origin",
+    "clouds.coverage": "--coverage",
+    "image.rows": "--rows",
+    "image.columns": "--columns",
+}
+_WORDS = {
+    "of the scene at 0 s are missing in the image": "of the part are missing",
+    'allowed: another row_origin and column_origin, or missing = "clear"': "allowed: --missing clear, or a part "
+    "without them by --rows, --columns, --row-origin and --column-origin",
+}
+
+
+@contextmanager
+def worded_for_options() -> Iterator[None]:
+    """Name options where the reader of an image names keys of a scenario."""
+    from hcss_twin.errors import Problem, ScenarioError
+
+    try:
+        yield
+    except ScenarioError as error:
+        problems = []
+        for each in error.problems:
+            message = each.message
+            for words, ours in _WORDS.items():
+                message = message.replace(words, ours)
+            problems.append(Problem(_OPTIONS.get(each.field, each.field), message))
+        raise ScenarioError(problems, error.origin) from error
 
 
 @click.command("match")
@@ -199,7 +233,8 @@ def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, c
     from hcss_twin.matching.target import ImageChoice, read_target
     from hcss_twin.reporting.match_preview import draw_match
 
-    target = read_target(image, ImageChoice(**options))
+    with worded_for_options():
+        target = read_target(image, ImageChoice(**options))
     if sys.stderr.isatty():
         with click.progressbar(length=max(1, budget), label="simulations", file=sys.stderr) as bar:
             found = match(target, seed, budget, bar.update)

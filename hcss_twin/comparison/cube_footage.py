@@ -23,11 +23,15 @@ _THERMAL_UM = 3.0
 _TEMPERATURE, _RADIANCE, _MASK = "brightness_temperature", "radiance", "cloud_mask"
 
 
-def cube_footage(dataset: xr.Dataset, path: Path, choice: EvaluationChoice, like: Footage | None) -> Footage:
+def cube_footage(
+    title: str, dataset: xr.Dataset, path: Path, choice: EvaluationChoice, like: Footage | None
+) -> Footage:
     """Choose one variable and band of an open cube.
 
     Parameters
     ----------
+    title : str
+        REAL or SIM, for messages.
     dataset : Dataset
         Open as long as frames are read.
     path : Path
@@ -53,7 +57,7 @@ def cube_footage(dataset: xr.Dataset, path: Path, choice: EvaluationChoice, like
             f"variable '{selection.variable}': {len(selection.planes)} cloud layers; allowed: variables without layers"
         )
     if selection.plane_kind == "band":
-        band = choice.band or _band_like(selection, path, like, notes)
+        band = choice.band or _band_like(title, selection, path, like, notes)
         selection = select(dataset, variable, (band,), choice.frames)
     elif choice.band:
         raise CubeError(
@@ -99,7 +103,7 @@ def _reader(selection: Selection, frames: tuple[Frame, ...]) -> Callable[[int], 
     return read
 
 
-def _band_like(selection: Selection, path: Path, like: Footage | None, notes: list[str]) -> str:
+def _band_like(title: str, selection: Selection, path: Path, like: Footage | None, notes: list[str]) -> str:
     """Return the only band, or the one that has the wavelength of the other file."""
     names = [plane.name for plane in selection.planes]
     if len(names) == 1:
@@ -117,7 +121,8 @@ def _band_like(selection: Selection, path: Path, like: Footage | None, notes: li
             best = min(around, key=lambda plane: (plane.upper_um or 0.0) - (plane.lower_um or 0.0))
             notes.append(f"Band {best.name} of {', '.join(names)}: it holds {at:.4g} um, as {like.name} has.")
             return best.name
-    raise CubeError(f"{path}: {len(names)} bands; choose one: {choose_from('', names)}")
+    option = f"--{title.lower()}-band {names[0]}"
+    raise CubeError(f"{path}: {len(names)} bands; choose one, as {option}; {choose_from('', names)}")
 
 
 def _truth(dataset: xr.Dataset, frames: tuple[int, ...]) -> Callable[[int], NDArray[np.bool_]] | None:

@@ -26,6 +26,9 @@ FOUR, CLOUDS, DIMENSIONS, DIRECTIONS, VALUES, TIME = (
     "Change over time",
 )
 
+# Of the dimension of a surface.
+_SURFACE = (2.0, 3.0)
+
 _PIXEL: Scale = "pixel size"
 _PIXELS: Scale = "pixel size and number of pixels"
 _ANY: Scale = "any"
@@ -77,6 +80,7 @@ def build_metrics(
                 scale=row.scale,
                 comparable=comparable[row.scale],
                 is_ratio=row.is_ratio,
+                limits=row.limits,
             )
         )
     directions = _directions(real, sim, spectra, same_pixels)
@@ -115,6 +119,7 @@ class _Row:
     definition: Definition = "both"
     scale: Scale = _PIXEL
     is_ratio: bool = True
+    limits: tuple[float, float] | None = None
 
 
 def _rows(unit: str) -> Iterator[_Row]:
@@ -171,7 +176,13 @@ def _rows(unit: str) -> Iterator[_Row]:
         lambda frame: frame.measures.mean_level,
         scale=_ANY,
     )
-    yield _Row(DIMENSIONS, "tops", "surface of the cloudy pixels: variogram", _shape("surface_dimension"))
+    yield _Row(
+        DIMENSIONS,
+        "tops",
+        "surface of the cloudy pixels: variogram",
+        _shape("surface_dimension"),
+        limits=_SURFACE,
+    )
     yield _Row(
         DIMENSIONS, "outline", "outlines of the clouds: boxes on the boundary", _shape("boundary_dimension")
     )
@@ -181,7 +192,7 @@ def _rows(unit: str) -> Iterator[_Row]:
         ("boxes", "surface of all values: differential box counting, calibrated", "box counting"),
         ("boxes, raw", "the same as its authors define it", "box counting, raw"),
     ):
-        yield _Row(DIMENSIONS, name, meaning, _dimension(key))
+        yield _Row(DIMENSIONS, name, meaning, _dimension(key), limits=_SURFACE)
     yield _Row(
         DIRECTIONS,
         "semivariance",

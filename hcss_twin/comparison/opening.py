@@ -61,7 +61,7 @@ def open_footage(
     from hcss_twin.comparison.cube_footage import cube_footage
     from hcss_twin.cube.reader import open_cube
 
-    return cube_footage(stack.enter_context(open_cube(paths[0])), paths[0], choice, like)
+    return cube_footage(title, stack.enter_context(open_cube(paths[0])), paths[0], choice, like)
 
 
 def is_cube(path: Path) -> bool:

@@ -17,6 +17,12 @@ from hcss_twin.evaluation.morphology import MorphologyErrors
 from hcss_twin.evaluation.power_spectrum import PowerSpectrum
 from hcss_twin.evaluation.temporal import TemporalAutocorrelation
 
+TERMS: dict[Mode, dict[str, str]] = {
+    "as-printed": {"EV": "EV", "Den": "Den, printed", "DP": "DP, printed", "FD": "FD"},
+    "corrected": {"EV": "EV", "Den": "Den", "DP": "DP", "FD": "FD"},
+}
+"""Terms of eq 24 in each definition, and the metrics that they are of."""
+
 Scale = Literal["any", "pixel size", "pixel size and number of pixels"]
 
 
@@ -141,6 +147,8 @@ class Metric:
         Whether both sides have what it depends on in common.
     is_ratio : bool
         Whether a difference relative to the real value means something.
+    limits : (float, float) or None
+        Least and greatest value that something of its kind can have; an estimator may find another.
     """
 
     name: str
@@ -156,6 +164,11 @@ class Metric:
     scale: Scale
     comparable: bool
     is_ratio: bool = True
+    limits: tuple[float, float] | None = None
+
+    def is_out_of_range(self, value: float) -> bool:
+        """Whether a value is beyond the limits; NaN is not."""
+        return self.limits is not None and (value < self.limits[0] or value > self.limits[1])
 
     @property
     def relative(self) -> float:
@@ -220,6 +233,11 @@ class Evaluation:
         """Return the mean over frames of eq 24's RMSE, as a fraction; NaN where it cannot be had."""
         found = self.errors[mode]
         return float(np.mean([each.rmse for each in found])) if found else math.nan
+
+    def rmse_compares(self, mode: Mode) -> bool:
+        """Whether both sides have in common all that the terms of eq 24's RMSE depend on."""
+        names = TERMS[mode].values()
+        return all(each.comparable for each in self.metrics if each.name in names)
 
     def distance(self, name: str) -> float:
         """Return the mean over frames of a distance of distributions, by its attribute's name."""

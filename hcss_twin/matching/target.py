@@ -107,6 +107,13 @@ def read_target(path: Path, choice: ImageChoice | None = None) -> Target:
     """
     choice = choice or ImageChoice()
     _check(choice)
+    try:
+        return _read(path, choice)
+    except ScenarioError as error:
+        raise ScenarioError(error.problems, origin=str(path)) from error
+
+
+def _read(path: Path, choice: ImageChoice) -> Target:
     source = _open(path, choice)
     shape = source.shape
     size = choice.pixel_size_m or source.pixel_size_m

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hcss_twin.comparison.result import Evaluation, Metric, Side
+from hcss_twin.comparison.result import TERMS, Evaluation, Metric, Side
 from hcss_twin.evaluation.definitions import DEFINITIONS, MODES, Mode
 from hcss_twin.reporting import evaluation_figures as drawn
 from hcss_twin.reporting.evaluation_text import (
@@ -29,6 +29,8 @@ _ERRORS = (("EV", "entropy"), ("Den", "density"), ("DP", "diagonal_peak"), ("FD"
 _TOLD = 4
 
 _LONGEST_NAME = 34
+
+_MARKED = "~ depends on the size or the number of pixels, which both sides do not (or are not known to) have in common."
 
 _PRINTED_RMSE = (
     "The paper prints 3.09 % (its Table VIII) and 4.18 % (Table IX) for images made to look alike, and 8.73 % and "
@@ -78,6 +80,8 @@ def _summary(found: Evaluation) -> list[str]:
             )
         )
     ]
+    if not all(found.rmse_compares(mode) for mode in MODES):
+        content.append(paragraph(_MARKED))
     if any(len(each) > 1 for each in found.errors.values()):
         content.append(
             paragraph(
@@ -93,10 +97,14 @@ def _eq_24(found: Evaluation, mode: Mode) -> list[list[str]]:
     errors = found.errors[mode]
     rows = []
     for name, field in _ERRORS:
-        metric = found.metric(f"{name}, printed" if mode == "as-printed" and name in ("Den", "DP") else name)
+        metric = found.metric(TERMS[mode][name])
         mean = sum(getattr(each, field) for each in errors) / len(errors) if errors else math.nan
-        rows.append([name, number(metric.real), number(metric.sim), _share(mean)])
-    return [*rows, ["RMSE", "", "", _share(found.rmse(mode))]]
+        rows.append([_marked(name, metric.comparable), number(metric.real), number(metric.sim), _share(mean)])
+    return [*rows, [_marked("RMSE", found.rmse_compares(mode)), "", "", _share(found.rmse(mode))]]
+
+
+def _marked(name: str, compares: bool) -> str:
+    return name if compares else f"{name} ~"
 
 
 def _share(value: float) -> str:
@@ -246,17 +254,13 @@ def _all_metrics(found: Evaluation) -> list[str]:
     if several:
         content.append(paragraph("Means and standard deviations over frames."))
     if any(not each.comparable for each in found.metrics):
-        content.append(
-            paragraph(
-                "~ depends on the size or the number of pixels, which both sides do not have in common."
-            )
-        )
+        content.append(paragraph(_MARKED))
     for group in groups:
         rows = [
             [
                 f"{name_of(each)} ({each.unit})" if each.unit not in ("", "1") else name_of(each),
-                with_spread(each.real, each.real_spread).replace("+-", "\u00b1"),
-                with_spread(each.sim, each.sim_spread).replace("+-", "\u00b1"),
+                _value(each, each.real, each.real_spread),
+                _value(each, each.sim, each.sim_spread),
                 signed(each.difference),
                 percent(each.relative),
             ]
@@ -268,6 +272,12 @@ def _all_metrics(found: Evaluation) -> list[str]:
         *content,
         folded("What each measure is", facts((each.name, each.meaning) for each in found.metrics)),
     ]
+
+
+def _value(metric: Metric, value: float, spread: float) -> str:
+    """Return a value and its spread, marked where nothing of its kind can have it."""
+    mark = " (out of range)" if metric.is_out_of_range(value) else ""
+    return with_spread(value, spread).replace("+-", "\u00b1") + mark
 
 
 def _definitions() -> list[str]:

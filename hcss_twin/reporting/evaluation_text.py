@@ -39,11 +39,12 @@ def _lines(found: Evaluation) -> Iterator[str]:
         yield (
             f"  {name_of(each):<{_NAME - 2}} {with_spread(each.real, each.real_spread):>{_CELL}} "
             f"{with_spread(each.sim, each.sim_spread):>{_CELL}} {signed(each.difference):>11} "
-            f"{percent(each.relative):>9}  {each.unit if each.unit != '1' else ''}".rstrip()
+            f"{percent(each.relative):>9}  {each.unit if each.unit != '1' else ''}{_beyond(each)}".rstrip()
         )
     yield "RMSE of eq 24 (EV, Den, DP, FD)"
     for mode in MODES:
-        yield f"  {mode:<{_NAME - 2}} {rmse_text(found, mode)}"
+        marked = mode if found.rmse_compares(mode) else f"{mode} ~"
+        yield f"  {marked:<{_NAME - 2}} {rmse_text(found, mode)}"
     yield f"Distributions of {found.quantity}"
     for name, meaning, has_unit in DISTANCES:
         unit = f" {found.unit}" if has_unit and found.unit else ""
@@ -81,6 +82,15 @@ def cloud_in_words(side: Side) -> str:
 def name_of(metric: Metric) -> str:
     """Return the name, marked where both sides do not compare."""
     return metric.name if metric.comparable else f"{metric.name} ~"
+
+
+def _beyond(metric: Metric) -> str:
+    """Name the sides whose value nothing of its kind can have."""
+    sides = (("real", metric.real), ("simulated", metric.sim))
+    beyond = [title for title, value in sides if metric.is_out_of_range(value)]
+    if not beyond or metric.limits is None:
+        return ""
+    return f"out of range, {metric.limits[0]:g} to {metric.limits[1]:g}: {', '.join(beyond)}"
 
 
 def rmse_text(found: Evaluation, mode: str) -> str:

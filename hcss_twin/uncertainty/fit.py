@@ -149,6 +149,8 @@ def fit(
     paths = [Path(images)] if isinstance(images, str | os.PathLike) else [Path(each) for each in images]
     if not paths:
         raise PosteriorError("images: none given, allowed: one or more")
+    # Images take long to read, and what is wrong with them is not to hide what is wrong here.
+    _space(chosen, 0.5, [FRAME], several=len(paths) > 1)
     targets = [read_target(path, choice) for path in paths]
     digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
     inputs = [(target.source, digest) for target, digest in zip(targets, digests, strict=True)]
@@ -166,14 +168,10 @@ def fit_targets(
     options.check()
     data = [ImageData.of(target.image, options.smallest_lag) for target in targets]
     several = len(data) > 1
-    fixed = dict(options.fixed)
-    from_image = fixed.get("coverage") == "image"
-    if from_image:
-        fixed["coverage"] = float(np.mean([each.coverage for each in data]))
-    numbers = {name: _number(name, value) for name, value in fixed.items()}
-    own = {name: text for name, text in options.priors.items() if not name.startswith(SPREAD)}
-    space = Space.of(numbers, own, _usual_priors([(d.rows, d.columns, d.pixel_size_m) for d in data]))
-    spreads = _spread_priors(space, options.priors, several)
+    from_image = options.fixed.get("coverage") == "image"
+    coverage = float(np.mean([each.coverage for each in data]))
+    frames = [(each.rows, each.columns, each.pixel_size_m) for each in data]
+    space, spreads = _space(options, coverage, frames, several=several)
     likelihoods = [ImageLikelihood.of(each, options.octaves, not from_image, options.misfit) for each in data]
     digest = hashlib.sha256(repr(from_image).encode())
     for each in data:
@@ -354,6 +352,19 @@ def _prepare(
         told("simulating", done / total)
 
     return prepare(likelihood, space, np.random.SeedSequence([seed, 0, index]), simulated)
+
+
+def _space(
+    options: FitOptions, coverage: float, frames: Sequence[tuple[int, int, float]], *, several: bool
+) -> tuple[Space, tuple[Prior, ...]]:
+    """Return what is free, and the priors of spreads, for images of this coverage and these frames."""
+    fixed = dict(options.fixed)
+    if fixed.get("coverage") == "image":
+        fixed["coverage"] = coverage
+    numbers = {name: _number(name, value) for name, value in fixed.items()}
+    own = {name: text for name, text in options.priors.items() if not name.startswith(SPREAD)}
+    space = Space.of(numbers, own, _usual_priors(frames))
+    return space, _spread_priors(space, options.priors, several)
 
 
 def _number(name: str, value: float | str) -> float:

@@ -247,6 +247,37 @@ def test_shapes_and_pixel_sizes_that_differ_are_told_and_nothing_is_resampled(sa
     assert any("is not known" in each for each in evaluate(small, small).notes)
 
 
+@pytest.mark.parametrize(("size", "is_marked"), [("1 km", False), ("2 km", True)])
+def test_the_rmse_is_marked_on_screen_and_page_where_its_terms_are(save, tmp_path, size, is_marked):
+    page = tmp_path / "report.html"
+    sizes = ("--real-pixel-size", "1 km", "--sim-pixel-size", size)
+    done = hcss("evaluate", save("a.npy", clouds(1)), save("b.npy", clouds(2)), *sizes, "-o", page)
+    assert done.exit_code == 0, done.output
+    for name in ("EV", "as-printed", "corrected"):
+        assert (f"\n  {name} ~ " in done.output) is is_marked
+    words = page.read_text(encoding="utf-8").partition("Pictures</h2>")[0]
+    for name in ("EV", "Den", "DP", "FD", "RMSE"):
+        assert words.count(f">{name} ~<") == (2 if is_marked else 0)
+    assert ("~ depends on the size" in words) is is_marked
+
+
+def test_a_dimension_that_no_surface_can_have_is_marked_on_its_side_on_screen_and_page(save, tmp_path):
+    page = tmp_path / "report.html"
+    # Anticorrelated neighbours: rougher than any surface.
+    noise = np.random.default_rng(1).random((128, 128))
+    rough = noise - 0.3 * (np.roll(noise, 1, axis=0) + np.roll(noise, 1, axis=1))
+    done = hcss("evaluate", save("a.npy", clouds(1)), save("b.npy", rough), "-o", page)
+    assert done.exit_code == 0, done.output
+    found = evaluate(tmp_path / "a.npy", tmp_path / "b.npy")
+    surfaces = [found.metric(name) for name in ("tops", "variogram", "spectrum", "boxes", "boxes, raw")]
+    beyond = [each for each in surfaces if each.sim < 2.0 or each.sim > 3.0]
+    assert beyond
+    assert done.output.count("out of range, 2 to 3: simulated") == len(beyond)
+    words = page.read_text(encoding="utf-8")
+    assert words.count("(out of range)") == len(beyond)
+    assert all(2.0 <= each.real <= 3.0 for each in surfaces)
+
+
 def test_the_grey_levels_of_files_without_a_common_unit_are_said_to_be_that(save, cube):
     found = evaluate(save("a.npy", clouds(1)), cube, None, EvaluationChoice(band="mwir"))
     assert found.quantity == "grey level of cloud"
@@ -288,7 +319,7 @@ def bad(tmp_path):
         ("tiny.npy", "5 rows x 5 columns, allowed: 32 or more"),
         ("cubic.npy", "allowed: real numbers, (rows, columns)"),
         ("one-cloud.npy", "all cloudy pixels are"),
-        ("text.nc", "not an image that can be read"),
+        ("text.nc", "it is no NetCDF file, or its beginning is damaged"),
         ("gaps.npy", "largest part without missing pixels"),
         ("nowhere.npy", "no image"),
     ],
@@ -338,7 +369,7 @@ def test_frames_without_cloud_are_left_out_and_told(cube, tmp_path):
             EvaluationChoice(band="lwir-10.3"),
             "no such band; allowed: lwir-10.8, mwir; closest is 'lwir-10.8'",
         ),
-        (EvaluationChoice(), "2 bands; choose one"),
+        (EvaluationChoice(), "2 bands; choose one, as --sim-band mwir; allowed: lwir-10.8, mwir"),
         (EvaluationChoice(band="mwir", frames=(7,)), "the cube has 0 to 2; closest is 2"),
         (EvaluationChoice(band="mwir", variable="radiancee"), "closest is 'radiance'"),
         (EvaluationChoice(band="mwir", method="coverage"), "coverage: goes with the method"),
@@ -351,6 +382,11 @@ def test_choices_that_do_not_fit_a_cube_are_refused(cube, save, choice, message)
     with pytest.raises(HcssError) as error:
         evaluate(save("good.npy", clouds(2)), cube, None, choice)
     assert message in str(error.value)
+
+
+def test_a_band_that_is_missing_is_asked_for_by_the_option_of_its_side(cube, save):
+    with pytest.raises(HcssError, match="2 bands; choose one, as --real-band mwir"):
+        evaluate(cube, save("good.npy", clouds(2)))
 
 
 @pytest.mark.parametrize(
@@ -405,7 +441,7 @@ def test_the_command_writes_a_table_a_page_and_json_that_agree(cube, seviri, tmp
     assert done.exit_code == 0, done.output
     told = json.loads(numbers.read_text(encoding="utf-8"))
     rmse = f"{100 * told['eq24']['as-printed']['RMSE']:.2f} %"
-    assert f"as-printed     {rmse}, relative to the simulated values" in done.output
+    assert f"as-printed ~   {rmse}, relative to the simulated values" in done.output
     assert {each["name"] for each in told["metrics"]} >= {*FOUR, "coverage", "degree", "long axis", "mean"}
     assert set(told["definitions"]) == {"EV", "Den", "DP", "FD", "RMSE"}
     assert told["unit"] == "K"

@@ -212,6 +212,28 @@ def test_what_cannot_be_fitted_is_said_and_nothing_is_written(here, arguments, m
     assert set(here.iterdir()) == before
 
 
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            ["--fix", "gama=2"],
+            "parameter: 'gama' given, allowed: H, Lx, Ly, coverage, gamma; closest is 'gamma'",
+        ),
+        (["--fix", "H=2"], "H: fixed at 2, allowed: between 0 and 1"),
+        (["--fix", "H=image"], "H: fixed at 'image', allowed: a number"),
+        (["--prior", "H=unform:0:1"], "prior of H: 'unform' given"),
+        (["--prior", "spread_H=uniform:0:1"], "one image has no spread"),
+        (["--octaves", "5", "2"], "octaves: (5, 2) given"),
+    ],
+)
+def test_options_are_checked_before_the_image_is_read(here, options, message):
+    Path("no-image.npy").write_bytes(b"\x93NUMPY, but broken")
+    done = hcss("fit", "no-image.npy", "--pixel-size", "20 m", *options, catch=True)
+    assert message in str(done.exception or done.output)
+    image = hcss("fit", "no-image.npy", "--pixel-size", "20 m", "--fix", "coverage=image", catch=True)
+    assert "not an array that can be read" in str(image.exception)
+
+
 def test_an_existing_posterior_is_kept(here):
     Path("p.nc").write_text("mine")
     done = hcss("fit", "--fd", 2.3, "--fd-error", 0.1, "-o", "p.nc", catch=True)

@@ -164,6 +164,34 @@ def test_bad_input_is_named_and_nothing_is_written(here, arguments, message):
     assert not list(here.glob("*.toml"))
 
 
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            (),
+            "--missing: 1 of the 12288 pixels of the part are missing; allowed: --missing clear, or a part",
+        ),
+        (("--rows", 800), "--rows: 800 is more than the image has (96 rows, 128 columns); closest is 96"),
+        (("--rows", 64, "--row-origin", 90), "--row-origin: 90 puts 64 rows beyond the image's 96"),
+        (
+            ("--columns", 64, "--column-origin", 90),
+            "--column-origin: 90 puts 64 columns beyond the image's 128",
+        ),
+    ],
+)
+@pytest.mark.parametrize("command", ["match", "fit"])
+def test_what_is_wrong_with_an_image_names_the_file_and_options_of_the_command(
+    here, command, options, message
+):
+    values = np.load("clouds.npy").astype(float)
+    values[40, 40] = np.nan
+    np.save("holes.npy", values)
+    with pytest.raises(HcssError) as error:
+        hcss(command, "holes.npy", "--pixel-size", 500, *options)
+    assert str(error.value).startswith("holes.npy: 1 problem\n")
+    assert message in str(error.value)
+
+
 def test_help_names_the_budget_of_the_search():
     assert cli_match._BUDGET == BUDGET
 

@@ -245,6 +245,24 @@ def test_broken_files_are_named(tmp_path, content):
         read_image(path)
 
 
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "it is empty"),
+        (b"not an image", "it is no NetCDF file, or its beginning is damaged"),
+        (b"\x89HDF\r\n\x1a\nrest", "it is NetCDF, but damaged, cut off or of another kind"),
+        (b"CDF\x01", "it is NetCDF, but damaged, cut off or of another kind"),
+    ],
+)
+def test_a_broken_file_that_is_called_netcdf_is_said_to_be_none_or_damaged(tmp_path, content, message):
+    path = tmp_path / "broken.nc"
+    path.write_bytes(content)
+    with pytest.raises(CatalogError) as error:
+        read_image(path)
+    assert str(error.value).startswith(f"{path}: {message}")
+    assert "identify" not in str(error.value)
+
+
 def test_truncated_picture_is_named(tmp_path):
     Picture.fromarray(np.random.default_rng(0).integers(0, 255, (64, 64), dtype=np.uint8)).save(
         tmp_path / "a.png"

@@ -17,6 +17,9 @@ from hcss_twin.errors import CatalogError
 # First bytes of TIFF and BigTIFF in both byte orders.
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
+# Names of files that are meant to be NetCDF.
+_NETCDF = (".nc", ".nc4", ".cdf", ".netcdf")
+
 
 def read_image(path: Path, variable: str | None = None) -> Image:
     """Read an image; the kind of file is known from its first bytes, not from its name.
@@ -63,6 +66,7 @@ def read_image(path: Path, variable: str | None = None) -> Image:
 
 def _read_picture(path: Path) -> Image:
     from PIL import Image as Picture
+    from PIL import UnidentifiedImageError
 
     try:
         with quiet(), Picture.open(path) as picture:
@@ -74,6 +78,14 @@ def _read_picture(path: Path) -> Image:
             else:
                 colours = np.asarray(picture.convert("RGBA"), dtype=np.float64)
                 values = luminance(colours)
+    except UnidentifiedImageError as error:
+        if path.stat().st_size == 0:
+            why = "it is empty"
+        elif path.suffix.lower() in _NETCDF:
+            why = "it is no NetCDF file, or its beginning is damaged"
+        else:
+            why = "not an image that can be read: it is of no known kind"
+        raise CatalogError(f"{path}: {why}; allowed: NetCDF, TIFF, PNG, JPEG, .npy, .npz") from error
     except (OSError, SyntaxError, ValueError, Picture.DecompressionBombError) as error:
         raise CatalogError(f"{path}: not an image that can be read: {error}") from error
     return Image(values, None, True, "", "grey level", path.name)
