@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "calibration.py"
-IMAGES = 6
+IMAGES = 4
 
 
 @pytest.fixture(scope="module")
