@@ -309,7 +309,7 @@ def test_a_section_says_what_is_uncertain_and_is_refused_where_it_would_be_ignor
         (["--draws", "3", "--posterior", "POSTERIOR", "--cube-of", "a"], "allowed: numbers of draws"),
         (["--draws", "3", "--posterior", "POSTERIOR", "--workers", "2"], "in one process"),
         (["--draws", "3", "--posterior", "POSTERIOR", "-o", "a.zarr"], "ends in .nc"),
-        (["--draws", "3", "--posterior", "POSTERIOR", "-o", "none/a.nc"], "there is no folder none"),
+        (["--draws", "3", "--posterior", "POSTERIOR", "-o", "none/a.nc"], "there is no folder"),
         (["--draws", "3", "--posterior", "none.nc"], "no such file"),
         (["--draws", "3", "--posterior", "UNFINISHED"], "not converged"),
         (["--draws", "3", "--posterior", "TEXT"], "not a NetCDF file"),
