@@ -185,7 +185,7 @@ PAPER: tuple[Equation, ...] = (
         "Difference of two morphologies",
         r"RMSE = \sqrt{\tfrac{1}{4} (er_{EV}^2 + er_{Den}^2 + er_{DP}^2 + er_{FD}^2)}, \qquad er_m = "
         r"\frac{|m_{true} - m_{sim}|}{m_{sim}}",
-        ("evaluation.morphology.morphology_errors", "evaluation.definitions.eq_24"),
+        ("evaluation.relative_errors.relative_errors", "evaluation.definitions.eq_24"),
         paper=24,
     ),
 )

@@ -15,6 +15,7 @@ from hcss_twin.evaluation.complete_part import complete_part
 from hcss_twin.evaluation.fractal_dimension.body import body_dimension
 from hcss_twin.evaluation.fractal_dimension.boundary import boundary_dimension
 from hcss_twin.evaluation.histogram_metrics import histogram_metrics, to_grey_levels
+from hcss_twin.evaluation.relative_errors import relative_errors, root_mean_square
 from hcss_twin.evaluation.semivariance import semivariances
 
 # Lags of the slope and of the ratio of axes, pixels: the finest there are.
@@ -196,11 +197,11 @@ def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErro
     ImageError
         If a simulated value is 0, as the entropy of an image of one grey level is.
     """
-    errors = {}
-    for name in ("entropy", "density", "diagonal_peak", "fractal_dimension"):
-        reference = getattr(simulated, name)
-        if reference == 0.0:
+    names = ("entropy", "density", "diagonal_peak", "fractal_dimension")
+    for name in names:
+        if getattr(simulated, name) == 0.0:
             raise ImageError(f"simulated.{name}: 0 given, allowed: anything else, as eq 24 divides by it")
-        errors[name] = abs(getattr(true, name) - reference) / abs(reference)
-    rmse = math.sqrt(sum(error**2 for error in errors.values()) / len(errors))
-    return MorphologyErrors(**errors, rmse=rmse)
+    errors = relative_errors(
+        [getattr(true, name) for name in names], [getattr(simulated, name) for name in names]
+    )
+    return MorphologyErrors(**dict(zip(names, errors, strict=True)), rmse=root_mean_square(errors))

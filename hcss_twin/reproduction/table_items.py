@@ -49,18 +49,18 @@ TABLES: tuple[Item, ...] = (
     _item(
         "table-8",
         "Measures of a simulated and a real cloud image: Den, DP, FD and RMSE",
-        "image_measures:table_8",
+        "tables_8_and_9:table_8",
         3.0,
     ),
-    _item("table-8-ev", "Measures of the images of Table VIII: EV", "image_measures:table_8_entropy", 3.0),
+    _item("table-8-ev", "Measures of the images of Table VIII: EV", "tables_8_and_9:table_8_entropy", 3.0),
     _item(
         "table-9",
         "Measures of cloud images of three coverages: DP, FD and RMSE",
-        "image_measures:table_9",
+        "tables_8_and_9:table_9",
         3.0,
     ),
     _item(
-        "table-9-ev", "Measures of the images of Table IX: EV and Den", "image_measures:table_9_entropy", 3.0
+        "table-9-ev", "Measures of the images of Table IX: EV and Den", "tables_8_and_9:table_9_entropy", 3.0
     ),
     _item("table-10", "Features of the method", "table_10:table_10", 3.0),
 )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
+from hcss_twin.evaluation.relative_errors import relative_errors, root_mean_square
 from hcss_twin.reproduction.cloud_images import IMAGES, MEASURES, mean_measures
 from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.item import Check, Reproduction, Row
@@ -35,10 +35,10 @@ _CHOICES = (
 )
 
 
-def eq_24(real: Sequence[float], simulated: Sequence[float]) -> tuple[tuple[float, ...], float]:
-    """Return the relative errors of eq 24, with the simulated value below the line, and their RMSE; percent."""
-    errors = tuple(100.0 * abs(one - other) / abs(other) for one, other in zip(real, simulated, strict=True))
-    return errors, _rms(errors)
+def eq_24_percent(real: Sequence[float], simulated: Sequence[float]) -> tuple[tuple[float, ...], float]:
+    """Return the errors of eq 24 and their RMSE in percent, as the tables print them."""
+    errors = tuple(100.0 * error for error in relative_errors(real, simulated))
+    return errors, root_mean_square(errors)
 
 
 def eq_24_limits(
@@ -60,11 +60,10 @@ def eq_24_limits(
         )
         for one, other, off in zip(real, simulated, half, strict=True)
     )
-    return errors, (_rms([low for low, _ in errors]), _rms([high for _, high in errors]))
-
-
-def _rms(values: Sequence[float]) -> float:
-    return math.sqrt(sum(value**2 for value in values) / len(values))
+    return errors, (
+        root_mean_square([low for low, _ in errors]),
+        root_mean_square([high for _, high in errors]),
+    )
 
 
 def table_8(seed: int) -> Reproduction:
@@ -75,7 +74,7 @@ def table_8(seed: int) -> Reproduction:
     rows, checks = _measures(
         "simulated image", printed, mean_measures("simulated", coverage, seed), ("Den", "DP", "FD")
     )
-    errors, rmse = eq_24(table["real"], table["sim"])
+    errors, rmse = eq_24_percent(table["real"], table["sim"])
     rows += [
         Row(f"error of {name}", "%", float(stated), found)
         for name, stated, found in zip(MEASURES, table["err_pct"], errors, strict=True)
@@ -111,7 +110,7 @@ def table_9(seed: int) -> Reproduction:
         more_rows, more_checks = _measures(
             f"{name}, coverage {coverage:g} %", dict(zip(MEASURES, printed, strict=True)), found, ("DP", "FD")
         )
-        _, rmse = eq_24(real, printed)
+        _, rmse = eq_24_percent(real, printed)
         rows += [*more_rows, Row(f"{name}, RMSE", "%", stated, rmse)]
         _, limits = eq_24_limits(real, printed, _HALF_9)
         checks += [*more_checks, _within(f"{name}, RMSE", stated, *limits)]
