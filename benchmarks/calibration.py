@@ -32,7 +32,8 @@ from hcss_twin.drafts import draft_of
 from hcss_twin.errors import HcssError, PosteriorError
 from hcss_twin.matching.cloud_image import CloudImage, grey_inputs
 from hcss_twin.matching.target import Target
-from hcss_twin.uncertainty.fit import FitOptions, fit_targets
+from hcss_twin.uncertainty.fit import fit_targets
+from hcss_twin.uncertainty.fit_options import FitOptions
 from hcss_twin.uncertainty.priors import Prior
 from hcss_twin.uncertainty.scales import KINDS
 

@@ -18,7 +18,8 @@ from hcss_twin.clouds.fractal.parameters import FractalParameters
 from hcss_twin.matching.cloud_image import simulate_image
 from hcss_twin.matching.cloud_type import empty_frame
 from hcss_twin.matching.target import Target
-from hcss_twin.uncertainty.fit import FitOptions, fit_targets
+from hcss_twin.uncertainty.fit import fit_targets
+from hcss_twin.uncertainty.fit_options import FitOptions
 
 
 def main() -> None:

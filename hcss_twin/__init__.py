@@ -41,7 +41,8 @@ if TYPE_CHECKING:
     from hcss_twin.scene.simulate import simulate
     from hcss_twin.sweeps.reader import open_sweep
     from hcss_twin.sweeps.run import sweep
-    from hcss_twin.uncertainty.fit import fit, fit_dimension
+    from hcss_twin.uncertainty.fit import fit
+    from hcss_twin.uncertainty.fit_dimension import fit_dimension
     from hcss_twin.uncertainty.posterior_file import read_posterior
 
 __all__ = [
@@ -92,7 +93,7 @@ def __getattr__(name: str) -> Any:
         "evaluate": "comparison.evaluate",
         "export_cube": "export.cube_export",
         "fit": "uncertainty.fit",
-        "fit_dimension": "uncertainty.fit",
+        "fit_dimension": "uncertainty.fit_dimension",
         "hookimpl": "registry.hookspecs",
         "read_posterior": "uncertainty.posterior_file",
         "Scenario": "scenario.scenario",

@@ -193,7 +193,7 @@ def _fit_dimension(
     refused = [name for name in _OF_AN_IMAGE if options[name] not in (None, "auto", "error")]
     if refused:
         raise click.UsageError(f"{', '.join(refused)}: has no meaning without IMAGES; leave it out")
-    from hcss_twin.uncertainty.fit import fit_dimension
+    from hcss_twin.uncertainty.fit_dimension import fit_dimension
 
     names = ("rows", "columns", "pixel_size_m")
     frame = {name: options[name] for name in names if options[name] is not None}
