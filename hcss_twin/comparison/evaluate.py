@@ -15,7 +15,7 @@ from hcss_twin.comparison.grey_clouds import MEANINGS
 from hcss_twin.comparison.metrics import build_metrics
 from hcss_twin.comparison.opening import open_footage
 from hcss_twin.comparison.pairing import distances_of_frames, errors_of_frames, pair_frames, typical_frame
-from hcss_twin.comparison.result import Evaluation, Side
+from hcss_twin.comparison.result import Evaluation
 from hcss_twin.comparison.side import (
     Measured,
     Prepared,
@@ -24,6 +24,7 @@ from hcss_twin.comparison.side import (
     measure_side,
     pictured,
 )
+from hcss_twin.comparison.side_result import Side
 from hcss_twin.evaluation.definitions import MODES, Mode
 from hcss_twin.evaluation.morphology import MorphologyErrors
 from hcss_twin.evaluation.power_spectrum import mean_spectrum, spectral_distance_db

@@ -9,7 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from hcss_twin.comparison.result import FrameResult, Metric, Scale
+from hcss_twin.comparison.result import Metric, Scale
+from hcss_twin.comparison.side_result import FrameResult
 from hcss_twin.evaluation.definitions import Mode, four_measures
 from hcss_twin.evaluation.power_spectrum import PowerSpectrum
 from hcss_twin.evaluation.temporal import TemporalAutocorrelation

@@ -10,12 +10,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.comparison.json_numbers import json_list, json_number
+from hcss_twin.comparison.side_result import Side, side_document
 from hcss_twin.evaluation.definitions import DEFINITIONS, Mode
 from hcss_twin.evaluation.distributions import DistributionDistance
-from hcss_twin.evaluation.image_measures import ImageMeasures
 from hcss_twin.evaluation.morphology import MorphologyErrors
-from hcss_twin.evaluation.power_spectrum import PowerSpectrum
-from hcss_twin.evaluation.temporal import TemporalAutocorrelation
 
 TERMS: dict[Mode, dict[str, str]] = {
     "as-printed": {"EV": "EV", "Den": "Den, printed", "DP": "DP, printed", "FD": "FD"},
@@ -24,106 +23,6 @@ TERMS: dict[Mode, dict[str, str]] = {
 """Terms of eq 24 in each definition, and the metrics that they are of."""
 
 Scale = Literal["any", "pixel size", "pixel size and number of pixels"]
-
-
-@dataclass(frozen=True)
-class FrameResult:
-    """One frame of one side.
-
-    Attributes
-    ----------
-    label : str
-    seconds : float
-        After the first frame; NaN where times are not known.
-    measures : ImageMeasures
-    missing : int
-        Pixels of which it is not known whether they are cloudy.
-    truth_coverage : float
-        Cloudy part by the file's own mask; NaN where it has none.
-    """
-
-    label: str
-    seconds: float
-    measures: ImageMeasures
-    missing: int
-    truth_coverage: float
-
-
-@dataclass(frozen=True)
-class Pictured:
-    """The frame that is drawn.
-
-    Attributes
-    ----------
-    label : str
-    values : ndarray (rows, columns)
-        Rows northward.
-    level : ndarray of float32 (rows, columns)
-        0 clear, 1 to 255.
-    known : ndarray of bool (rows, columns)
-        Whether a pixel is known to be cloudy or clear.
-    pairs : ndarray of int64 (256, 256)
-        2-D histogram of horizontal neighbours.
-    """
-
-    label: str
-    values: NDArray[np.float64]
-    level: NDArray[np.float32]
-    known: NDArray[np.bool_]
-    pairs: NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Side:
-    """The real or the simulated side.
-
-    Attributes
-    ----------
-    name, kind, quantity, units, band : str
-        Of the file.
-    shape, part : tuple of int
-        Rows and columns of the file, and of what was compared.
-    pixel_size_m : float or None
-    method, mask : str
-        How cloud was found, and in words.
-    bright_is_cloud : bool
-        In the values that are compared.
-    frames : sequence of FrameResult
-    left_out : sequence of (str, str)
-        Frames that could not be measured, and why.
-    histogram : ndarray (bins,)
-        Share of all compared pixels of all frames in each bin of :attr:`Evaluation.edges`.
-    spectrum : PowerSpectrum or None
-        Mean over frames.
-    temporal : TemporalAutocorrelation or None
-        Where there are two frames or more.
-    pictured : Pictured
-    notes : sequence of str
-    """
-
-    name: str
-    kind: str
-    quantity: str
-    units: str
-    band: str
-    shape: tuple[int, int]
-    part: tuple[int, int]
-    pixel_size_m: float | None
-    method: str
-    mask: str
-    bright_is_cloud: bool
-    frames: Sequence[FrameResult]
-    left_out: Sequence[tuple[str, str]]
-    histogram: NDArray[np.float64]
-    spectrum: PowerSpectrum | None
-    temporal: TemporalAutocorrelation | None
-    pictured: Pictured
-    notes: Sequence[str]
-
-    @property
-    def pictured_coverage(self) -> float:
-        """Cloudy part of the known pixels of the pictured frame."""
-        return int(np.count_nonzero(self.pictured.level)) / int(np.count_nonzero(self.pictured.known))
 
 
 @dataclass(frozen=True)
@@ -258,17 +157,17 @@ class Evaluation:
             "metrics": [
                 {
                     **{key: getattr(each, key) for key in _OF_A_METRIC},
-                    **{key: _number(getattr(each, key)) for key in _NUMBERS_OF_A_METRIC},
+                    **{key: json_number(getattr(each, key)) for key in _NUMBERS_OF_A_METRIC},
                 }
                 for each in self.metrics
             ],
             "distributions": {
-                key: _number(self.distance(key)) for key in DistributionDistance.__dataclass_fields__
+                key: json_number(self.distance(key)) for key in DistributionDistance.__dataclass_fields__
             },
-            "spectral_distance_db": _number(self.spectral_distance_db),
-            "histogram_edges": _list(self.edges),
-            "real": _side(self.real),
-            "sim": _side(self.sim),
+            "spectral_distance_db": json_number(self.spectral_distance_db),
+            "histogram_edges": json_list(self.edges),
+            "real": side_document(self.real),
+            "sim": side_document(self.sim),
         }
 
     def _eq_24(self, mode: Mode) -> dict[str, Any]:
@@ -282,7 +181,7 @@ class Evaluation:
         }
         return {
             **{
-                name: _number(float(np.mean([getattr(each, field) for each in found]))) if found else None
+                name: json_number(float(np.mean([getattr(each, field) for each in found]))) if found else None
                 for name, field in names.items()
             },
             "RMSE_spread": float(np.std([each.rmse for each in found])) if found else None,
@@ -292,68 +191,3 @@ class Evaluation:
 
 _OF_A_METRIC = ("name", "meaning", "unit", "definition", "group", "scale", "comparable")
 _NUMBERS_OF_A_METRIC = ("real", "real_spread", "sim", "sim_spread", "difference", "relative")
-
-
-def _number(value: float) -> float | None:
-    """Return a number for JSON, which has no NaN and no infinity."""
-    return float(value) if math.isfinite(value) else None
-
-
-def _list(values: NDArray[Any]) -> list[float | None]:
-    return [_number(float(value)) for value in values]
-
-
-def _side(side: Side) -> dict[str, Any]:
-    spectrum, temporal = side.spectrum, side.temporal
-    return {
-        **{
-            key: getattr(side, key) for key in ("name", "kind", "quantity", "units", "band", "method", "mask")
-        },
-        "pixel_size_m": side.pixel_size_m,
-        "rows": side.shape[0],
-        "columns": side.shape[1],
-        "compared_rows": side.part[0],
-        "compared_columns": side.part[1],
-        "cloud_is": "bright" if side.bright_is_cloud else "dark",
-        "notes": list(side.notes),
-        "frames": [_frame(each) for each in side.frames],
-        "frames_left_out": [{"frame": label, "reason": why} for label, why in side.left_out],
-        "histogram": _list(side.histogram),
-        "spectrum": None
-        if spectrum is None
-        else {
-            "wavenumber_cycles_per_pixel": _list(spectrum.wavenumber),
-            "power": _list(spectrum.power),
-            "direction_deg": _list(spectrum.direction_deg),
-            "by_direction": _list(spectrum.by_direction),
-        },
-        "temporal_autocorrelation": None
-        if temporal is None
-        else {
-            "lag_frames": temporal.lag.tolist(),
-            "lag_s": _list(temporal.lag_s),
-            "correlation": _list(temporal.correlation),
-            "decorrelation_s": _number(temporal.decorrelation_s),
-            "pixels": temporal.pixels,
-        },
-    }
-
-
-def _frame(frame: FrameResult) -> dict[str, Any]:
-    measured = frame.measures
-    shape = {name: _number(getattr(measured.morphology, name)) for name in vars(measured.morphology)}
-    return {
-        "label": frame.label,
-        "seconds": _number(frame.seconds),
-        "missing_pixels": frame.missing,
-        "mean": measured.mean,
-        "deviation": measured.deviation,
-        "mean_level": measured.mean_level,
-        **shape,
-        "truth_coverage": _number(frame.truth_coverage),
-        "dimensions": {
-            name: {"dimension": found.dimension, "standard_error": _number(found.standard_error)}
-            for name, found in measured.dimensions.items()
-        },
-        "left_out": list(measured.left_out),
-    }

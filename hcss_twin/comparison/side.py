@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hcss_twin.comparison.choice import EvaluationChoice
 from hcss_twin.comparison.footage import Array, Footage
 from hcss_twin.comparison.grey_clouds import grey_clouds
-from hcss_twin.comparison.result import FrameResult, Pictured
+from hcss_twin.comparison.side_result import FrameResult, Pictured
 from hcss_twin.errors import ImageError
 from hcss_twin.evaluation.histogram_metrics import joint_histogram, to_grey_levels
 from hcss_twin.evaluation.image_measures import measure_image

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.comparison.result import Evaluation, Side
+from hcss_twin.comparison.result import Evaluation
+from hcss_twin.comparison.side_result import Side
 from hcss_twin.evaluation.temporal import TemporalAutocorrelation
 
 if TYPE_CHECKING:

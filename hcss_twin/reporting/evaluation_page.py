@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from hcss_twin.comparison.result import TERMS, Evaluation, Metric, Side
+from hcss_twin.comparison.result import TERMS, Evaluation, Metric
+from hcss_twin.comparison.side_result import Side
 from hcss_twin.evaluation.definitions import DEFINITIONS, MODES, Mode
 from hcss_twin.reporting import evaluation_figures as drawn
 from hcss_twin.reporting.evaluation_text import (

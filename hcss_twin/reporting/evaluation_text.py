@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from hcss_twin.comparison.result import Evaluation, Metric, Side
+from hcss_twin.comparison.result import Evaluation, Metric
+from hcss_twin.comparison.side_result import Side
 from hcss_twin.evaluation.definitions import MODES
 
 DISTANCES = (
