@@ -28,11 +28,11 @@ from hcss_twin.cli_sense import measured_beside, sense
 from hcss_twin.cli_sweep import sweep_command
 from hcss_twin.cli_verify import verify
 from hcss_twin.cli_volume import volume
-from hcss_twin.errors import HcssError, ScenarioError
+from hcss_twin.errors import HcssError, OptionError, ScenarioError
 from hcss_twin.version import __version__
 
 EXIT_FAILED = 1
-EXIT_BAD_SCENARIO = 2
+EXIT_BAD_SCENARIO = EXIT_BAD_OPTION = 2
 EXIT_INTERRUPTED = 130
 EXIT_TERMINATED = 143
 
@@ -309,6 +309,9 @@ def main() -> None:
     except ScenarioError as error:
         click.echo(str(error), err=True)
         sys.exit(EXIT_BAD_SCENARIO)
+    except OptionError as error:
+        click.echo(f"error: {error}", err=True)
+        sys.exit(EXIT_BAD_OPTION)
     except HcssError as error:
         click.echo(f"error: {error}", err=True)
         sys.exit(EXIT_FAILED)

@@ -39,6 +39,26 @@ class PropagationError(HcssError):
     """Uncertainty cannot be propagated as asked, or its file cannot be written or read."""
 
 
+class OptionError(HcssError):
+    """An argument or option is not allowed, whatever the files hold."""
+
+
+class ProviderNameError(OptionError, ProviderError):
+    """No provider has the name asked for."""
+
+
+class ImageOptionError(OptionError, ImageError):
+    """A choice of how to look at images is not allowed."""
+
+
+class PosteriorOptionError(OptionError, PosteriorError):
+    """A choice of how to fit is not allowed."""
+
+
+class PropagationOptionError(OptionError, PropagationError):
+    """A choice of how to propagate is not allowed."""
+
+
 class CertificateWarning(UserWarning):
     """A cube misses the accuracy asked for; its certificate says by how much and where."""
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hcss_twin.clouds.imagery.cloudiness import CloudIs
-from hcss_twin.errors import ImageError
+from hcss_twin.errors import ImageOptionError
 
 Method = Literal["auto", "otsu", "local", "coverage", "valid", "truth"]
 
@@ -50,14 +50,14 @@ class EvaluationChoice:
 
         Raises
         ------
-        ImageError
+        ImageOptionError
             Naming the option.
         """
         if (self.coverage is None) is (self.method == "coverage"):
-            raise ImageError("coverage: goes with the method 'coverage', and only with it")
+            raise ImageOptionError("coverage: goes with the method 'coverage', and only with it")
         if self.coverage is not None and not 0.0 < self.coverage <= 1.0:
-            raise ImageError(f"coverage: {self.coverage} given, allowed: greater than 0, up to 1")
+            raise ImageOptionError(f"coverage: {self.coverage} given, allowed: greater than 0, up to 1")
         if self.window_pixels is not None and self.method != "local":
-            raise ImageError("window_pixels: goes with the method 'local', and only with it")
+            raise ImageOptionError("window_pixels (--window): goes with the method 'local', and only with it")
         if self.pixel_size_m is not None and not self.pixel_size_m > 0.0:
-            raise ImageError(f"pixel_size: {self.pixel_size_m} m given, allowed: greater than 0")
+            raise ImageOptionError(f"pixel_size: {self.pixel_size_m} m given, allowed: greater than 0")

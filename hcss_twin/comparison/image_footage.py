@@ -16,7 +16,7 @@ from hcss_twin.clouds.imagery.image import Image
 from hcss_twin.clouds.imagery.reader import read_image
 from hcss_twin.comparison.choice import EvaluationChoice, Method
 from hcss_twin.comparison.footage import Array, Footage, is_kelvin
-from hcss_twin.errors import ImageError
+from hcss_twin.errors import ImageError, ImageOptionError
 
 _WAVELENGTH = re.compile(r"([0-9.]+) um")
 
@@ -33,12 +33,12 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     """
     for name, given in (("band", choice.band), ("frames", choice.frames)):
         if given:
-            raise ImageError(
+            raise ImageOptionError(
                 f"{name}: has a meaning for cubes only, and {paths[0].name} is an image; allowed: leave it out"
                 + ("; planes of a file are chosen with variable" if name == "band" else "")
             )
     if choice.method == "truth":
-        raise ImageError(
+        raise ImageOptionError(
             f"method 'truth': {paths[0].name} is an image and has no mask; allowed: another method"
         )
     images = [read_image(path, choice.variable) for path in paths]

@@ -14,7 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.compilation_notice import told_of_compilation
-from hcss_twin.errors import CertificateWarning, PropagationError, ScenarioError, choose_from
+from hcss_twin.errors import (
+    CertificateWarning,
+    PropagationError,
+    PropagationOptionError,
+    ScenarioError,
+    choose_from,
+)
 from hcss_twin.propagation.dataset import (
     VERSION,
     VERSION_ATTRIBUTE,
@@ -146,7 +152,7 @@ def propagate(
     drawn = None if posterior is None else PosteriorDraws.read(posterior)
     if drawn is None and not keys:
         told = "nothing is uncertain; allowed: a posterior, a section [uncertain], or --uncertain KEY=DISTRIBUTION"
-        raise PropagationError(told)
+        raise PropagationOptionError(told)
     part = "clouds" if drawn is None else layer_of(scenario, layer, taken.origin)
     posterior_keys = () if drawn is None else drawn.keys(part)
     problems = list(overlap_problems(taken, [each.key for each in keys], posterior_keys))
@@ -261,17 +267,21 @@ def _reporting(found: list[Certificate]) -> Callable[[Certificate], None]:
 
 def _check(draws: int, shares: str, cubes_of: Sequence[int], path: Path | None) -> None:
     if isinstance(draws, bool) or not isinstance(draws, int) or not FEWEST <= draws <= MOST:
-        raise PropagationError(f"draws: {draws!r} given, allowed: a whole number from {FEWEST} to {MOST}")
+        raise PropagationOptionError(
+            f"draws: {draws!r} given, allowed: a whole number from {FEWEST} to {MOST}"
+        )
     if shares not in SHARES:
-        raise PropagationError(f"shares: '{shares}' given, {choose_from(shares, SHARES)}")
+        raise PropagationOptionError(f"shares: '{shares}' given, {choose_from(shares, SHARES)}")
     for number in cubes_of:
         if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < draws:
-            raise PropagationError(f"cube of draw {number!r}: allowed: draws 0 to {draws - 1}")
+            raise PropagationOptionError(f"cube of draw {number!r}: allowed: draws 0 to {draws - 1}")
     if cubes_of and path is None:
-        raise PropagationError("cubes of draws lie beside the file of the propagation: it needs a name, too")
+        raise PropagationOptionError(
+            "cubes of draws lie beside the file of the propagation: it needs a name, too"
+        )
     if path is None:
         return
     if path.suffix != ".nc":
-        raise PropagationError(f"{path}: allowed: a name that ends in .nc")
+        raise PropagationOptionError(f"{path}: allowed: a name that ends in .nc")
     if path.is_dir() or not path.parent.is_dir():
         raise PropagationError(f"cannot write {path}: it is a folder, or there is no folder {path.parent}")

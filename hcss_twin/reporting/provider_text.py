@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from hcss_twin.errors import ProviderError, choose_from
+from hcss_twin.errors import ProviderNameError, choose_from
 
 if TYPE_CHECKING:
     from hcss_twin.registry.registry import Registry
@@ -37,15 +37,17 @@ def described(registry: Registry, name: str) -> list[dict[str, Any]]:
 
     Raises
     ------
+    ProviderNameError
+        If there is none.
     ProviderError
-        If there is none, or its parameters cannot be imported.
+        If its parameters cannot be imported.
     """
     from hcss_twin.scenario.field_text import field_text
 
     entries = [entry for entry in registry.entries() if name in (entry.name, entry.qualified_name)]
     if not entries:
         names = sorted({entry.name for entry in registry.entries()})
-        raise ProviderError(f"no provider is called '{name}'; {choose_from(name, names)}")
+        raise ProviderNameError(f"no provider is called '{name}'; {choose_from(name, names)}")
     found = []
     for entry in entries:
         model = registry.parameters_model(entry)

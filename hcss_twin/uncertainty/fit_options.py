@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from hcss_twin.errors import PosteriorError
+from hcss_twin.errors import PosteriorOptionError
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class FitOptions:
 
         Raises
         ------
-        PosteriorError
+        PosteriorOptionError
             If one is not allowed.
         """
         first, last = self.octaves
@@ -63,4 +63,4 @@ class FitOptions:
             ("most_steps", self.most_steps, 500 <= self.most_steps <= 10**7, "500 to 10000000"),
         ):
             if not is_allowed:
-                raise PosteriorError(f"{name}: {value} given, allowed: {allowed}")
+                raise PosteriorOptionError(f"{name}: {value} given, allowed: {allowed}")

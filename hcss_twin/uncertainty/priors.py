@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from hcss_twin.errors import PosteriorError, choose_from
+from hcss_twin.errors import PosteriorOptionError, choose_from
 
 Array = NDArray[np.float64]
 
@@ -48,37 +48,37 @@ class Prior:
 
         Raises
         ------
-        PosteriorError
+        PosteriorOptionError
             If it is not written so, has no width, or lies outside the limits.
         """
         kind, *rest = text.split(":")
         if kind not in _KINDS:
-            raise PosteriorError(f"prior of {name}: '{kind}' given, {choose_from(kind, _KINDS)}")
+            raise PosteriorOptionError(f"prior of {name}: '{kind}' given, {choose_from(kind, _KINDS)}")
         try:
             first, second = (float(each) for each in rest)
         except ValueError:
-            raise PosteriorError(
+            raise PosteriorOptionError(
                 f"prior of {name}: '{text}' given, allowed: {kind}:{_KINDS[kind]}, two numbers"
             ) from None
         if not (math.isfinite(first) and math.isfinite(second)):
-            raise PosteriorError(f"prior of {name}: '{text}' given, allowed: finite numbers")
+            raise PosteriorOptionError(f"prior of {name}: '{text}' given, allowed: finite numbers")
         if kind in ("uniform", "loguniform"):
             if kind == "loguniform" and first <= 0.0:
-                raise PosteriorError(f"prior of {name}: '{text}' given, allowed: limits greater than 0")
+                raise PosteriorOptionError(f"prior of {name}: '{text}' given, allowed: limits greater than 0")
             if not first < second:
-                raise PosteriorError(f"prior of {name}: '{text}' given, allowed: low < high")
+                raise PosteriorOptionError(f"prior of {name}: '{text}' given, allowed: low < high")
             if first < low or second > high:
                 near = f"{kind}:{max(first, low):g}:{min(second, high):g}"
-                raise PosteriorError(
+                raise PosteriorOptionError(
                     f"prior of {name}: '{text}' given, allowed: within {low:g} to {high:g}; closest is {near}"
                 )
             return cls(kind, first, second, first, second)
         if second <= 0.0:
-            raise PosteriorError(
+            raise PosteriorOptionError(
                 f"prior of {name}: '{text}' given, allowed: a standard deviation greater than 0"
             )
         if not low < first < high or (kind == "lognormal" and first <= 0.0):
-            raise PosteriorError(
+            raise PosteriorOptionError(
                 f"prior of {name}: '{text}' given, allowed: a centre between {low:g} and {high:g}"
             )
         return cls(kind, first, second, max(low, 0.0) if kind == "lognormal" else low, high)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.errors import PosteriorError, choose_from
+from hcss_twin.errors import PosteriorOptionError, choose_from
 from hcss_twin.uncertainty.priors import Prior
 from hcss_twin.uncertainty.scales import KINDS
 
@@ -41,19 +41,19 @@ class Space:
 
         Raises
         ------
-        PosteriorError
+        PosteriorOptionError
             If a name is unknown, is both fixed and has a prior, or a value is not allowed; or if
             nothing is free.
         """
         for name in (*fixed, *priors):
             if name not in KINDS:
-                raise PosteriorError(f"parameter: '{name}' given, {choose_from(name, KINDS)}")
+                raise PosteriorOptionError(f"parameter: '{name}' given, {choose_from(name, KINDS)}")
         for name in fixed:
             if name in priors:
-                raise PosteriorError(f"{name}: fixed and given a prior, allowed: one of both")
+                raise PosteriorOptionError(f"{name}: fixed and given a prior, allowed: one of both")
             kind = KINDS[name]
             if not kind.low < fixed[name] < kind.high:
-                raise PosteriorError(
+                raise PosteriorOptionError(
                     f"{name}: fixed at {fixed[name]:g}, allowed: between {kind.low:g} and {kind.high:g}"
                 )
         free = {
@@ -62,7 +62,7 @@ class Space:
             if name not in fixed
         }
         if not free:
-            raise PosteriorError("parameters: all are fixed, allowed: one or more free ones")
+            raise PosteriorOptionError("parameters: all are fixed, allowed: one or more free ones")
         return cls(free, {name: float(fixed[name]) for name in KINDS if name in fixed})
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from hcss_twin.clouds.fractal.octaves import REFERENCE_LENGTH_M
-from hcss_twin.errors import PosteriorError
+from hcss_twin.errors import PosteriorOptionError
 from hcss_twin.uncertainty.fit_options import FitOptions
 from hcss_twin.uncertainty.priors import Prior
 from hcss_twin.uncertainty.scales import KINDS
@@ -29,7 +29,7 @@ def space_of(
 
     Raises
     ------
-    PosteriorError
+    PosteriorOptionError
         If a parameter is fixed at a word, or a prior is not allowed.
     """
     fixed = dict(options.fixed)
@@ -46,12 +46,12 @@ def fixed_number(name: str, value: float | str) -> float:
 
     Raises
     ------
-    PosteriorError
+    PosteriorOptionError
         If it is a word.
     """
     if isinstance(value, str):
         where = "a number, or 'image' of images" if name == "coverage" else "a number"
-        raise PosteriorError(f"{name}: fixed at '{value}', allowed: {where}")
+        raise PosteriorOptionError(f"{name}: fixed at '{value}', allowed: {where}")
     return float(value)
 
 
@@ -69,13 +69,13 @@ def _spread_priors(space: Space, priors: Mapping[str, str], several: bool) -> tu
     given = {name.removeprefix(SPREAD): text for name, text in priors.items() if name.startswith(SPREAD)}
     if not several:
         if given:
-            raise PosteriorError(
+            raise PosteriorOptionError(
                 f"prior of {SPREAD}{next(iter(given))}: one image has no spread; leave it out"
             )
         return ()
     for name in given:
         if name not in space.names:
-            raise PosteriorError(f"prior of {SPREAD}{name}: {name} is not free; leave it out")
+            raise PosteriorOptionError(f"prior of {SPREAD}{name}: {name} is not free; leave it out")
     return tuple(
         Prior.parse(
             f"{SPREAD}{name}",

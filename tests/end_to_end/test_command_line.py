@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 from cheap import CHEAP_OPTIONS
 
@@ -49,6 +50,26 @@ def test_an_existing_cube_is_kept_unless_forced(tmp_path):
     assert "--force" in refused.stderr
     assert (tmp_path / "stratus.nc").read_text() == "precious"
     assert hcss("run", "stratus", *SMALL, "--force", cwd=tmp_path).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (("fit", "image.npy", "--fix", "Q=1"), 2, "'Q' given, allowed: H, Lx"),
+        (("fit", "image.npy", "--prior", "H=foo:1:2"), 2, "'foo' given, allowed: lognormal"),
+        (("run", "stratus", "--draws", "20", "-o", "x.nc"), 2, "nothing is uncertain"),
+        (("evaluate", "image.npy", "image.npy", "--real-band", "x"), 2, "meaning for cubes only"),
+        (("evaluate", "image.npy", "image.npy", "--window", "9"), 2, "--window"),
+        (("plugins", "fractl"), 2, "closest is 'fractal'"),
+        (("evaluate", "image.npy", "image.npy"), 1, "all pixels have the value 1"),
+        (("report", "image.npy"), 1, "no NetCDF file"),
+    ],
+)
+def test_a_wrong_command_line_ends_in_2_and_a_wrong_file_in_1(tmp_path, arguments, code, message):
+    np.save(tmp_path / "image.npy", np.ones((64, 64)))
+    done = hcss(*arguments, cwd=tmp_path)
+    assert done.returncode == code, done.stderr
+    assert message in done.stderr
 
 
 def test_plan_answers_without_computing(tmp_path):
