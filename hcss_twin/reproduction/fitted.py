@@ -69,6 +69,14 @@ def told(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(known[name].told for name in names)
 
 
+def entry(line: str) -> dict[str, str | float | None]:
+    """Return a line of a report as ``text``, and ``name``, ``value`` and ``unit`` where it is a fitted number."""
+    for each in fitted_inputs().values():
+        if each.told == line:
+            return {"text": line, "name": each.name, "value": each.value, "unit": each.unit}
+    return {"text": line, "name": None, "value": None, "unit": None}
+
+
 def origin(names: Iterable[str]) -> str:
     """Return how inputs were fitted, for the notes of a report."""
     known = fitted_inputs()

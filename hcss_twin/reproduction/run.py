@@ -10,8 +10,10 @@ from importlib import import_module
 from typing import Any
 
 from hcss_twin.reporting.page.small_png import small_png
+from hcss_twin.reproduction.fitted import entry
 from hcss_twin.reproduction.item import Item, Reproduction, Row
 from hcss_twin.reproduction.verdict import settled
+from hcss_twin.version import __version__
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,8 @@ class Outcome:
         It took.
     pictures : sequence of bytes
         Its drawings as PNG.
+    seed : int
+        Of random fields.
     """
 
     item: Item
@@ -36,6 +40,7 @@ class Outcome:
     error: str
     seconds: float
     pictures: Sequence[bytes] = ()
+    seed: int = 1
 
     @property
     def verdict(self) -> str:
@@ -50,10 +55,11 @@ class Outcome:
 
     def as_dict(self) -> dict[str, Any]:
         """What is written as JSON."""
+        made = {"title": self.item.title, "hcss_twin": __version__, "seed": self.seed}
         if self.found is None:
-            return {"title": self.item.title, "verdict": "failed", "error": self.error}
+            return {**made, "verdict": "failed", "error": self.error}
         return {
-            "title": self.item.title,
+            **made,
             "verdict": self.found.verdict,
             "reason": self.found.reason,
             "rows": [
@@ -70,7 +76,7 @@ class Outcome:
             "checks": [
                 {"statement": each.statement, "holds": bool(each.holds)} for each in self.found.checks
             ],
-            "fitted_inputs": list(self.found.fitted_inputs),
+            "fitted_inputs": [entry(each) for each in self.found.fitted_inputs],
             "notes": list(self.found.notes),
         }
 
@@ -119,7 +125,7 @@ def outcomes(items: Iterable[Item], seed: int) -> Iterator[Outcome]:
             found = made
         except Exception as cause:  # whatever one item raises, the others are still wanted
             error = f"{type(cause).__name__}: {cause}"
-        yield Outcome(item, found, error, time.monotonic() - start, pictures)
+        yield Outcome(item, found, error, time.monotonic() - start, pictures, seed)
 
 
 def _target(item: Item) -> Any:

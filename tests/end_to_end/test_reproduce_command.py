@@ -7,7 +7,9 @@ from click.testing import CliRunner
 
 from hcss_twin.cli import cli
 from hcss_twin.reproduction import table_3
+from hcss_twin.reproduction.fitted import fitted_inputs
 from hcss_twin.reproduction.item import Check, Reproduction, Row
+from hcss_twin.version import __version__
 
 
 def reproduce(*arguments):
@@ -97,4 +99,17 @@ def test_the_seed_is_what_items_are_computed_with(paths, monkeypatch):
     monkeypatch.setattr(table_3, "table_3", drawn)
     page, numbers = paths
     assert reproduce("table-3", "-o", page, "--json", numbers, "--seed", 23).exit_code == 0
-    assert json.loads(numbers.read_text())["table-3"]["rows"][0]["computed"] == 23.0
+    found = json.loads(numbers.read_text())["table-3"]
+    assert found["rows"][0]["computed"] == 23.0
+    assert found["seed"] == 23
+    assert found["hcss_twin"] == __version__
+
+
+def test_fitted_inputs_are_numbers_with_units_and_choices_are_words(paths):
+    page, numbers = paths
+    assert reproduce("table-8", "-o", page, "--json", numbers).exit_code == 0
+    fitted = json.loads(numbers.read_text())["table-8"]["fitted_inputs"]
+    known = fitted_inputs()["coverage of Table VIII"]
+    assert fitted[0] == {"text": known.told, "name": known.name, "value": known.value, "unit": "1"}
+    assert [each["name"] for each in fitted[1:]] == [None] * (len(fitted) - 1)
+    assert len(fitted) > 1
