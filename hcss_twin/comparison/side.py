@@ -182,10 +182,17 @@ def correlation_over_time(measured: Measured, notes: list[str]) -> TemporalAutoc
             f"{len(measured.frames)} frames."
         )
     try:
-        return temporal_autocorrelation(measured.kept, None if np.isnan(seconds).any() else seconds)
+        found = temporal_autocorrelation(measured.kept, None if np.isnan(seconds).any() else seconds)
     except ImageError as error:
         notes.append(f"No correlation over time: {error}.")
         return None
+    if found.is_unresolved:
+        after = "" if np.isnan(seconds).any() else f", {found.lag_s[1]:g} s later"
+        notes.append(
+            f"Decorrelation is too quick to be told: in the next frame{after}, the correlation is "
+            f"{found.correlation[1]:.2g}, below 1/e."
+        )
+    return found
 
 
 def pictured(side: Prepared, number: int) -> Pictured:

@@ -38,13 +38,25 @@ class TemporalAutocorrelation:
 
     @property
     def decorrelation_s(self) -> float:
-        """Time after which the correlation falls below 1/e, linear between lags; NaN where it never does."""
-        below = np.flatnonzero(self.correlation < 1.0 / math.e)
-        if below.size == 0 or np.isnan(self.lag_s).any():
+        """Time after which the correlation falls below 1/e, linear between lags.
+
+        NaN where it never does, and where it has by the second image: then it is shorter than the images can tell.
+        """
+        after = self._first_below
+        if after < 2 or np.isnan(self.lag_s).any():
             return math.nan
-        after = int(below[0])
         ends = slice(after - 1, after + 1)
         return float(np.interp(-1.0 / math.e, -self.correlation[ends], self.lag_s[ends]))
+
+    @property
+    def is_unresolved(self) -> bool:
+        """Whether the correlation has fallen below 1/e by the second image."""
+        return self._first_below == 1
+
+    @property
+    def _first_below(self) -> int:
+        below = np.flatnonzero(self.correlation < 1.0 / math.e)
+        return int(below[0]) if below.size else 0
 
 
 def temporal_autocorrelation(

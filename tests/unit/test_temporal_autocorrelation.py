@@ -24,6 +24,13 @@ def test_an_autoregressive_sequence_forgets_exponentially():
     assert found.pairs.tolist() == list(range(12, 0, -1))
 
 
+def test_no_time_is_given_where_the_second_image_has_forgotten_the_first():
+    found = temporal_autocorrelation(autoregressive(0.2), 2.0 * np.arange(12))
+    assert found.is_unresolved
+    assert np.isnan(found.decorrelation_s)
+    assert not temporal_autocorrelation(autoregressive(0.8), 2.0 * np.arange(12)).is_unresolved
+
+
 def test_what_stands_still_stays_correlated_whatever_its_brightness():
     image = np.random.default_rng(0).standard_normal((40, 40))
     found = temporal_autocorrelation(np.stack([image, 2 * image + 5, image - 1]), np.arange(3.0))
