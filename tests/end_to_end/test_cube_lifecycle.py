@@ -110,7 +110,8 @@ header = example_header()
 with CubeWriter(sys.argv[1], header) as writer:
     writer.write_frame(0, example_frame(header, 0))
     print("ready", flush=True)
-    time.sleep(60)
+    for _ in range(1200):  # a signal just before a long sleep would wait for its end
+        time.sleep(0.05)
 """
     path = tmp_path / "c.nc"
     with child(script, path) as process:
