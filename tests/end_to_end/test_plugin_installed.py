@@ -19,7 +19,8 @@ import pytest
 
 import hcss_twin
 
-pytestmark = pytest.mark.long
+# Its environments take long to make: they are made by one worker.
+pytestmark = [pytest.mark.long, pytest.mark.xdist_group("plugins")]
 
 REPOSITORY = Path(hcss_twin.__file__).parents[1]
 GREY = REPOSITORY / "plugins" / "hcss-grey-atmosphere"

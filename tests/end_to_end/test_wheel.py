@@ -13,7 +13,8 @@ import hcss_twin
 
 REPOSITORY = Path(hcss_twin.__file__).parents[1]
 
-pytestmark = pytest.mark.long
+# Its environments take long to make: they are made by one worker.
+pytestmark = [pytest.mark.long, pytest.mark.xdist_group("wheel")]
 
 
 @pytest.fixture(scope="module")

@@ -73,21 +73,27 @@ def random_layers(count: int):
 
 
 def check(count: int) -> None:
-    usual, slant = [], []
+    usual, slant, many = [], [], []
     for tau, albedo, g, mu_sun in random_layers(count):
         exact = reference(tau, albedo, g ** np.arange(600), mu_sun)
         given = np.array([[1.0], [g]])
-        # 8 streams up to a view zenith of 75 degrees, 16 up to 87.
+        # 8 streams up to a view zenith of 75 degrees, 16 and 24 up to 87.
         usual.append(errors(tau, albedo, given, mu_sun, exact, 8, 0.259))
         slant.append(errors(tau, albedo, given, mu_sun, exact, 16, 0.05))
-    for found, share in ((usual, 0.9), (slant, 0.98)):
+        many.append(errors(tau, albedo, given, mu_sun, exact, 24, 0.05))
+    # Sharp Henyey-Greenstein peaks want more streams than 8 or 16; droplets do not. The one layer for which 24 are too
+    # few is thin (0.035), its peak sharp (g = 0.948) and the view toward 87 degrees.
+    for found, share, largest in (
+        (usual, 0.9, 0.065),
+        (slant, 0.98, 0.065),
+        (many, 1.0 - 1.0 / count, 0.025),
+    ):
         assert max(error.emissivity for error in found) < 0.003
         assert max(error.btdf for error in found) < 0.02
-        # The rest, sharp Henyey-Greenstein peaks, wants more streams; droplets do not.
         brdf = np.array([error.brdf for error in found])
         assert np.mean(brdf < 0.02) >= share
-        assert brdf.max() < 0.065
-    assert max(error.emissivity for error in usual) < 0.001
+        assert brdf.max() < largest
+    assert max(error.emissivity for error in (*usual, *many)) < 0.001
 
 
 def test_as_many_streams_give_the_same_radiances() -> None:
@@ -110,22 +116,8 @@ def test_random_layers_agree_with_discrete_ordinates() -> None:
 
 
 @pytest.mark.long
-def test_500_random_layers_agree_with_discrete_ordinates() -> None:
+def test_500_random_layers_agree_with_discrete_ordinates_and_all_but_one_with_24_streams() -> None:
     check(500)
-
-
-@pytest.mark.long
-def test_24_streams_are_enough_for_random_layers_but_one_of_500() -> None:
-    brdf = []
-    for tau, albedo, g, mu_sun in random_layers(500):
-        exact = reference(tau, albedo, g ** np.arange(600), mu_sun)
-        found = errors(tau, albedo, np.array([[1.0], [g]]), mu_sun, exact, 24, 0.05)
-        assert found.emissivity < 0.001
-        assert found.btdf < 0.02
-        brdf.append(found.brdf)
-    # That one is thin (0.035), its peak sharp (g = 0.948) and the view toward 87 degrees.
-    assert sum(error >= 0.02 for error in brdf) <= 1
-    assert max(brdf) < 0.025
 
 
 @lru_cache

@@ -87,7 +87,10 @@ def test_frames_without_cloud_are_left_out_and_told(cube, tmp_path):
         (EvaluationChoice(band="mwir", frames=(7,)), "the cube has 0 to 2; closest is 2"),
         (EvaluationChoice(band="mwir", variable="radiancee"), "closest is 'radiance'"),
         (EvaluationChoice(band="mwir", method="coverage"), "coverage: goes with the method"),
-        (EvaluationChoice(band="mwir", window_pixels=5), "window_pixels (--window): goes with the method 'local'"),
+        (
+            EvaluationChoice(band="mwir", window_pixels=5),
+            "window_pixels (--window): goes with the method 'local'",
+        ),
         (EvaluationChoice(band="mwir", method="coverage", coverage=0.0), "greater than 0"),
         (EvaluationChoice(variable="cloud_mask", band="mwir"), "the same for all bands"),
     ],
