@@ -1,5 +1,7 @@
 """The look-up kernels against the plain definition: linear interpolation of each point, then the mean of the pixel."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -167,3 +169,21 @@ def test_one_point_per_pixel_has_the_bits_of_the_general_kernel(shape):
     whole = np.repeat(np.repeat(thickness, 2, axis=0), 2, axis=1)
     # Sums of four equal numbers, and a quarter of them, are exact.
     np.testing.assert_array_equal(looked_up(made, [thickness]), looked_up(made, [whole], samples=2))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0 - 1e-9, 1.0])
+def test_night_beside_day_keeps_its_digits(share):
+    """In 2.7-3.0 um night is eight orders of magnitude darker than day."""
+    day, night = table([1.0, 2.0, 5.0], [3.0, 4.0]), table([1.0, 2.0, 5.0], [3.0, 4.0])
+    night = replace(
+        night,
+        clear=1e-9 * night.clear,
+        alone=tuple(1e-9 * each for each in night.alone),
+        both=np.float32(1e-9) * night.both,
+    )
+    found = day.blend(night, share)
+    for name in ("clear", "both"):
+        exact = (1.0 - share) * getattr(day, name).astype(np.float64) + share * getattr(night, name)
+        np.testing.assert_allclose(getattr(found, name), exact, rtol=2e-7)
+    for one, before, after in zip(found.alone, day.alone, night.alone, strict=True):
+        np.testing.assert_allclose(one, (1.0 - share) * before + share * after, rtol=2e-7)

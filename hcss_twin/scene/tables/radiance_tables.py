@@ -89,9 +89,10 @@ class DenseTable:
             return self
         both: NDArray[np.float32] | None = None
         if self.both is not None and other.both is not None:
-            both = other.both - self.both
-            both *= np.float32(weight)  # in place, as these tables are large
-            both += self.both
+            # Not self + weight (other - self): night beside day would be lost to the rounding of day.
+            both = other.both * np.float32(weight)
+            for here, before in zip(both, self.both, strict=True):  # row by row, as these tables are large
+                here += np.float32(1 - weight) * before
         return DenseTable(
             (1 - weight) * self.clear + weight * other.clear,
             self.nodes_m,

@@ -95,8 +95,9 @@ class WaveStage:
         if len(nodes) == 1:
             return change[0]
         index = int(np.clip(np.searchsorted(nodes, time_s, side="right") - 1, 0, len(nodes) - 2))
-        weight = np.float32((time_s - nodes[index]) / (nodes[index + 1] - nodes[index]))
-        return change[index] + weight * (change[index + 1] - change[index])
+        weight = (time_s - nodes[index]) / (nodes[index + 1] - nodes[index])
+        # Not as a difference: night beside day would be lost to the rounding of day.
+        return np.float32(1 - weight) * change[index] + np.float32(weight) * change[index + 1]
 
 
 @njit(cache=True, nogil=True)
