@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.uncertainty.convergence import BURN_IN, Convergence, judge
+from hcss_twin.uncertainty.posterior_model import Model
 
 Array = NDArray[np.float64]
 
@@ -59,17 +60,16 @@ def begin(log_probability: Callable[[Array], Array], start: Array, seed: int) ->
     return Chains(start[None], log_probability(start)[None], tuple(state))
 
 
-def extend(log_probability: Callable[[Array], Array], chains: Chains, steps: int) -> Chains:
+def extend(model: Model, chains: Chains, steps: int) -> Chains:
     """Go on for some steps; where a chain is interrupted between calls does not change it."""
     import emcee
 
     _, walkers, dimensions = chains.positions.shape
-    # Differential evolution, with whole jumps between modes now and then: half the autocorrelation time of
-    # the stretch move here.
-    moves = [(emcee.moves.DEMove(), 0.9), (emcee.moves.DEMove(gamma0=1.0), 0.1)]
-    sampler = emcee.EnsembleSampler(walkers, dimensions, log_probability, moves=moves, vectorize=True)
+    sampler = emcee.EnsembleSampler(
+        walkers, dimensions, model.log_probability, moves=model.moves(), vectorize=True
+    )
     # Without emcee's wrapper, which prints all positions where Ctrl-C comes.
-    sampler.log_prob_fn = log_probability
+    sampler.log_prob_fn = model.log_probability
     state = emcee.State(
         chains.positions[-1],
         log_prob=chains.log_probability[-1],
@@ -84,7 +84,7 @@ def extend(log_probability: Callable[[Array], Array], chains: Chains, steps: int
 
 
 def converge(
-    log_probability: Callable[[Array], Array],
+    model: Model,
     chains: Chains,
     wanted: float,
     most_steps: int,
@@ -94,8 +94,8 @@ def converge(
 
     Parameters
     ----------
-    log_probability : callable
-        From positions (N, D) to ln of their density (N,).
+    model : Model
+        Of which the density and the moves are taken.
     chains : Chains
         From :func:`begin`, or from an earlier run.
     wanted : float
@@ -112,4 +112,4 @@ def converge(
         if found is not None and (found.has_converged or done >= most_steps):
             return chains, found
         block = _FIRST - done if done < _FIRST else max(_FIRST, done // _GROWTH)
-        chains = extend(log_probability, chains, max(1, min(block, most_steps - done)))
+        chains = extend(model, chains, max(1, min(block, most_steps - done)))

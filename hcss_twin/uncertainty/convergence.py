@@ -88,7 +88,9 @@ def judge(chain: Array, wanted: float) -> Convergence:
     from emcee.autocorr import integrated_time
 
     steps, walkers, _ = chain.shape
-    tau = np.asarray(integrated_time(chain, tol=0), dtype=np.float64)
+    # A walker that never moved has no autocorrelation: NaN, which is no convergence.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        tau = np.asarray(integrated_time(chain, tol=0), dtype=np.float64)
     # Less than a step cannot be told from one.
     tau = np.maximum(tau, 1.0)
     return Convergence(tau, steps * walkers / tau, split_r_hat(chain), steps, wanted)

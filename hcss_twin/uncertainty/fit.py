@@ -17,8 +17,9 @@ from hcss_twin.uncertainty.fit_options import FitOptions
 from hcss_twin.uncertainty.fit_run import FitRun, Progress
 from hcss_twin.uncertainty.image_data import ImageData
 from hcss_twin.uncertainty.image_likelihood import ImageLikelihood
+from hcss_twin.uncertainty.population_model import PopulationModel
 from hcss_twin.uncertainty.posterior_file import Posterior, read_posterior
-from hcss_twin.uncertainty.posterior_model import PopulationModel, SingleModel
+from hcss_twin.uncertainty.posterior_model import SingleModel
 from hcss_twin.uncertainty.prepare import SIMULATIONS, prepare
 from hcss_twin.uncertainty.result import write_result
 from hcss_twin.uncertainty.space import Space

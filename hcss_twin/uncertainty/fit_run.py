@@ -18,7 +18,8 @@ from hcss_twin.uncertainty.checkpoint import Checkpoint, State
 from hcss_twin.uncertainty.convergence import Convergence
 from hcss_twin.uncertainty.fit_options import FitOptions
 from hcss_twin.uncertainty.image_likelihood import ImageLikelihood
-from hcss_twin.uncertainty.posterior_model import PopulationModel, SingleModel
+from hcss_twin.uncertainty.population_model import PopulationModel
+from hcss_twin.uncertainty.posterior_model import SingleModel
 from hcss_twin.uncertainty.priors import Prior
 from hcss_twin.uncertainty.space import Space
 from hcss_twin.uncertainty.usual_priors import SPREAD
@@ -91,7 +92,7 @@ class FitRun:
             self._checkpoint.write(State(noises, chains))
             self.told("sampling", 0.0 if found is None else min(found.fraction, 1.0))
 
-        chains, found = converge(model.log_probability, chains, options.samples, options.most_steps, told)
+        chains, found = converge(model, chains, options.samples, options.most_steps, told)
         if not found.has_converged:
             self._checkpoint.write(State(noises, chains), now=True)
             raise PosteriorError(_refusal(found, model.names, options, chains))

@@ -94,7 +94,7 @@ def _pilot(model: SingleModel, candidates: Array, rng: np.random.Generator) -> A
     best = candidates[np.argsort(-density, kind="stable")[: _CHOSEN * walkers]]
     start = best[rng.permutation(best.shape[0])[:walkers]]
     chains = begin(model.log_probability, start, int(rng.integers(0, 2**31)))
-    chains = extend(model.log_probability, chains, _PILOT)
+    chains = extend(model, chains, _PILOT)
     return np.asarray(chains.positions[_SETTLED:].reshape(-1, len(model.names)))
 
 

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from hcss_twin.uncertainty.chains import Chains
 from hcss_twin.uncertainty.convergence import Convergence
 from hcss_twin.uncertainty.image_likelihood import ImageLikelihood, on_scales
+from hcss_twin.uncertainty.population_model import PopulationModel
 from hcss_twin.uncertainty.posterior_file import Diagnostic, write_posterior
-from hcss_twin.uncertainty.posterior_model import PopulationModel, SingleModel
+from hcss_twin.uncertainty.posterior_model import SingleModel
 from hcss_twin.uncertainty.predictive import SUSPICIOUS, predictive_check
 from hcss_twin.uncertainty.scales import KINDS, SHAPE
 from hcss_twin.uncertainty.space import Space

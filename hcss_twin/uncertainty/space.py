@@ -89,16 +89,20 @@ class Space:
 
     def log_prior(self, position: Array) -> Array:
         """Return ln of the prior density (N,) of positions (N, free), up to a constant."""
-        total = np.zeros(position.shape[0])
+        return np.asarray(self.log_priors(position).sum(axis=1))
+
+    def log_priors(self, position: Array) -> Array:
+        """Return ln of the prior density of each parameter, up to a constant, at positions (N, free), as those."""
+        found = np.zeros_like(position)
         for column, (name, prior) in enumerate(self.priors.items()):
             scale, at = KINDS[name].scale, position[:, column]
             if (scale.kind, prior.kind) in _FLAT:
                 # What most priors are: a constant, without functions that take as long as the likelihood.
                 low, high = self.limits[0][column], self.limits[1][column]
-                total[(at <= low) | (at >= high)] = -np.inf
+                found[(at <= low) | (at >= high), column] = -np.inf
             else:
-                total += prior.log_density(scale.back(at)) + scale.log_slope(at)
-        return total
+                found[:, column] = prior.log_density(scale.back(at)) + scale.log_slope(at)
+        return found
 
     def draw(self, rng: np.random.Generator, count: int) -> Array:
         """Draw positions (count, free) from the priors."""

@@ -9,6 +9,7 @@ from hcss_twin.errors import PosteriorError
 from hcss_twin.uncertainty.chains import Chains, begin, converge, extend, walkers_of
 from hcss_twin.uncertainty.checkpoint import Checkpoint, State
 from hcss_twin.uncertainty.convergence import judge, split_r_hat
+from hcss_twin.uncertainty.posterior_model import SingleModel
 from hcss_twin.uncertainty.prepare import _pilot
 
 MEAN, COVARIANCE = np.array([1.0, -2.0]), np.array([[1.0, 0.9], [0.9, 2.0]])
@@ -18,6 +19,9 @@ PRECISION = np.linalg.inv(COVARIANCE)
 def normal(position):
     away = position - MEAN
     return -0.5 * np.einsum("ni,ij,nj->n", away, PRECISION, away)
+
+
+NORMAL = SimpleNamespace(log_probability=normal, moves=lambda: SingleModel.moves(None))
 
 
 def start(seed=0):
@@ -62,7 +66,7 @@ def test_a_walker_that_is_stuck_is_seen():
 
 
 def test_chains_have_mean_and_covariance_of_their_target():
-    chains, found = converge(normal, start(), 2000, 20_000, lambda *_: None)
+    chains, found = converge(NORMAL, start(), 2000, 20_000, lambda *_: None)
     assert found.has_converged
     drawn = chains.positions[chains.kept].reshape(-1, 2)
     error = np.sqrt(np.diag(COVARIANCE) / found.effective_size)
@@ -71,18 +75,18 @@ def test_chains_have_mean_and_covariance_of_their_target():
 
 
 def test_chains_end_at_their_limit():
-    chains, found = converge(normal, start(), 1e6, 700, lambda *_: None)
+    chains, found = converge(NORMAL, start(), 1e6, 700, lambda *_: None)
     assert chains.positions.shape[0] == 700
     assert not found.has_converged
 
 
 def test_interrupted_chains_go_on_as_if_they_had_not_been(tmp_path):
-    whole = extend(normal, extend(normal, start(), 300), 200)
+    whole = extend(NORMAL, extend(NORMAL, start(), 300), 200)
     checkpoint = Checkpoint(tmp_path / "state", "mine")
-    checkpoint.write(State((), extend(normal, start(), 300)))
+    checkpoint.write(State((), extend(NORMAL, start(), 300)))
     resumed = checkpoint.read()
     assert resumed is not None
-    again = extend(normal, resumed.chains, 200)
+    again = extend(NORMAL, resumed.chains, 200)
     np.testing.assert_array_equal(again.positions, whole.positions)
     np.testing.assert_array_equal(again.log_probability, whole.log_probability)
 
@@ -101,7 +105,7 @@ def test_states_are_not_written_all_the_time(tmp_path):
     path = tmp_path / "state"
     checkpoint = Checkpoint(path, "mine")
     checkpoint.write(State((), start()))
-    longer: Chains = extend(normal, start(), 5)
+    longer: Chains = extend(NORMAL, start(), 5)
     checkpoint.write(State((), longer))
     assert checkpoint.read().chains.positions.shape[0] == 1
     checkpoint.write(State((), longer), now=True)
@@ -112,7 +116,7 @@ def test_states_are_not_written_all_the_time(tmp_path):
 
 def test_a_pilot_leaves_a_point_that_most_of_its_candidates_are():
     """Walkers that all begin at one point have no differences to jump by, and looked converged."""
-    model = SimpleNamespace(names=("H", "gamma"), log_probability=normal)
+    model = SimpleNamespace(names=("H", "gamma"), **vars(NORMAL))
     candidates = np.concatenate([np.tile(MEAN, (500, 1)), np.random.default_rng(0).standard_normal((200, 2))])
     drawn = _pilot(model, candidates, np.random.default_rng(1))
     np.testing.assert_allclose(np.cov(drawn.T), COVARIANCE, rtol=0.3)

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from hcss_twin.errors import PosteriorError
-from hcss_twin.uncertainty.posterior_model import _log_between
+from hcss_twin.uncertainty.population_model import _log_between
 from hcss_twin.uncertainty.priors import Prior
 from hcss_twin.uncertainty.scales import KINDS
 from hcss_twin.uncertainty.space import Space
