@@ -197,6 +197,7 @@ def write_files(folder):
     )
     head = "pressure_hPa,temperature_C,relative_humidity_percent"
     (folder / "ascent.csv").write_text("\n".join([head, *levels]))
+    (folder / "psf.txt").write_text("0.1 0.2 0.1\n0.2 1.0 0.3\n0.0 0.2 0.1\n")
     np.save(folder / "image.npy", random.random((96, 90)).cumsum(axis=0).cumsum(axis=1) % 37.0)
     return folder
 
@@ -322,3 +323,100 @@ def wide_scenarios(draw, models=PAPER, particles=False):
         kept = [name for name in raw["output"]["variables"] if not name.startswith("sea_slope")]
         raw["output"]["variables"] = kept or ["all"]
     return raw
+
+
+@st.composite
+def sensors(draw):
+    """A radiometer whose parameters all have an influence; the file of a point-spread function is written elsewhere."""
+    chosen = {"noise": draw(st.sampled_from(["none", "photon", "nedt", "ner"]))}
+    chosen["psf"] = draw(st.sampled_from(["none", "gaussian", "airy", "file"]))
+    match chosen["psf"]:
+        case "gaussian":
+            chosen["psf_sigma"] = draw(log_numbers(0.01, 30))
+        case "file":
+            chosen["psf_file"] = "psf.txt"
+    counts = chosen["noise"] == "photon"
+    if counts or chosen["psf"] == "airy":
+        chosen |= {
+            "aperture_diameter": draw(log_numbers(0.01, 10)),
+            "pixel_angle": draw(log_numbers(1e-7, 0.1)),
+        }
+    if counts:
+        chosen |= {
+            "integration_time": draw(log_numbers(1e-6, 10)),
+            "smear": draw(st.booleans()),
+            "transmission": draw(numbers(0.01, 1)),
+            "quantum_efficiency": draw(numbers(0.01, 1)),
+            "shot_noise": draw(st.booleans()),
+            "read_noise": draw(log_numbers(0.1, 1e4)),
+            "dark_current": draw(log_numbers(1, 1e9)),
+            "offset_electrons": draw(log_numbers(0.1, 1e4)),
+        }
+    elif chosen["noise"] != "none":
+        chosen[chosen["noise"]] = draw(log_numbers(1e-6, 10))
+        if chosen["noise"] == "nedt":
+            chosen["nedt_temperature"] = draw(numbers(150, 400))
+        chosen["offset_radiance"] = draw(log_numbers(1e-6, 1))
+    if draw(st.booleans()):
+        chosen |= {
+            "gain_deviation": draw(numbers(0, 1)),
+            "fixed_pattern": draw(st.sampled_from(["pixel", "row"])),
+        }
+    match draw(st.sampled_from(["no converter", "full", "full and counted"])):
+        case "full and counted":
+            chosen["bits"] = draw(st.integers(1, 24))
+            chosen["well_depth" if counts else "saturation_radiance"] = draw(
+                log_numbers(10, 1e9) if counts else log_numbers(1e-6, 100)
+            )
+        case "full":
+            chosen["well_depth" if counts else "saturation_radiance"] = draw(
+                log_numbers(10, 1e9) if counts else log_numbers(1e-6, 100)
+            )
+    return {"parameters": chosen, "variables": ["all"], "seed": draw(st.integers(0, 2**63 - 1))}
+
+
+@st.composite
+def platforms(draw, raw):
+    """Say in other words, with the keys of a platform, where a scenario is seen from; changes it."""
+    platform = {"altitude": draw(st.one_of(log_numbers(1e5, 4.2e7), st.just(3.6e7)))}
+    view, image, motion = (dict(raw.get(key, {})) for key in ("view", "image", "motion"))
+    if draw(st.booleans()):
+        view.pop("zenith", None)
+        # Beyond some angle the Earth is missed, or seen at more than 85 degrees: that is refused.
+        platform["off_nadir"] = draw(numbers(0, 60 if platform["altitude"] < 1e6 else 9))
+    if draw(st.booleans()):
+        image.pop("pixel_size", None)
+        platform |= {
+            "focal_length": draw(log_numbers(0.05, 20)),
+            "detector_pitch": draw(log_numbers(5e-6, 1e-3)),
+        }
+    if draw(st.booleans()):
+        motion.pop("platform_speed", None)
+        platform["mode"] = draw(st.sampled_from(["staring", "push-broom"]))
+    raw |= {"platform": platform, "view": view, "image": image, "motion": motion}
+
+
+@st.composite
+def seen_scenarios(draw, models=PAPER):
+    """A scenario with a sensor, a platform or both. The file ``psf.txt`` is that of :func:`write_files`."""
+    raw = draw(scenarios(models))
+    raw["image"] = {**raw["image"], "samples_per_pixel": draw(st.sampled_from([1, 1, 2]))}
+    if draw(st.booleans()):
+        draw(platforms(raw))
+    raw["sensor"] = draw(sensors())
+    asked = draw(
+        st.sets(st.sampled_from(["brightness_temperature", "cloud_mask", "terms", "cloud_top_altitude"]))
+    )
+    raw["output"] = {"variables": ["radiance", *sorted(asked)]}
+    # Slant paths want more of clouds than most of these have.
+    raw.pop("slant", None)
+    return raw
+
+
+def window_of(draw, image):
+    """Draw a part of an image."""
+    parts = {}
+    for key in ("rows", "columns"):
+        first = draw(st.integers(0, image[key] - 1))
+        parts[key] = [first, draw(st.integers(first + 1, image[key]))]
+    return parts
