@@ -36,8 +36,7 @@ def basis_values(mu: NDArray[np.float64], nodes: NDArray[np.float64], basis: Bas
     if nodes.size == 1:
         return np.ones((mu.size, 1))
     if basis == "linear":
-        right = np.clip(np.searchsorted(nodes, mu), 1, nodes.size - 1)
-        part = np.clip((mu - nodes[right - 1]) / (nodes[right] - nodes[right - 1]), 0.0, 1.0)
+        right, part = _interval(mu, nodes)
         weights = np.zeros((mu.size, nodes.size))
         row = np.arange(mu.size)
         weights[row, right - 1] = 1.0 - part
@@ -50,3 +49,26 @@ def basis_values(mu: NDArray[np.float64], nodes: NDArray[np.float64], basis: Bas
     distance = np.where(np.abs(distance) < 1e-300, 1e-300, distance)
     weights = barycentric[None, :] / distance
     return np.asarray(weights / weights.sum(axis=1, keepdims=True), dtype=np.float64)
+
+
+def gathered_linearly(
+    mu: NDArray[np.float64], nodes: NDArray[np.float64], values: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return ``basis_values(mu, nodes, "linear").T @ values`` (N, K) for values (P, K), and two or more nodes."""
+    # imported here: only seas with a second reflection need it
+    from scipy.sparse import csc_array
+
+    right, part = _interval(mu, nodes)
+    places = np.stack((right - 1, right), axis=1).ravel()
+    weights = np.stack((1.0 - part, part), axis=1).ravel()
+    transposed = csc_array((weights, places, np.arange(0, 2 * mu.size + 1, 2)), shape=(nodes.size, mu.size))
+    return np.asarray(transposed @ values, dtype=np.float64)
+
+
+def _interval(
+    mu: NDArray[np.float64], nodes: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Return the node to the right of each ``mu`` (P,) and how near it is, 0 to 1; the end beyond the outermost."""
+    right = np.clip(np.searchsorted(nodes, mu), 1, nodes.size - 1)
+    part = np.clip((mu - nodes[right - 1]) / (nodes[right] - nodes[right - 1]), 0.0, 1.0)
+    return right, part

@@ -15,7 +15,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from hcss_twin.sea.facet_rays import FacetRays, facets_hit_again, seen_facets
-from hcss_twin.sea.node_basis import Basis, basis_values
+from hcss_twin.sea.node_basis import Basis, basis_values, gathered_linearly
 from hcss_twin.sea.shadowing import Shadowing, escape_share, smith_lambda
 from hcss_twin.sea.slope_statistics import SlopeStatistics
 from hcss_twin.sea.tilt import Tilt
@@ -99,8 +99,8 @@ class Reflection:
             sky += self._folded(incidence, to_sky, basis_values(np.abs(rays.mu_away), mu_nodes, basis))
             if self._re_reflection:
                 to_sea = rays.share * (1.0 - escapes) / azimuths.size
-                elevation = basis_values(np.arcsin(rays.mu_away), self._elevation, "linear")
-                sea += self._folded(incidence, to_sea, elevation)
+                elevation = np.arcsin(rays.mu_away)
+                sea += gathered_linearly(elevation, self._elevation, incidence * to_sea[:, None]) @ self._fit
         return FirstHit(sky, sea)
 
     def second(self, mu_nodes: Array, basis: Basis) -> Array:

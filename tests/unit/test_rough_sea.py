@@ -6,7 +6,7 @@ import pytest
 from hcss_twin.catalog import Catalog
 from hcss_twin.providers import SeaInputs
 from hcss_twin.sea.foam import foam_coverage, foam_reflectance
-from hcss_twin.sea.node_basis import basis_values, checked_nodes
+from hcss_twin.sea.node_basis import basis_values, checked_nodes, gathered_linearly
 from hcss_twin.sea.parameters import RoughSeaParameters
 from hcss_twin.sea.rough_sea import RoughSea
 from hcss_twin.sea.shadowing import smith_lambda
@@ -60,6 +60,13 @@ def test_bases_reproduce_the_nodes_and_straight_lines(basis):
     np.testing.assert_allclose(
         basis_values(np.array([0.001, 1.0]), nodes, basis).sum(axis=1), 1.0, atol=1e-12
     )
+
+
+def test_values_are_gathered_as_the_linear_basis_says():
+    random = np.random.default_rng(2)
+    mu, nodes, values = random.uniform(-0.2, 1.2, 50), np.linspace(0.0, 1.0, 7), random.random((50, 3))
+    expected = basis_values(mu, nodes, "linear").T @ values
+    np.testing.assert_allclose(gathered_linearly(mu, nodes, values), expected, atol=1e-13)
 
 
 @pytest.mark.parametrize("nodes", [[], [0.0, 0.5], [0.5, 0.4], [0.5, 1.1], [[0.5]], [np.nan]])
