@@ -12,8 +12,8 @@ from hcss_twin.errors import ImageError
 from hcss_twin.evaluation.morphology import morphology_errors
 from hcss_twin.matching.bounds import BRIGHTNESS_EXPONENT, FEWEST_CELLS, HURST, frame_cells
 from hcss_twin.matching.cloud_image import CloudImage, simulate_image
-from hcss_twin.matching.comparison import Quantity, compare, describe_unmatched
 from hcss_twin.matching.finish import Progress, refine
+from hcss_twin.matching.quantities import Quantity, compare, describe_unmatched
 from hcss_twin.matching.start import brightness_exponent, fit_variogram
 from hcss_twin.matching.structure import (
     Structure,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.matching.comparison import Quantity, describe_unmatched
+from hcss_twin.matching.quantities import Quantity, describe_unmatched
 from hcss_twin.matching.structure import Structure
 
 
