@@ -10,7 +10,9 @@ import time
 import numpy as np
 import pytest
 from cheap import CHEAP_OPTIONS
+from click.testing import CliRunner
 
+from hcss_twin.cli import cli
 from hcss_twin.compilation_notice import COMPILING
 
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
@@ -101,9 +103,10 @@ def test_wrong_scenario_names_every_problem_and_exits_2(tmp_path):
     assert len(answer["problems"]) == 4
 
 
-def test_validate_accepts_what_is_shipped(tmp_path):
-    for name in json.loads(hcss("scenarios", "--json", cwd=tmp_path).stdout):
-        assert hcss("validate", name, cwd=tmp_path).returncode == 0
+def test_validate_accepts_what_is_shipped():
+    in_process = CliRunner()
+    for name in json.loads(in_process.invoke(cli, ["scenarios", "--json"]).stdout):
+        assert in_process.invoke(cli, ["validate", name]).exit_code == 0
 
 
 def test_unknown_scenario_gets_the_closest_name(tmp_path):

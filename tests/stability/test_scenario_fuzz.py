@@ -188,7 +188,7 @@ class TestAnyAllowedSurroundingsAndShapesOfImagesDoToo:
         check_cube(raw, files)
 
     @pytest.mark.long
-    @_settings(35)
+    @_settings(25)
     @given(raw=wide_scenarios(PAPER, particles=True))
     def test_many(self, raw, files):
         check_cube(raw, files)
