@@ -52,14 +52,16 @@ def test_every_estimator_recovers_exact_surfaces_within_its_stated_error(estimat
     assert math.sqrt(np.mean(deviation**2)) < 2.2
 
 
-@pytest.mark.long
+def many_surfaces():
+    """Sizes and Hurst exponents; large surfaces take long to draw, and those of few exponents do for most days."""
+    for size in (96, 256, 800):
+        for hurst in (0.1, 0.25, 0.5, 0.75, 0.9):
+            is_usual = size < 800 or hurst in (0.25, 0.75)
+            yield pytest.param(size, hurst, marks=pytest.mark.long if is_usual else pytest.mark.exhaustive)
+
+
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize("size", [96, 256, 800])
-@pytest.mark.parametrize(
-    "hurst",
-    # one worker for all that is measured on the same surfaces, which take long to draw
-    [pytest.param(h, marks=pytest.mark.xdist_group(f"surfaces-{h}")) for h in (0.1, 0.25, 0.5, 0.75, 0.9)],
-)
+@pytest.mark.parametrize(("size", "hurst"), list(many_surfaces()))
 def test_the_stated_error_is_the_root_mean_square_over_many_surfaces(estimator, size, hurst):
     count = {96: 150, 256: 60, 800: 30}[size]
     rms = math.sqrt(np.mean(deviations(estimator, size, hurst, count) ** 2))

@@ -115,9 +115,11 @@ def test_random_layers_agree_with_discrete_ordinates() -> None:
     check(20)
 
 
-@pytest.mark.long
-def test_500_random_layers_agree_with_discrete_ordinates_and_all_but_one_with_24_streams() -> None:
-    check(500)
+@pytest.mark.parametrize(
+    "count", [pytest.param(120, marks=pytest.mark.long), pytest.param(500, marks=pytest.mark.exhaustive)]
+)
+def test_many_random_layers_agree_with_discrete_ordinates_and_all_but_one_with_24_streams(count) -> None:
+    check(count)
 
 
 @lru_cache
