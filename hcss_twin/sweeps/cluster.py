@@ -157,7 +157,8 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
                         threads_per_worker=1,
                         processes=True,
                         memory_limit=0,
-                        dashboard_address=None,
+                        # None means Dask's usual port, with a warning where another cluster holds it.
+                        dashboard_address="127.0.0.1:0",
                         silence_logs=logging.CRITICAL,
                     )
                 )

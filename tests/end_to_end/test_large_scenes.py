@@ -219,7 +219,9 @@ def test_a_dask_cluster_writes_the_bytes_of_one(tmp_path, monkeypatch, fixed_dat
     plan = planned(**{"output.certificate": 48, "clouds.coverage_mode": "frame"})
     with (
         small_tiles(monkeypatch, 900),
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0"
+        ) as cluster,
     ):
         alone = run(plan, tmp_path / "alone.nc")
         together = run(plan, tmp_path / "together.nc", scheduler=cluster.scheduler_address)

@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -179,6 +180,22 @@ def test_an_interrupt_ends_the_workers_and_says_nothing_else(tmp_path, environme
     assert not list(folder.glob(".*"))
 
 
+def test_a_sweep_says_nothing_of_a_port_that_another_cluster_holds(tmp_path, environment):
+    with socket.socket() as usual_port:
+        usual_port.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with contextlib.suppress(OSError):  # held by somebody else already
+            usual_port.bind(("127.0.0.1", 8787))
+            usual_port.listen()
+        done = run(
+            [*HCSS, "sweep", "stratus", *SMALL, "--over", "seed={count = 2}", "-o", str(tmp_path / "sweep"),
+             "--workers", "2", "--json"],
+            environment,
+        )  # fmt: skip
+    assert done.returncode == 0
+    assert "port" not in done.stderr.lower()
+    assert "warning" not in done.stderr.lower()
+
+
 def test_a_scheduler_elsewhere_makes_the_same_bytes(tmp_path, environment):
     few = ["--over", "view.zenith=[0, 20]", "--over", "seed={count = 2}"]
     serial, folder = tmp_path / "serial", tmp_path / "cluster"
@@ -188,7 +205,7 @@ def test_a_scheduler_elsewhere_makes_the_same_bytes(tmp_path, environment):
         "import sys\n"
         "from distributed import LocalCluster\n"
         "if __name__ == '__main__':\n"
-        "    with LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=None) as cluster:\n"
+        "    with LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address='127.0.0.1:0') as cluster:\n"
         "        print(cluster.scheduler_address, flush=True)\n"
         "        sys.stdin.read()\n"
     )
