@@ -9,6 +9,7 @@ from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import Array, Declares, SeaInputs
 from hcss_twin.refractive_index import load_refractive_index
 from hcss_twin.sea.directions import directions, relative_azimuths
+from hcss_twin.sea.fresnel_series import reflectance_at
 from hcss_twin.sea.parameters import CoxMunkParameters
 from hcss_twin.sea.pierson_moskowitz import significant_wave_height_m
 from hcss_twin.sea.slopes import MEASURED_WIND_M_S, mean_square_slope, slope_density
@@ -121,9 +122,7 @@ class CoxMunkSea:
         density = slope_density(slope_squared, self._mean_square_slope)
         # 1 / mu_n^2 = 1 + slope^2
         geometry = density * (1.0 + slope_squared) ** 2 / (4.0 * out * into)
-        return np.asarray(
-            geometry[:, None] * unpolarised_reflectance(index, cos_incidence[:, None]), dtype=np.float64
-        )
+        return np.asarray(geometry[:, None] * reflectance_at(index, cos_incidence), dtype=np.float64)
 
 
 def mirror_facet(

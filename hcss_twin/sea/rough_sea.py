@@ -13,6 +13,7 @@ from hcss_twin.providers import Array, Declares, Grid, Motion, SeaInputs
 from hcss_twin.sea.cox_munk import mirror_facet
 from hcss_twin.sea.directions import bearings, directions, relative_azimuths
 from hcss_twin.sea.foam import foam_coverage, foam_reflectance
+from hcss_twin.sea.fresnel_series import reflectance_at
 from hcss_twin.sea.node_basis import Basis, basis_values, checked_nodes
 from hcss_twin.sea.parameters import RoughSeaParameters
 from hcss_twin.sea.reflection import INCIDENCE_COUNT, FirstHit, Reflection, reflected
@@ -246,7 +247,7 @@ class RoughSea:
             each = [self._mirrors(out, into, azimuth, turn - 0.5 * azimuth) for turn in turns]
             shape, cosine = np.mean([part for part, _ in each], axis=0), each[0][1]
         index = self._water.at(wavenumber_cm1)
-        water = shape[:, None] * unpolarised_reflectance(index, cosine[:, None])
+        water = shape[:, None] * reflectance_at(index, cosine)
         if self._foam == 0.0:
             return np.asarray(water, dtype=np.float64)
         foam = foam_reflectance(wavenumber_cm1, self._foam_emissivity) / np.pi

@@ -1,8 +1,8 @@
 """Columns with cloud in two layers: exact ones on the product of two thickness axes, and frames between them.
 
-Along each axis radiance is interpolated as for one layer: by cubic splines in ln(thickness) between the
-exact nodes of each smooth segment, and linearly between the dense nodes of the look-up. The axes of the
-layers alone are a first guess; seen through another cloud, or above one, a layer can need more nodes.
+Along each axis radiance is interpolated as for one layer: by splines in ln(thickness) between the exact
+nodes of each smooth segment, and linearly between the dense nodes of the look-up. The axes of the layers
+alone are a first guess; seen through another cloud, or above one, a layer can need more nodes.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudLayer
+from hcss_twin.scene.tables.curve import curve_through
 from hcss_twin.scene.tables.jumps import Source, jumping, worst
 from hcss_twin.scene.tables.low_rank import complete
 from hcss_twin.scene.tables.thickness_axis import (
@@ -21,7 +22,6 @@ from hcss_twin.scene.tables.thickness_axis import (
     MOST_NODES,
     Columns,
     ThicknessAxis,
-    cubic,
     dense_nodes,
 )
 
@@ -80,7 +80,7 @@ class LayerPair:
         table: NDArray[np.float32] | None = None
         row = 0
         for index, (segment, place) in enumerate(zip(self.low.segments, self.low.places, strict=True)):
-            curve, dense = cubic(segment, across[place]), np.log(self.low.dense_of(index))
+            curve, dense = curve_through(segment, across[place]), np.log(self.low.dense_of(index))
             for start in range(0, dense.size, ROWS_AT_ONCE):
                 quantities = named(curve(dense[start : start + ROWS_AT_ONCE]))
                 rows, columns = quantities.shape[:2]
@@ -170,7 +170,7 @@ def _misfits(columns: Columns, axes: list[ThicknessAxis], values: Array, which: 
         pairs = np.stack(np.meshgrid(middle, other[probes], indexing="ij"), axis=-1).reshape(-1, 2)
         found = columns(pairs if which == 0 else pairs[:, ::-1])
         exact = found.reshape(middle.size, probes.size, *found.shape[1:])
-        guess = cubic(segment, along[place])(np.log(middle))
+        guess = curve_through(segment, along[place])(np.log(middle))
         error = float(np.max(np.abs(np.sum(guess, axis=2) / np.sum(exact, axis=2) - 1.0)))
         as_bands = (
             np.moveaxis(each, 1, 2).reshape(middle.size, each.shape[2], -1) for each in (guess, exact)

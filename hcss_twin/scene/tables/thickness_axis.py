@@ -1,8 +1,8 @@
 """The thickness axis of the radiance tables: where spectra are computed, and how frames look between.
 
 Radiance against thickness is smooth except where the moving face of the cloud crosses a level of the profile. Between
-two such breakpoints a cubic spline in ln(thickness) through few exact columns meets the tolerance; it is
-then sampled densely, so that the look-up of each pixel is linear.
+two such breakpoints a spline in ln(thickness) through few exact columns meets the tolerance (``curve.py``); it is then
+sampled densely, so that the look-up of each pixel is linear.
 
 Each term of the radiance is interpolated; the total is their sum.
 """
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudLayer
+from hcss_twin.scene.tables.curve import curve_through
 from hcss_twin.scene.tables.jumps import Source, jumping, worst
 
 Array = NDArray[np.float64]
@@ -26,7 +27,7 @@ Columns = Callable[[Array], Array]
 FIRST_NODES = 5
 MOST_NODES = 4097
 LINEAR_SHARE = 0.25
-"""Share of the tolerance left to the linear look-up; the cubic's midpoint errors get the rest."""
+"""Share of the tolerance left to the linear look-up; the curve's midpoint errors get the rest."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class ThicknessAxis:
         """Interpolate values at ``exact_m``, (E, ...), onto the dense nodes, (N, ...)."""
         return np.concatenate(
             [
-                cubic(segment, values[place])(np.log(self.dense_of(index)))
+                curve_through(segment, values[place])(np.log(self.dense_of(index)))
                 for index, (segment, place) in enumerate(zip(self.segments, self.places, strict=True))
             ]
         )
@@ -114,14 +115,14 @@ def place_axis(
 def _segment(
     columns: Columns, low: float, high: float, tolerance: float, source: Source, layer: CloudLayer
 ) -> tuple[Array, Array, float]:
-    """Halve all intervals of one segment until the cubic predicts every new column."""
+    """Halve all intervals of one segment until the curve predicts every new column."""
     nodes = np.geomspace(low, high, FIRST_NODES)
     nodes[0], nodes[-1] = low, high
     values = columns(nodes)
     while True:
         middle = np.sqrt(nodes[:-1]) * np.sqrt(nodes[1:])
         exact = columns(middle)
-        guess = cubic(nodes, values)(np.log(middle))
+        guess = curve_through(nodes, values)(np.log(middle))
         error = relative(total(guess), total(exact))
         order = np.argsort(np.concatenate((nodes, middle)))
         nodes = np.concatenate((nodes, middle))[order]
@@ -140,14 +141,14 @@ def _segment(
 
 
 def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
-    """Halve intervals of the linear look-up where it departs from the cubic through ``values`` (N, K, B).
+    """Halve intervals of the linear look-up where it departs from the curve through ``values`` (N, K, B).
 
     Returns
     -------
     ndarray (D,)
         The nodes and those between them.
     """
-    curve = cubic(nodes, values)
+    curve = curve_through(nodes, values)
     dense = nodes
     suspect = np.ones(dense.size - 1, dtype=bool)
     while np.any(suspect):
@@ -174,25 +175,6 @@ def breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
     crossing = level_m - layer.base_m if layer.anchor == "base" else layer.top_m - level_m[::-1]
     inner: list[float] = crossing[(crossing > low * 1.001) & (crossing < high * 0.999)].tolist()
     return [low, *inner, high]
-
-
-def cubic(nodes: Array, values: Array) -> Callable[[Array], Array]:
-    """Cubic spline through the nodes that does not undershoot zero.
-
-    A term that fades to nothing (the sea under a thick cloud) would swing below zero by less than the
-    tolerance; its exact columns say that it does not.
-    """
-    # imported here: runs that find their tables should not wait for it
-    from scipy.interpolate import CubicSpline
-
-    spline = CubicSpline(np.log(nodes), values, axis=0)
-    floor = np.minimum(np.min(values, axis=0), 0.0)
-
-    def evaluate(ln_thickness: Array) -> Array:
-        result: Array = np.maximum(spline(ln_thickness), floor)
-        return result
-
-    return evaluate
 
 
 def total(terms: Array) -> Array:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.scene.tables.curve import spline_through
 from hcss_twin.scene.tables.thickness_axis import Columns, relative, total
 
 Array = NDArray[np.float64]
@@ -18,8 +17,8 @@ FIRST_NODES = 5
 def single_layer(columns: Columns, thickness_m: Array, known: Array, tolerance: float) -> Array:
     """Return columns at all thicknesses, of which some are computed.
 
-    The difference from the known columns is interpolated by cubics in ln(thickness); nodes are halved until it predicts
-    every new column.
+    The difference from the known columns is interpolated by a spline in ln(thickness); nodes are halved until it
+    predicts every new column.
 
     Parameters
     ----------
@@ -40,7 +39,9 @@ def single_layer(columns: Columns, thickness_m: Array, known: Array, tolerance: 
     values = columns(thickness_m[places])
     while places.size < thickness_m.size:
         new = _between(places)
-        guess = known[new] + _spline(thickness_m[places], values - known[places])(np.log(thickness_m[new]))
+        guess = known[new] + spline_through(thickness_m[places], values - known[places])(
+            np.log(thickness_m[new])
+        )
         exact = columns(thickness_m[new])
         error = relative(total(guess), total(exact))
         order = np.argsort(np.concatenate((places, new)))
@@ -48,7 +49,7 @@ def single_layer(columns: Columns, thickness_m: Array, known: Array, tolerance: 
         values = np.concatenate((values, exact))[order]
         if error <= tolerance:
             break
-    difference = _spline(thickness_m[places], values - known[places])(np.log(thickness_m))
+    difference = spline_through(thickness_m[places], values - known[places])(np.log(thickness_m))
     # A term that fades to nothing would swing below it.
     found: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=0), 0.0))
     found[places] = values
@@ -74,8 +75,10 @@ def layer_pair(columns: Columns, low_m: Array, high_m: Array, known: Array, tole
         if low.size == low_m.size or high.size == high_m.size:
             return None
         values = _product(columns, low_m[low], high_m[high])
-        across = _spline(high_m[high], np.moveaxis(values - known[np.ix_(low, high)], 1, 0))(np.log(high_m))
-        difference = _spline(low_m[low], np.moveaxis(across, 0, 1))(np.log(low_m))
+        across = spline_through(high_m[high], np.moveaxis(values - known[np.ix_(low, high)], 1, 0))(
+            np.log(high_m)
+        )
+        difference = spline_through(low_m[low], np.moveaxis(across, 0, 1))(np.log(low_m))
         found: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=(0, 1)), 0.0))
         between = _between(low), _between(high)
         exact = _product(columns, low_m[between[0]], high_m[between[1]])
@@ -99,11 +102,3 @@ def _between(places: Places) -> Places:
 def _product(columns: Columns, low_m: Array, high_m: Array) -> Array:
     found = columns(np.stack(np.meshgrid(low_m, high_m, indexing="ij"), axis=-1).reshape(-1, 2))
     return found.reshape(low_m.size, high_m.size, *found.shape[1:])
-
-
-def _spline(thickness_m: Array, values: Array) -> Callable[[Array], Array]:
-    # imported here: runs that find their tables should not wait for it
-    from scipy.interpolate import CubicSpline
-
-    spline: Callable[[Array], Array] = CubicSpline(np.log(thickness_m), values, axis=0)
-    return spline
