@@ -17,7 +17,7 @@ from hcss_twin.physics.paths import SPACE, Leg, Path
 
 Array = NDArray[np.float64]
 
-_KEPT_PARTS = 4096
+_KEPT_PARTS = 1024
 """Parts of the profile that are kept: legs of many paths are alike."""
 
 _SAME_ALTITUDE_M = 1e-3

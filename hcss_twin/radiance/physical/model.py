@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from typing import ClassVar
 
 import numpy as np
@@ -33,6 +33,9 @@ Array = NDArray[np.float64]
 
 MEASURED_STREAMS, MEASURED_MODES = 8, 16
 """For which, and for more, the model says what its own error is."""
+
+_KEPT_GRIDS, _KEPT_WAVENUMBERS = 4, 512
+"""Sets of wavenumbers, and how many of these over all suns, whose solved clouds are kept: some 70 kB each."""
 
 _LARGEST_SUN_DEG = 88.0
 """Zenith angle from which sunlight scattered in the air is left out: paths to the sun graze the Earth."""
@@ -90,7 +93,7 @@ class Physical:
             self._gas = PowerLawGas(inputs.transmittance, inputs.profile)
         self._scene = lru_cache(maxsize=4)(self._make_scene)
         # Solved clouds cost most; clear skies under other suns must not push them out.
-        self._maker = lru_cache(maxsize=8)(self._make_maker)
+        self._makers = lru_cache(maxsize=_KEPT_GRIDS)(self._makers_of)
         self._air = lru_cache(maxsize=2)(self._make_air)
         self._sea = lru_cache(maxsize=4)(self._make_sea)
         self._sea_modes = lru_cache(maxsize=2)(self._make_sea_modes)
@@ -121,7 +124,7 @@ class Physical:
                 "thickness_m: allowed 0 or more, and a layer > 0; a column without cloud is clear()"
             )
         shared = self._shared(wavenumber_cm1, sun)
-        maker = self._maker(wavenumber_cm1.tobytes(), sun if sun is not None and sun.is_up else None)
+        maker = self._makers(wavenumber_cm1.tobytes())(sun if sun is not None and sun.is_up else None)
         slabs = [self._slabs(maker, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
         results = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in self.terms}
         for row, thickness in enumerate(thickness_m):
@@ -155,6 +158,12 @@ class Physical:
         unlit = self._sea(wavenumbers, directions.wind_azimuth)
         sea = sunlit(unlit, inputs.sea, wavenumber, directions)
         return _Shared(air, directions, sea, received, modes, self._scattered_in_air(wavenumber, directions))
+
+    def _makers_of(self, wavenumbers: bytes) -> Callable[[Sun | None], SlabMaker]:
+        """Return what makes clouds by the sun, and keeps as many of them as there is room for."""
+        count = len(wavenumbers) // np.dtype(np.float64).itemsize
+        suns = max(_KEPT_WAVENUMBERS // max(count, 1), 1)
+        return lru_cache(maxsize=suns)(partial(self._make_maker, wavenumbers))
 
     def _make_maker(self, wavenumbers: bytes, sun: Sun | None) -> SlabMaker:
         shared, inputs = self._scene(wavenumbers, sun), self._inputs
