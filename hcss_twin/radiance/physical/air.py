@@ -1,4 +1,8 @@
-"""Air between interfaces: transmittance and emission of legs, seen through whole composite paths."""
+"""Air between interfaces: transmittance and emission of legs, seen through whole composite paths.
+
+Of C columns at once, whose legs end at heights of their own: S = C x V values are those of all V wavenumbers of the
+first column, then of the second, and so on.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +20,8 @@ from hcss_twin.providers import TransmittanceProvider
 from hcss_twin.radiance.physical.crossed import Crossed, Crossing
 
 Array = NDArray[np.float64]
+Heights = tuple[float, ...]
+"""One of each column, m."""
 
 _DARK = 1e-30
 """Transmittance below which nothing seen through a path could matter."""
@@ -37,9 +43,9 @@ class LegView:
 
     Attributes
     ----------
-    emission : ndarray (P, V)
+    emission : ndarray (P, S)
         What the air of each leg sends through its path, W m-2 sr-1 (cm-1)-1.
-    transmittance : ndarray (P, V)
+    transmittance : ndarray (P, S)
         Of each path and its leg together.
     crossed : Crossed (P,)
         Each path and its leg together.
@@ -69,8 +75,8 @@ class _Look:
 
     key: Hashable
     zenith_deg: tuple[float, ...]
-    lower_m: float
-    upper_m: float
+    lower_m: Heights
+    upper_m: Heights
     downward: bool
     coarse: bool
     front: Crossed = field(compare=False)
@@ -104,12 +110,16 @@ class Air:
             self._black[temperature_K] = planck(self.wavenumber_cm1, temperature_K)
         return self._black[temperature_K]
 
-    def crossed(self, *paths: Path) -> Crossed:
-        """Return paths as the provider adds them."""
+    def black_bodies(self, temperature_K: Sequence[float]) -> Array:
+        """Return the Planck radiance (S,) at the temperature of each column."""
+        return np.concatenate([self.black_body(kelvin) for kelvin in temperature_K])
+
+    def crossed(self, paths: Sequence[Sequence[Path]]) -> Crossed:
+        """Return paths (P, C) as the provider adds them."""
         return self._crossing.of(paths)
 
     def transmittance(self, crossed: Crossed) -> Array:
-        """Return transmittance (P, V) of composite paths."""
+        """Return transmittance (P, S) of composite paths."""
         return self._crossing.transmittance(crossed)
 
     def leg(
@@ -117,8 +127,8 @@ class Air:
         front: Crossed,
         front_transmittance: Array,
         zenith_deg: Sequence[float],
-        lower_m: float,
-        upper_m: float,
+        lower_m: Heights,
+        upper_m: Heights,
         downward: bool,
         coarse: bool = False,
     ) -> LegView:
@@ -131,12 +141,12 @@ class Air:
         ----------
         front : Crossed (P,)
             What the light crosses after the leg, on its way to the sensor.
-        front_transmittance : ndarray (P, V)
+        front_transmittance : ndarray (P, S)
             Of ``front``.
         zenith_deg : sequence of float (P,)
             Zenith angle of each leg at the surface.
-        lower_m, upper_m : float
-            Its ends; ``upper_m`` may be ``SPACE``.
+        lower_m, upper_m : tuple of float (C,)
+            Its ends in each column; ``upper_m`` may be ``SPACE``.
         downward : bool
             Whether the observer looks down: the leg's upper end is the near one.
         coarse : bool
@@ -151,15 +161,23 @@ class Air:
         """Look along a leg that is not known."""
         front, front_transmittance, zenith_deg = asked.front, asked.front_transmittance, asked.zenith_deg
         lower_m, upper_m, downward, coarse = asked.lower_m, asked.upper_m, asked.downward, asked.coarse
-        edges = self._edges(lower_m, upper_m, self._coarse_m if coarse else self._profile.altitude_m)
-        count = len(edges) - 1
+        levels = self._coarse_m if coarse else self._profile.altitude_m
+        edges = [self._edges(low, high, levels) for low, high in zip(lower_m, upper_m, strict=True)]
+        count = max(map(len, edges)) - 1
         if count < 1:
             return LegView(np.zeros_like(front_transmittance), front_transmittance, front)
         distinct = tuple(sorted(set(zenith_deg)))
-        pieces = self._pieces(edges, upper_m == SPACE, downward, distinct)
+        # Columns with fewer layers have some of no thickness at the far end.
+        padded = np.minimum(np.arange(count), np.array([[max(len(own) - 2, 0)] for own in edges]))
+        first, *others = (
+            self._pieces(own, high == SPACE, downward, distinct).take(
+                (np.arange(len(distinct))[:, None] * max(len(own) - 1, 1) + layers).reshape(-1)
+            )
+            for own, high, layers in zip(edges, upper_m, padded, strict=True)
+        )
         number = np.arange(count)
         place = np.array([distinct.index(zenith) for zenith in zenith_deg])
-        paths = front.take(np.repeat(np.arange(len(front)), count)) + pieces.take(
+        paths = front.take(np.repeat(np.arange(len(front)), count)) + first.beside(others).take(
             (place[:, None] * count + number).reshape(-1)
         )
         beyond = self.transmittance(paths).reshape(len(front), count, -1)
@@ -168,29 +186,36 @@ class Air:
         )
         # Where nothing absorbs, rounding could leave less than nothing.
         np.maximum(weights, 0.0, out=weights)
-        sources = self._sources(edges)
-        sources = sources[::-1] if downward else sources
-        emission: Array = np.einsum("pnv,nv->pv", weights, sources)
+        order = -1 if downward else 1
+        sources = np.concatenate(
+            [self._sources(own)[::order][layers] for own, layers in zip(edges, padded, strict=True)], axis=1
+        )
+        emission: Array = np.einsum("pns,ns->ps", weights, sources)
         whole = paths.take(np.arange(count - 1, len(paths), count))
         return LegView(emission, beyond[:, -1], whole)
 
-    def near_source(self, lower_m: float, upper_m: float, downward: bool) -> Array:
-        """Return the Planck radiance (V,) of a leg's near end."""
+    def near_source(self, lower_m: Heights, upper_m: Heights, downward: bool) -> Array:
+        """Return the Planck radiance (S,) of a leg's near end."""
         top = float(self._profile.altitude_m[-1])
-        near = min(upper_m, top) if downward else lower_m
-        return self.black_body(float(self._profile.temperature_at(near)))
+        near = np.minimum(upper_m, top) if downward else np.array(lower_m)
+        return self.black_bodies(self._profile.temperature_at(near).tolist())
 
     def _make_pieces(
         self, edges: tuple[float, ...], to_space: bool, downward: bool, zenith_deg: tuple[float, ...]
     ) -> Crossed:
-        """Parts of legs (Z x N,): for each zenith angle the first layer, the first two, ... from the near end."""
+        """Parts of the legs of one column (Z x N,): for each zenith angle the first layer, the first two, ...
+
+        From the near end; one of no length where there is no layer.
+        """
         count = len(edges) - 1
+        if count < 1:
+            return self._crossing.of([[Path()] for _ in zenith_deg])
         paths = []
         for zenith in zenith_deg:
             for n in range(1, count + 1):
                 low, high = (edges[count - n], edges[count]) if downward else (edges[0], edges[n])
                 reach = SPACE if to_space and high == edges[-1] else high
-                paths.append(Path((Leg(low, reach, zenith),)))
+                paths.append([Path((Leg(low, reach, zenith),))])
         return self._crossing.of(paths)
 
     def _edges(self, lower_m: float, upper_m: float, levels: Array) -> tuple[float, ...]:
@@ -205,7 +230,7 @@ class Air:
         """Planck radiance (N, V) of each layer between edges at its pressure-weighted mean temperature.
 
         For a temperature linear in height and a density exponential in it, that is the mean of the ends plus a
-        twelfth of their difference times ln(p below / p above), to first order.
+        twelfth of their difference times ln(p below / p above), to first order. 0 where there is no layer.
         """
         altitude = np.asarray(edges)
         temperature = self._profile.temperature_at(altitude)
@@ -213,7 +238,9 @@ class Air:
         mean = (
             0.5 * (temperature[:-1] + temperature[1:]) - np.diff(temperature) * np.minimum(ratio, 6.0) / 12.0
         )
-        return np.stack([self.black_body(float(kelvin)) for kelvin in mean])
+        if not mean.size:
+            return np.zeros((1, self.wavenumber_cm1.size))
+        return np.stack([self.black_body(kelvin) for kelvin in mean.tolist()])
 
 
 def _coarse_levels(profile: Profile) -> Array:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.physics.paths import Leg, Path
-from hcss_twin.radiance.physical.air import LegView
-from hcss_twin.radiance.physical.column import Column
+from hcss_twin.radiance.physical.air import Heights, LegView
+from hcss_twin.radiance.physical.columns import Columns
 from hcss_twin.radiance.physical.crossed import Crossed
 from hcss_twin.radiance.physical.directions import VIEW
 from hcss_twin.radiance.physical.terms import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS
@@ -24,15 +24,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Closure:
-    """Radiances along the streams inside a column, by their sources.
+    """Radiances along the streams inside columns, by their sources.
 
     Attributes
     ----------
-    down : tuple of ndarray (S, N, V)
+    down : tuple of ndarray (K, N, S)
         For each gap but the uppermost, into which nothing scatters light down; seen from its upper end downward.
-    up : tuple of ndarray (S, N, V)
+    up : tuple of ndarray (K, N, S)
         For each gap, seen from its lower end upward.
-    below, above : tuple of ndarray (S, N, V)
+    below, above : tuple of ndarray (K, N, S)
         For each cloud, what comes out of the air inside it: from below, seen from its top, and from above, seen
         from its base.
     """
@@ -47,7 +47,7 @@ class Closure:
 class _Frozen:
     """Legs of all streams behind the view's path: gaps downward and upward, insides of clouds likewise.
 
-    ``sun_*``: transmittance (V,) of the sun's path behind the same paths, to the interface that is looked at. ``down``
+    ``sun_*``: transmittance (S,) of the sun's path behind the same paths, to the interface that is looked at. ``down``
     and ``sun_top`` are without the uppermost gap, into which nobody looks down.
     """
 
@@ -60,20 +60,20 @@ class _Frozen:
     sun_sea: Array
 
 
-def close(column: Column) -> Closure:
+def close(columns: Columns) -> Closure:
     """Solve u = P u + S for the radiances along the streams in all gaps."""
-    frozen = _freeze(column)
-    gaps, count = len(column.slabs) + 1, column.directions.count
-    size = column.received.size
-    streams = list(column.directions.stream_indices)
+    frozen = _freeze(columns)
+    gaps, count = len(columns.slabs) + 1, columns.directions.count
+    size = columns.received.size
+    streams = list(columns.directions.stream_indices)
     # Upward in the uppermost gap; then downward and upward in each below.
     rows = 2 * gaps - 1
     matrix = np.zeros((rows, count, rows, count, size))
     source = np.zeros((rows, count, len(TERMS), size))
     for gap in range(gaps):
         if gap > 0:
-            _looking_down(column, frozen, gap, streams, matrix, source)
-        _looking_up(column, frozen, gap, streams, matrix, source)
+            _looking_down(columns, frozen, gap, streams, matrix, source)
+        _looking_up(columns, frozen, gap, streams, matrix, source)
     flat = rows * count
     kernel = np.ascontiguousarray(np.moveaxis(matrix.reshape(flat, flat, size), -1, 0))
     right = np.ascontiguousarray(np.moveaxis(source.reshape(flat, len(TERMS), size), -1, 0))
@@ -101,50 +101,50 @@ def _solve(kernel: Array, source: Array, above: int) -> Array:
 
 
 def _behind(leg: LegView, beyond: Array) -> Array:
-    """Radiance (S, N, V) seen through a leg."""
+    """Radiance (K, N, S) seen through a leg."""
     result: Array = leg.transmittance * beyond
     result[SCATTERED_AIR] += leg.emission
     return result
 
 
 def _looking_down(
-    column: Column, frozen: _Frozen, gap: int, streams: list[int], matrix: Array, source: Array
+    columns: Columns, frozen: _Frozen, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
     leg = frozen.down[gap - 1]
     row = 2 * gap - 1
     source[row, :, SCATTERED_AIR] += leg.emission
-    if gap == len(column.slabs):
-        glint, _ = column.sun_on_sea()
-        source[row, :, SEA] += leg.transmittance * column.sea.emissivity[streams] * column.sea_source
+    if gap == len(columns.slabs):
+        glint, _ = columns.sun_on_sea()
+        source[row, :, SEA] += leg.transmittance * columns.sea.emissivity[streams] * columns.sea_source
         source[row, :, SEA_SUN] += leg.transmittance * glint[streams] * frozen.sun_sea
-        matrix[row, :, row + 1] += leg.transmittance[:, None] * column.sea.reflection[streams]
+        matrix[row, :, row + 1] += leg.transmittance[:, None] * columns.sea.reflection[streams]
         return
-    sunlight, _ = column.sun_on_slab(gap, from_above=True)
-    source[row, :, CLOUD] += leg.transmittance * column.slab_emission(gap, from_above=True)[streams]
+    sunlight, _ = columns.sun_on_slab(gap, from_above=True)
+    source[row, :, CLOUD] += leg.transmittance * columns.slab_emission(gap, from_above=True)[streams]
     source[row, :, CLOUD_SUN] += leg.transmittance * sunlight[streams] * frozen.sun_top[gap - 1]
-    matrix[row, :, row + 1] += leg.transmittance[:, None] * column.slabs[gap].reflection[streams]
-    _pass_through(column, gap, streams, leg, frozen.inside_down[gap], matrix[row], row + 2, source[row])
+    matrix[row, :, row + 1] += leg.transmittance[:, None] * columns.slabs[gap].reflection[streams]
+    _pass_through(columns, gap, streams, leg, frozen.inside_down[gap], matrix[row], row + 2, source[row])
 
 
 def _looking_up(
-    column: Column, frozen: _Frozen, gap: int, streams: list[int], matrix: Array, source: Array
+    columns: Columns, frozen: _Frozen, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
     leg = frozen.up[gap]
     row = 2 * gap
     source[row, :, SCATTERED_AIR] += leg.emission
     if gap == 0:
-        source[row, :, SCATTERED_AIR] += leg.transmittance * column.space
+        source[row, :, SCATTERED_AIR] += leg.transmittance * columns.space
         return
     index = gap - 1
-    sunlight, _ = column.sun_on_slab(index, from_above=False)
-    source[row, :, CLOUD] += leg.transmittance * column.slab_emission(index, from_above=False)[streams]
+    sunlight, _ = columns.sun_on_slab(index, from_above=False)
+    source[row, :, CLOUD] += leg.transmittance * columns.slab_emission(index, from_above=False)[streams]
     source[row, :, CLOUD_SUN] += leg.transmittance * sunlight[streams] * frozen.sun_base[index]
-    matrix[row, :, row - 1] += leg.transmittance[:, None] * column.slabs[index].reflection[streams]
-    _pass_through(column, index, streams, leg, frozen.inside_up[index], matrix[row], row - 2, source[row])
+    matrix[row, :, row - 1] += leg.transmittance[:, None] * columns.slabs[index].reflection[streams]
+    _pass_through(columns, index, streams, leg, frozen.inside_up[index], matrix[row], row - 2, source[row])
 
 
 def _pass_through(
-    column: Column,
+    columns: Columns,
     index: int,
     streams: list[int],
     leg: LegView,
@@ -154,7 +154,7 @@ def _pass_through(
     source: Array,
 ) -> None:
     """Add what a cloud lets through, directly and diffusely, from the gap ``beyond`` it."""
-    slab = column.slabs[index]
+    slab = columns.slabs[index]
     kernel = slab.transmission[streams].copy()
     diagonal = np.arange(len(streams))
     kernel[diagonal, diagonal] += slab.direct[streams]
@@ -162,22 +162,24 @@ def _pass_through(
     source[:, SCATTERED_AIR] += leg.transmittance * np.einsum("kjv,jv->kv", kernel, inside.emission)
 
 
-def _freeze(column: Column) -> _Frozen:
-    air, where = column.air, column.directions
+def _freeze(columns: Columns) -> _Frozen:
+    air, where = columns.air, columns.directions
     view = where.zenith_deg[VIEW]
     zeniths = [where.zenith_deg[index] for index in where.stream_indices]
-    gaps = len(column.slabs) + 1
+    gaps = len(columns.slabs) + 1
     front: list[Crossed] = []
-    path = Path()
+    paths = [Path()] * columns.count
     for gap in range(gaps):
-        lower, upper = column.gap_m(gap)
-        path = path + Path((Leg(lower, upper, view),))
-        front.append(air.crossed(path))
-        if gap < len(column.slabs):
-            path = path + Path((column.inside(gap, view),))
+        ends = zip(*columns.gap_m(gap), strict=True)
+        paths = [
+            path + Path((Leg(lower, upper, view),)) for path, (lower, upper) in zip(paths, ends, strict=True)
+        ]
+        front.append(air.crossed([paths]))
+        if gap < len(columns.slabs):
+            paths = [path + Path((columns.inside(gap, number, view),)) for number, path in enumerate(paths)]
     seen = [air.transmittance(each) for each in front]
 
-    def legs(gap: int, lower: float, upper: float, downward: bool) -> LegView:
+    def legs(gap: int, lower: Heights, upper: Heights, downward: bool) -> LegView:
         rows = np.zeros(len(zeniths), dtype=np.intp)
         many = seen[gap][rows]
         found = air.leg(front[gap].take(rows), many, zeniths, lower, upper, downward, coarse=True)
@@ -185,22 +187,22 @@ def _freeze(column: Column) -> _Frozen:
 
     def sun(gap: int, to_sun: Crossed) -> Array:
         if where.sun is None:
-            return np.zeros_like(column.received)
+            return np.zeros_like(columns.received)
         crossed = front[gap] + to_sun
         through = air.transmittance(crossed)
         found = LegView(np.zeros_like(through), through, crossed)
         result: Array = found.conditional(seen[gap], np.zeros_like(through)).transmittance[0]
         return result
 
-    clouds = range(len(column.slabs))
+    clouds = range(len(columns.slabs))
     return _Frozen(
-        down=[legs(gap, *column.gap_m(gap), downward=True) for gap in range(1, gaps)],
-        up=[legs(gap, *column.gap_m(gap), downward=False) for gap in range(gaps)],
-        inside_down=[legs(i, column.slabs[i].base_m, column.slabs[i].top_m, downward=True) for i in clouds],
+        down=[legs(gap, *columns.gap_m(gap), downward=True) for gap in range(1, gaps)],
+        up=[legs(gap, *columns.gap_m(gap), downward=False) for gap in range(gaps)],
+        inside_down=[legs(i, columns.slabs[i].base_m, columns.slabs[i].top_m, downward=True) for i in clouds],
         inside_up=[
-            legs(i + 1, column.slabs[i].base_m, column.slabs[i].top_m, downward=False) for i in clouds
+            legs(i + 1, columns.slabs[i].base_m, columns.slabs[i].top_m, downward=False) for i in clouds
         ],
-        sun_top=[sun(i, column.sun_on_slab(i, from_above=True)[1]) for i in clouds[1:]],
-        sun_base=[sun(i + 1, column.sun_on_slab(i, from_above=False)[1]) for i in clouds],
-        sun_sea=sun(gaps - 1, column.sun_on_sea()[1]),
+        sun_top=[sun(i, columns.sun_on_slab(i, from_above=True)[1]) for i in clouds[1:]],
+        sun_base=[sun(i + 1, columns.sun_on_slab(i, from_above=False)[1]) for i in clouds],
+        sun_sea=sun(gaps - 1, columns.sun_on_sea()[1]),
     )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,7 @@ from hcss_twin.multiple_scattering.sunlit_layers import solve_sunlit_layers
 from hcss_twin.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 from hcss_twin.providers import CloudLayer, Optics
 from hcss_twin.radiance.parameters import PhysicalParameters
+from hcss_twin.radiance.physical.air import Heights
 from hcss_twin.radiance.physical.directions import VIEW, Directions
 from hcss_twin.radiance.physical.operator_table import OperatorTable, thickness_grid
 
@@ -33,29 +36,29 @@ def turned_modes(parameters: PhysicalParameters) -> int:
 
 @dataclass(frozen=True)
 class CloudSlab:
-    """One layer of one column; D directions (view and streams), N streams, V wavenumbers.
+    """One layer of C columns; D directions (view and streams), N streams, V wavenumbers, S = C x V.
 
     Attributes
     ----------
-    base_m, top_m : float
+    base_m, top_m : tuple of float (C,)
         Altitudes.
-    top_temperature_K, base_temperature_K : float
-    emissivity, far_share, direct : ndarray (D, V)
+    top_temperature_K, base_temperature_K : tuple of float (C,)
+    emissivity, far_share, direct : ndarray (D, S)
         As in :class:`LayerOperators`.
-    reflection, transmission : ndarray (D, N, V)
+    reflection, transmission : ndarray (D, N, S)
         Share of each stream's radiance in the radiance sent toward a direction.
-    sun_reflection, sun_transmission : ndarray (D, V)
+    sun_reflection, sun_transmission : ndarray (D, S)
         sr-1, toward the view with its azimuth, toward streams the mean over azimuth; 0 without a sun.
-    sun_direct : ndarray (V,)
+    sun_direct : ndarray (S,)
         Direct transmittance for the sun; 0 without one.
-    beam_transmission : ndarray (M, 2, N, V)
+    beam_transmission : ndarray (M, 2, N, S)
         sr-1, azimuth modes from 1 on, of view and sun toward the streams; 0 where sunlight does not matter.
     """
 
-    base_m: float
-    top_m: float
-    top_temperature_K: float
-    base_temperature_K: float
+    base_m: Heights
+    top_m: Heights
+    top_temperature_K: tuple[float, ...]
+    base_temperature_K: tuple[float, ...]
     emissivity: Array
     far_share: Array
     direct: Array
@@ -65,6 +68,19 @@ class CloudSlab:
     sun_transmission: Array
     sun_direct: Array
     beam_transmission: Array
+
+
+def stacked(slabs: Sequence[CloudSlab]) -> CloudSlab:
+    """Put columns beside each other."""
+    first, *others = slabs
+    if not others:
+        return first
+    together: dict[str, Any] = {}
+    for field in fields(CloudSlab):
+        values = [getattr(slab, field.name) for slab in slabs]
+        of_columns = isinstance(values[0], tuple)
+        together[field.name] = sum(values, ()) if of_columns else np.concatenate(values, axis=-1)
+    return CloudSlab(**together)
 
 
 class SlabMaker:
@@ -102,7 +118,7 @@ class SlabMaker:
         self._directions = directions
 
     def make(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
-        """Return ``layer`` at every thickness.
+        """Return ``layer`` at every thickness, each a column by itself.
 
         Operators are solved once, on a grid of thicknesses that double, and interpolated in ln(thickness); rows
         keep their sums, because the weights of the interpolation sum to one.
@@ -129,10 +145,10 @@ class SlabMaker:
             emissivity, far, direct, reflection, transmission = _closed(*rows)
             slabs.append(
                 CloudSlab(
-                    base_m=float(tops[t] - thickness),
-                    top_m=float(tops[t]),
-                    top_temperature_K=float(top_K[t]),
-                    base_temperature_K=float(base_K[t]),
+                    base_m=(float(tops[t] - thickness),),
+                    top_m=(float(tops[t]),),
+                    top_temperature_K=(float(top_K[t]),),
+                    base_temperature_K=(float(base_K[t]),),
                     emissivity=emissivity,
                     far_share=far,
                     direct=direct,

@@ -2,6 +2,9 @@
 
 Legs are summed, never multiplied. A provider whose legs add as amounts of absorbers is asked for the amounts of each
 leg once, and sums of amounts stand for paths from then on; for others a path stays the list of its legs.
+
+Columns that differ in the heights of their clouds are computed together (:mod:`hcss_twin.radiance.physical.columns`): a
+row is a path in each of them.
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ Rows = NDArray[np.intp]
 
 
 class Crossed(ABC):
-    """P composite paths through the air."""
+    """P composite paths through the air of each of C columns."""
 
     @abstractmethod
     def __len__(self) -> int: ...
@@ -33,7 +36,11 @@ class Crossed(ABC):
 
     @abstractmethod
     def __add__(self, other: Self) -> Self:
-        """Join paths row by row; a single one is joined to all."""
+        """Join paths row by row; a single row is joined to all."""
+
+    @abstractmethod
+    def beside(self, others: Sequence[Self]) -> Self:
+        """Put the columns of others, with as many paths, beside its own."""
 
     @property
     @abstractmethod
@@ -43,7 +50,7 @@ class Crossed(ABC):
 
 @dataclass(frozen=True)
 class CrossedAmounts(Crossed):
-    """Paths as amounts of absorbers (P, K)."""
+    """Paths as amounts of absorbers (P, C, K)."""
 
     amounts: Array
 
@@ -55,8 +62,12 @@ class CrossedAmounts(Crossed):
         return type(self)(self.amounts[rows])
 
     def __add__(self, other: Self) -> Self:
-        """Join paths row by row; a single one is joined to all."""
+        """Join paths row by row; a single row is joined to all."""
         return type(self)(self.amounts + other.amounts)
+
+    def beside(self, others: Sequence[Self]) -> Self:
+        """Put the columns of others, with as many paths, beside its own."""
+        return type(self)(np.concatenate((self.amounts, *(other.amounts for other in others)), axis=1))
 
     @property
     def key(self) -> Hashable:
@@ -66,9 +77,9 @@ class CrossedAmounts(Crossed):
 
 @dataclass(frozen=True)
 class CrossedPaths(Crossed):
-    """Paths as lists of legs."""
+    """Paths (P, C) as lists of legs."""
 
-    paths: tuple[Path, ...]
+    paths: tuple[tuple[Path, ...], ...]
 
     def __len__(self) -> int:
         return len(self.paths)
@@ -78,13 +89,20 @@ class CrossedPaths(Crossed):
         return type(self)(tuple(self.paths[row] for row in rows))
 
     def __add__(self, other: Self) -> Self:
-        """Join paths row by row; a single one is joined to all."""
-        mine, others = self.paths, other.paths
-        if len(mine) == 1:
-            return type(self)(tuple(mine[0] + path for path in others))
-        if len(others) == 1:
-            return type(self)(tuple(path + others[0] for path in mine))
-        return type(self)(tuple(a + b for a, b in zip(mine, others, strict=True)))
+        """Join paths row by row; a single row is joined to all."""
+        count = max(len(self.paths), len(other.paths))
+        mine, others = (each * count if len(each) == 1 else each for each in (self.paths, other.paths))
+        return type(self)(
+            tuple(
+                tuple(a + b for a, b in zip(row, added, strict=True))
+                for row, added in zip(mine, others, strict=True)
+            )
+        )
+
+    def beside(self, others: Sequence[Self]) -> Self:
+        """Put the columns of others, with as many paths, beside its own."""
+        every = zip(self.paths, *(other.paths for other in others), strict=True)
+        return type(self)(tuple(sum(rows, ()) for rows in every))
 
     @property
     def key(self) -> Hashable:
@@ -108,16 +126,20 @@ class Crossing:
         self._amounts = getattr(provider, "absorber_amounts", None)
         self._of_amounts = getattr(provider, "transmittance_of_amounts", None)
 
-    def of(self, paths: Sequence[Path]) -> Crossed:
-        """Return paths as this provider adds them."""
+    def of(self, paths: Sequence[Sequence[Path]]) -> Crossed:
+        """Return paths (P, C) as this provider adds them."""
         if self._amounts is None or self._of_amounts is None:
-            return CrossedPaths(tuple(paths))
-        return CrossedAmounts(self._amounts(paths))
+            return CrossedPaths(tuple(tuple(row) for row in paths))
+        amounts = self._amounts([path for row in paths for path in row])
+        return CrossedAmounts(amounts.reshape(len(paths), -1, amounts.shape[1]))
 
     def transmittance(self, crossed: Crossed) -> Array:
-        """Return transmittance (P, V)."""
+        """Return transmittance (P, C x V): that of all wavenumbers of the first column, of the second, ..."""
         if isinstance(crossed, CrossedAmounts) and self._of_amounts is not None:
-            result: Array = self._of_amounts(self._wavenumber, crossed.amounts)
-            return result
-        assert isinstance(crossed, CrossedPaths)
-        return self._provider.transmittance(self._wavenumber, crossed.paths)
+            amounts = crossed.amounts.reshape(-1, crossed.amounts.shape[2])
+            result: Array = self._of_amounts(self._wavenumber, amounts)
+        else:
+            assert isinstance(crossed, CrossedPaths)
+            paths = [path for row in crossed.paths for path in row]
+            result = self._provider.transmittance(self._wavenumber, paths)
+        return result.reshape(len(crossed), -1)

@@ -15,8 +15,8 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun, TransmittanceProvider
 from hcss_twin.radiance.parameters import PhysicalParameters
 from hcss_twin.radiance.physical.air import Air
-from hcss_twin.radiance.physical.cloud_slab import CloudSlab, SlabMaker, turned_modes
-from hcss_twin.radiance.physical.column import Column
+from hcss_twin.radiance.physical.cloud_slab import CloudSlab, SlabMaker, stacked, turned_modes
+from hcss_twin.radiance.physical.columns import Columns
 from hcss_twin.radiance.physical.directions import VIEW, Directions, make_directions
 from hcss_twin.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
@@ -36,6 +36,9 @@ MEASURED_STREAMS, MEASURED_MODES = 8, 16
 
 _KEPT_GRIDS, _KEPT_WAVENUMBERS = 4, 512
 """Sets of wavenumbers, and how many of these over all suns, whose solved clouds are kept: some 70 kB each."""
+
+_VALUES_TOGETHER = 1024
+"""Columns times wavenumbers that are computed together: arrays of more do not stay in the processor's cache."""
 
 _LARGEST_SUN_DEG = 88.0
 """Zenith angle from which sunlight scattered in the air is left out: paths to the sun graze the Earth."""
@@ -106,7 +109,7 @@ class Physical:
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (V,) of a cloud-free column."""
         shared = self._shared(wavenumber_cm1, sun)
-        return self._terms(shared, self._column(shared, ()))
+        return self._terms(shared, self._columns(shared, (), 1))
 
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (N, V) of columns with a thickness (N, L) of each layer, none all 0.
@@ -127,12 +130,14 @@ class Physical:
         maker = self._makers(wavenumber_cm1.tobytes())(sun if sun is not None and sun.is_up else None)
         slabs = [self._slabs(maker, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
         results = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in self.terms}
-        for row, thickness in enumerate(thickness_m):
-            present = [slabs[i][float(h)] for i, h in enumerate(thickness) if h > 0.0]
-            present.sort(key=lambda slab: slab.base_m, reverse=True)
-            found = self._terms(shared, self._column(shared, tuple(present)))
-            for name, values in found.items():
-                results[name][row] = values
+        together = max(_VALUES_TOGETHER // wavenumber_cm1.size, 1)
+        for order, rows in _with_the_same_layers(thickness_m, slabs).items():
+            for first in range(0, len(rows), together):
+                some = rows[first : first + together]
+                own = tuple(stacked([slabs[i][float(thickness_m[row, i])] for row in some]) for i in order)
+                found = self._terms(shared, self._columns(shared, own, len(some)))
+                for name, values in found.items():
+                    results[name][some] = values.reshape(len(some), -1)
         return results
 
     def _shared(self, wavenumber_cm1: Array, sun: Sun | None) -> _Shared:
@@ -219,24 +224,26 @@ class Physical:
         made = maker.make(layer, thickness, top, base)
         return {float(h): slab for h, slab in zip(thickness, made, strict=True)}
 
-    def _column(self, shared: _Shared, slabs: tuple[CloudSlab, ...]) -> Column:
+    def _columns(self, shared: _Shared, slabs: tuple[CloudSlab, ...], count: int) -> Columns:
         space = self._parameters.space_temperature
-        return Column(
+        black = shared.air.black_body
+        return Columns(
+            count=count,
             air=shared.air,
             directions=shared.directions,
             slabs=slabs,
-            sea=shared.sea,
-            sea_source=shared.air.black_body(self._inputs.sea_temperature_K),
-            space=shared.air.black_body(space) if space > 0.0 else np.zeros_like(shared.received),
-            received=shared.received,
+            sea=shared.sea.repeated(count),
+            sea_source=np.tile(black(self._inputs.sea_temperature_K), count),
+            space=np.tile(black(space) if space > 0.0 else np.zeros_like(shared.received), count),
+            received=np.tile(shared.received, count),
         )
 
-    def _terms(self, shared: _Shared, column: Column) -> dict[str, Array]:
-        found = Tracer(column, self._parameters.closure_order).radiance()
-        found[AIR_SUN] += _seen_scattered(column, shared.scattered)
-        modes = shared.modes() if len(column.slabs) == 1 else None
+    def _terms(self, shared: _Shared, columns: Columns) -> dict[str, Array]:
+        found = Tracer(columns, self._parameters.closure_order).radiance()
+        found[AIR_SUN] += _seen_scattered(columns, shared.scattered)
+        modes = shared.modes() if len(columns.slabs) == 1 else None
         if modes is not None:
-            by_cloud, by_sea = turned_glint(column, modes)
+            by_cloud, by_sea = turned_glint(columns, modes.repeated(columns.count))
             # Fewer modes than the light has make a dark part darker than nothing: by at most .4 % of the radiance, in
             # 1 % of columns and wavenumbers (docs/physical.md).
             found[CLOUD_SUN] = np.maximum(found[CLOUD_SUN] + by_cloud, 0.0)
@@ -255,20 +262,32 @@ class Physical:
         return max(sun.zenith_deg, highest) > _LARGEST_SUN_DEG
 
 
-def _seen_scattered(column: Column, scattered: Callable[[float], Array]) -> Array:
-    """Sunlight (V,) scattered once into the view; what the air below a cloud scatters passes it directly, twice."""
-    result = np.zeros_like(column.received)
-    if column.directions.sun is None:
+def _with_the_same_layers(
+    thickness_m: Array, slabs: list[dict[float, CloudSlab]]
+) -> dict[tuple[int, ...], list[int]]:
+    """Return rows of thickness (N, L) by the layers they have, from the highest to the lowest."""
+    found: dict[tuple[int, ...], list[int]] = {}
+    for row, thickness in enumerate(thickness_m.tolist()):
+        present = [layer for layer, h in enumerate(thickness) if h > 0.0]
+        present.sort(key=lambda layer: slabs[layer][thickness[layer]].base_m, reverse=True)
+        found.setdefault(tuple(present), []).append(row)
+    return found
+
+
+def _seen_scattered(columns: Columns, scattered: Callable[[float], Array]) -> Array:
+    """Sunlight (S,) scattered once into the view; what the air below a cloud scatters passes it directly, twice."""
+    result = np.zeros_like(columns.received)
+    if columns.directions.sun is None:
         return result
-    lower = [*(slab.top_m for slab in column.slabs), 0.0]
-    above = np.stack([scattered(altitude) for altitude in lower])
+    lower = [*(slab.top_m for slab in columns.slabs), columns.sea_level_m]
+    above = np.stack([np.concatenate([scattered(altitude) for altitude in heights]) for heights in lower])
     through = np.ones_like(result)
     for index, between in enumerate(np.diff(above, axis=0, prepend=0.0)):
         result += through * np.maximum(between, 0.0)
-        if index < len(column.slabs):
-            slab = column.slabs[index]
+        if index < len(columns.slabs):
+            slab = columns.slabs[index]
             through = through * slab.direct[VIEW] * slab.sun_direct
-    return result * column.received / column.directions.mu_sun
+    return result * columns.received / columns.directions.mu_sun
 
 
 def _own_errors(parameters: PhysicalParameters, closed_form: bool) -> tuple[str, ...]:

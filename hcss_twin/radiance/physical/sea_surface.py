@@ -42,6 +42,17 @@ class SeaSurface:
     sun: Array
     defect: float
 
+    def repeated(self, columns: int) -> SeaSurface:
+        """Return the sea of so many columns, (..., C x V)."""
+        if columns == 1:
+            return self
+        return replace(
+            self,
+            emissivity=np.tile(self.emissivity, columns),
+            reflection=np.tile(self.reflection, columns),
+            sun=np.tile(self.sun, columns),
+        )
+
 
 def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
     """Return a surface with the sunlight that it sends under the sun of ``directions``."""

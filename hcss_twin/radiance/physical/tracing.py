@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.physics.paths import Path
+from hcss_twin.radiance.physical.air import Heights
 from hcss_twin.radiance.physical.closure import Closure, close
-from hcss_twin.radiance.physical.column import Column
+from hcss_twin.radiance.physical.columns import Columns
 from hcss_twin.radiance.physical.crossed import Crossed
 from hcss_twin.radiance.physical.directions import VIEW
 from hcss_twin.radiance.physical.terms import AIR, CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS
@@ -30,7 +31,7 @@ class Rays:
     ----------
     crossed : Crossed (P,)
         What lies between each ray's front and the sensor.
-    transmittance : ndarray (P, V)
+    transmittance : ndarray (P, S)
         Of these paths.
     directions : ndarray of int (P,)
         Index of each ray's direction.
@@ -48,49 +49,49 @@ class Rays:
 
 
 class Tracer:
-    """Follows rays through one column.
+    """Follows rays through columns with the same layers.
 
     Parameters
     ----------
-    column : Column
+    columns : Columns
     order : int
         Changes of direction with exact gas, 0 or more.
     """
 
-    def __init__(self, column: Column, order: int) -> None:
-        self._column = column
+    def __init__(self, columns: Columns, order: int) -> None:
+        self._columns = columns
         self._order = order
 
     def radiance(self) -> Array:
-        """Return the radiance at the sensor by sources, (S, V)."""
-        size = self._column.received.size
-        view = Rays(self._column.air.crossed(Path()), np.ones((1, size)), np.array([VIEW]), AIR)
+        """Return the radiance at the sensor by sources, (K, S)."""
+        size = self._columns.received.size
+        view = Rays(self._columns.crossed(lambda _: Path()), np.ones((1, size)), np.array([VIEW]), AIR)
         return self._down(view, 0, self._order)[:, 0]
 
     @cached_property
     def _closure(self) -> Closure:
-        return close(self._column)
+        return close(self._columns)
 
     def _down(self, rays: Rays, gap: int, order: int) -> Array:
-        """Look down from the upper end of a gap: (S, P, V)."""
-        result, rays = self._cross(rays, *self._column.gap_m(gap), downward=True)
-        if gap == len(self._column.slabs):
+        """Look down from the upper end of a gap: (K, P, S)."""
+        result, rays = self._cross(rays, *self._columns.gap_m(gap), downward=True)
+        if gap == len(self._columns.slabs):
             return result + self._sea(rays, gap, order)
         return result + self._cloud(rays, gap, order, from_above=True)
 
     def _up(self, rays: Rays, gap: int, order: int) -> Array:
-        """Look up from the lower end of a gap: (S, P, V)."""
-        result, rays = self._cross(rays, *self._column.gap_m(gap), downward=False)
+        """Look up from the lower end of a gap: (K, P, S)."""
+        result, rays = self._cross(rays, *self._columns.gap_m(gap), downward=False)
         if gap == 0:
-            result[rays.source] += rays.transmittance * self._column.space
+            result[rays.source] += rays.transmittance * self._columns.space
             return result
         return result + self._cloud(rays, gap - 1, order, from_above=False)
 
-    def _cross(self, rays: Rays, lower_m: float, upper_m: float, *, downward: bool) -> tuple[Array, Rays]:
+    def _cross(self, rays: Rays, lower_m: Heights, upper_m: Heights, *, downward: bool) -> tuple[Array, Rays]:
         """Emission of a leg, and the rays behind it."""
-        where = self._column.directions.zenith_deg
+        where = self._columns.directions.zenith_deg
         zeniths = [where[index] for index in rays.directions]
-        leg = self._column.air.leg(
+        leg = self._columns.air.leg(
             rays.crossed,
             rays.transmittance,
             zeniths,
@@ -104,21 +105,21 @@ class Tracer:
         return result, Rays(leg.crossed, leg.transmittance, rays.directions, rays.source)
 
     def _sea(self, rays: Rays, gap: int, order: int) -> Array:
-        column = self._column
+        columns = self._columns
         result = self._scattered(
             rays,
-            column.sea.reflection,
+            columns.sea.reflection,
             order,
             lambda after, left: self._up(after, gap, left),
             lambda: self._closure.up[gap],
         )
-        result[SEA] += rays.transmittance * column.sea.emissivity[rays.directions] * column.sea_source
-        self._add_sun(result[SEA_SUN], rays, *column.sun_on_sea())
+        result[SEA] += rays.transmittance * columns.sea.emissivity[rays.directions] * columns.sea_source
+        self._add_sun(result[SEA_SUN], rays, *columns.sun_on_sea())
         return result
 
     def _cloud(self, rays: Rays, index: int, order: int, *, from_above: bool) -> Array:
         """Look at a cloud from the gap above it or, if not ``from_above``, below it."""
-        column, slab = self._column, self._column.slabs[index]
+        columns, slab = self._columns, self._columns.slabs[index]
         near = index if from_above else index + 1
 
         def back(after: Rays, left: int) -> Array:
@@ -144,17 +145,17 @@ class Tracer:
             through,
             lambda: self._closure.below[index] if from_above else self._closure.above[index],
         )
-        result[CLOUD] += rays.transmittance * column.slab_emission(index, from_above)[rays.directions]
-        self._add_sun(result[CLOUD_SUN], rays, *column.sun_on_slab(index, from_above))
+        result[CLOUD] += rays.transmittance * columns.slab_emission(index, from_above)[rays.directions]
+        self._add_sun(result[CLOUD_SUN], rays, *columns.sun_on_slab(index, from_above))
         # Directly through: the same direction, so that no change is spent.
         result += slab.direct[rays.directions] * through(rays, order)
         return result
 
     def _add_sun(self, target: Array, rays: Rays, sunlight: Array, to_sun: Crossed) -> None:
-        """Add sunlight (D, V) that leaves an interface; the sun's and the ray's air are one composite path."""
-        if self._column.directions.sun is None:
+        """Add sunlight (D, S) that leaves an interface; the sun's and the ray's air are one composite path."""
+        if self._columns.directions.sun is None:
             return
-        seen = self._column.air.transmittance(rays.crossed + to_sun)
+        seen = self._columns.air.transmittance(rays.crossed + to_sun)
         target += sunlight[rays.directions] * seen
 
     def _scattered(
@@ -169,19 +170,19 @@ class Tracer:
 
         Parameters
         ----------
-        kernel : ndarray (D, N, V)
+        kernel : ndarray (D, N, S)
         look : callable
             What rays along the streams see, given the changes that are left.
         closure : callable
-            The same (S, N, V) behind frozen gas, for rays that have none left.
+            The same (K, N, S) behind frozen gas, for rays that have none left.
         """
         rows = kernel[rays.directions]
         if not np.any(rows):
-            return np.zeros((len(TERMS), len(rays.crossed), self._column.received.size))
+            return np.zeros((len(TERMS), len(rays.crossed), self._columns.received.size))
         if order == 0:
             result: Array = np.einsum("pjv,sjv->spv", rows, closure())
             return result * rays.transmittance
-        streams = np.array(self._column.directions.stream_indices)
+        streams = np.array(self._columns.directions.stream_indices)
         after = Rays(
             rays.crossed.take(np.repeat(np.arange(len(rays.crossed)), streams.size)),
             np.repeat(rays.transmittance, streams.size, axis=0),

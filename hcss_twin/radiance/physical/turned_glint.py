@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.providers import SeaModel
-from hcss_twin.radiance.physical.column import Column
+from hcss_twin.radiance.physical.columns import Columns
 from hcss_twin.radiance.physical.directions import VIEW, Directions
 
 Array = NDArray[np.float64]
@@ -44,6 +44,12 @@ class SeaModes:
     view: Array
     sun: Array
     between: Array
+
+    def repeated(self, columns: int) -> SeaModes:
+        """Return the modes of the sea of so many columns, (..., C x V)."""
+        if columns == 1:
+            return self
+        return SeaModes(*(np.tile(each, columns) for each in (self.view, self.sun, self.between)))
 
 
 def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: Directions, modes: int) -> SeaModes:
@@ -79,12 +85,13 @@ def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array,
     return result
 
 
-def turned_glint(column: Column, modes: SeaModes) -> tuple[Array, Array]:
-    """Return what is to be added to sunlight sent by the cloud and by the sea, both (V,), in a column with one cloud.
+def turned_glint(columns: Columns, modes: SeaModes) -> tuple[Array, Array]:
+    """Return what is to be added to sunlight sent by the cloud and by the sea, both (S,), in columns with one cloud.
 
-    By the cloud: what it scatters on the way down; by the sea: what reaches it directly.
+    By the cloud: what it scatters on the way down; by the sea: what reaches it directly. ``modes`` (..., S) are those
+    of each column.
     """
-    slab, where = column.slabs[0], column.directions
+    slab, where = columns.slabs[0], columns.directions
     sun = where.sun
     assert sun is not None
     weight = 2.0 * np.pi * where.streams.mu * where.streams.weight
@@ -92,16 +99,20 @@ def turned_glint(column: Column, modes: SeaModes) -> tuple[Array, Array]:
     from_view, from_sun = slab.beam_transmission[:, 0], slab.beam_transmission[:, 1]
     view_deg = where.zenith_deg[VIEW]
     stream_deg = [where.zenith_deg[index] for index in where.stream_indices]
-    base, top = slab.base_m, slab.top_m
-    air = column.air
-    below = air.crossed(*(Path((Leg(0.0, base, zenith),)) for zenith in stream_deg))
+    ends = list(zip(slab.base_m, slab.top_m, strict=True))
+    air = columns.air
+    below = air.crossed([[Path((Leg(0.0, base, zenith),)) for base in slab.base_m] for zenith in stream_deg])
     through = air.crossed(
-        *(Path((Leg(top, SPACE, view_deg), Leg(base, top, z), Leg(0.0, base, z))) for z in stream_deg)
+        [
+            [Path((Leg(top, SPACE, view_deg), Leg(base, top, z), Leg(0.0, base, z))) for base, top in ends]
+            for z in stream_deg
+        ]
     )
-    from_sea, to_base = air.crossed(to_space(0.0, view_deg)), air.crossed(to_space(base, sun.zenith_deg))
+    from_sea = columns.crossed(lambda _: to_space(0.0, view_deg))
+    to_base = columns.crossed(lambda number: to_space(slab.base_m[number], sun.zenith_deg))
     seen = air.transmittance(below + from_sea + to_base)
     down = np.einsum("m,j,mjv,mjv,jv->v", turn, weight, modes.view, from_sun, seen)
-    seen = air.transmittance(through + air.crossed(to_space(0.0, sun.zenith_deg)))
+    seen = air.transmittance(through + columns.crossed(lambda _: to_space(0.0, sun.zenith_deg)))
     up = np.einsum("m,j,mjv,mjv,jv->v", turn, weight, from_view, modes.sun, seen)
     upward, downward = (each.ravel() for each in np.indices((weight.size, weight.size)))
     seen = air.transmittance(through.take(upward) + below.take(downward) + to_base)
@@ -109,5 +120,5 @@ def turned_glint(column: Column, modes: SeaModes) -> tuple[Array, Array]:
     left = from_view * weight[:, None] * turn[:, None, None]
     right = from_sun * weight[:, None]
     both = np.einsum("mjv,mjkv,mkv,jkv->v", left, modes.between, right, seen, optimize=True)
-    received = column.received
+    received = columns.received
     return received * (slab.direct[VIEW] * down + both), received * slab.sun_direct * up
