@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
 from hcss_twin.reproduction.figure_parts import blank, concluded
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.sea import pierson_moskowitz as law
 
 WINDS_M_S = (5.0, 7.5, 10.0, 12.5, 15.0)
@@ -70,8 +70,8 @@ def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
         checks,
         holds="Eq 1 with the printed constants; peak and wave height follow from it in closed form.",
         fails="The spectrum is not that of eq 1.",
-        chosen=(
-            f"wind speeds {', '.join(f'{wind:g}' for wind in WINDS_M_S)} m/s: the text does not name those drawn",
+        chosen=in_words(
+            f"wind speeds {', '.join(f'{wind:g}' for wind in WINDS_M_S)} m/s: the text does not name those drawn"
         ),
         notes=(
             f"At 10 m/s the significant wave height is {law.significant_wave_height_m(10.0):.2f} m, sea state "

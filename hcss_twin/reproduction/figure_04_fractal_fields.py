@@ -14,7 +14,7 @@ from hcss_twin.evaluation.fractal_dimension.variogram import variogram_dimension
 from hcss_twin.evaluation.semivariance import semivariances
 from hcss_twin.reproduction.figure_parts import blank, concluded, reduced, shades
 from hcss_twin.reproduction.figure_scenes import scenario_of
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.scene.plan import make_plan
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def figure_4(seed: int) -> Reproduction:
         holds="Each parameter does what the text says: gamma and kmax add detail, H smooths, L sets the number "
         "of cells.",
         fails="A parameter does not do what the text says of it.",
-        chosen=(
+        chosen=in_words(
             "what a row holds fixed: gamma 2, H .5, L [5, 5], k 0-6 (first row k 0-4), none of them stated",
             "L counts lattice cells per 16 km (800 pixels of 20 m): the text does not say of what it is the "
             "resolution",

@@ -13,7 +13,7 @@ from hcss_twin.reporting.cloud_columns import CloudColumns
 from hcss_twin.reporting.cloud_volume import volume_figure
 from hcss_twin.reproduction.figure_parts import concluded
 from hcss_twin.reproduction.figure_scenes import scenario_of
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.reproduction.published_figures import CLOUD_HEIGHTS_KM
 from hcss_twin.scenario.cloud_types import load_cloud_type
 from hcss_twin.scene.plan import make_plan
@@ -97,7 +97,7 @@ def figure_5(seed: int) -> Reproduction:
         checks,
         holds="Thickness is eq 7 of the field at every pixel, between the heights of Table III.",
         fails="Thickness is not that of eq 7.",
-        chosen=(
+        chosen=in_words(
             f"type {TYPE}, coverage {COVERAGE:.0%}, {SIDE_PIXELS} x {SIDE_PIXELS} pixels of 20 m: not stated",
             f"thinnest cloud {layer.thickness_min:g} m: Th_min is not printed",
         ),

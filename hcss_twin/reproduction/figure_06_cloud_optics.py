@@ -17,7 +17,7 @@ from hcss_twin.reporting.cloud_optics_plot import (
     particles,
 )
 from hcss_twin.reproduction.figure_parts import blank, concluded
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,7 +57,7 @@ def figure_6(seed: int) -> Reproduction:
         checks,
         holds="Mie theory gives efficiencies that behave as theory says; the paper prints no number of them.",
         fails="An efficiency breaks a law of scattering.",
-        chosen=(
+        chosen=in_words(
             "particles: maritime cumulus and stratus of OPAC, cirrus with effective radius 30 um and variance "
             ".1; the "
             "paper gives the form of n(r) without numbers",

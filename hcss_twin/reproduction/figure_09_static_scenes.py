@@ -23,7 +23,7 @@ from hcss_twin.reproduction.figure_scenes import (
     scenario_of,
     simulated,
 )
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.reproduction.published import printed_row, published
 from hcss_twin.scene.plan import make_plan
 
@@ -164,9 +164,11 @@ def figure_9(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
         missing="The satellite images (Qilu-2, New Technology) are not published, so that the pictures cannot "
         "be compared.",
         chosen=(
-            "images: clouds of type simulated, 800 x 800 pixels of 20 m, in place of the satellites', cut by a "
-            "threshold "
-            "at the coverage of Table I",
+            *in_words(
+                "images: clouds of type simulated, 800 x 800 pixels of 20 m, in place of the satellites', cut by a "
+                "threshold "
+                "at the coverage of Table I"
+            ),
             *radiance_inputs(*BANDS),
         ),
         notes=(

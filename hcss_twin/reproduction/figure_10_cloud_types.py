@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from hcss_twin.catalog import Catalog
 from hcss_twin.reproduction.figure_parts import PANEL_PIXELS, blank, concluded, reduced, shades
 from hcss_twin.reproduction.figure_scenes import simulated
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.reproduction.published_figures import CLOUD_HEIGHTS_KM
 from hcss_twin.scenario.cloud_types import load_cloud_type
 from hcss_twin.sea.pierson_moskowitz import (
@@ -111,7 +111,7 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
         checks,
         holds="Size, resolution and heights are the printed ones, and so is the largest undulation of the sea.",
         fails="Size, heights, coverage or the height of the sea differ from the print.",
-        chosen=(
+        chosen=in_words(
             f"coverage {COVERAGE:.0%}: not stated",
             "stratocumulus has no row in Table III: gamma 3, H .333, L [2, 2], k 0-7, 600-1000 m from published "
             "measurements (catalog)",

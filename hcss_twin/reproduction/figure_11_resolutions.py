@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.reproduction.figure_parts import RADIANCE, RADIANCE_SHOWN, blank, concluded, image_panel
 from hcss_twin.reproduction.figure_scenes import PHYSICAL_NOTE, Model, radiance_inputs, simulated
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,7 +91,9 @@ def figure_11(seed: int) -> Reproduction:
         "them, and are computed without it.",
         fails="Images of different resolution do not show one sky.",
         chosen=(
-            f"type {TYPE}, coverage {COVERAGE:.0%}, band 3-5 um, {SIDE_M / 1e3:g} km of sky: not stated",
+            *in_words(
+                f"type {TYPE}, coverage {COVERAGE:.0%}, band 3-5 um, {SIDE_M / 1e3:g} km of sky: not stated"
+            ),
             *radiance_inputs(BAND),
         ),
         notes=(

@@ -17,7 +17,7 @@ from hcss_twin.reproduction.figure_scenes import (
     radiance_by_band,
     radiance_inputs,
 )
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,7 +104,7 @@ def figure_12(seed: int) -> Reproduction:
         "the least contrast.",
         fails="The picture does not move as printed, or its contrast is not as described.",
         chosen=(
-            "coverage 50 %, no wind, evolution of the largest structures in 1800 s: not stated",
+            *in_words("coverage 50 %, no wind, evolution of the largest structures in 1800 s: not stated"),
             *radiance_inputs(*BANDS),
         ),
         notes=(PHYSICAL_NOTE,),

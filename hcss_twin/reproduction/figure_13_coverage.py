@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.reproduction.figure_parts import RADIANCE, RADIANCE_SHOWN, blank, concluded, image_panel
 from hcss_twin.reproduction.figure_scenes import PHYSICAL_NOTE, Model, radiance_inputs, simulated
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.reproduction.published import published
 
 if TYPE_CHECKING:
@@ -67,7 +67,9 @@ def figure_13(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
         "of their own (table-7) and not reproduced.",
         fails="A coverage is not the caption's, or radiance does not fall with coverage.",
         chosen=(
-            "clouds of type simulated with the heights of Table III, each top at the temperature of the air",
+            *in_words(
+                "clouds of type simulated with the heights of Table III, each top at the temperature of the air"
+            ),
             *radiance_inputs(BAND),
         ),
         notes=(

@@ -13,7 +13,7 @@ from hcss_twin.evaluation.histogram_metrics import to_grey_levels
 from hcss_twin.evaluation.morphology import Morphology, morphology
 from hcss_twin.reproduction.cloud_images import MEASURES, cloud_field
 from hcss_twin.reproduction.figure_parts import blank, concluded, image_panel
-from hcss_twin.reproduction.fitted import fitted, told
+from hcss_twin.reproduction.fitted import fitted, taken
 from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
 from hcss_twin.reproduction.published import published
 
@@ -48,7 +48,7 @@ def figure_14(seed: int) -> Reproduction:
         holds="A simulated image of the same type agrees with the printed one in Den, DP and FD.",
         fails="A simulated image of the same type misses Den, DP or FD of the printed one.",
         missing="The real image (a) is not published.",
-        chosen=told(["coverage of Table VIII"]),
+        chosen=taken(["coverage of Table VIII"]),
         notes=(
             "Single images: other seeds differ by about 1 % in Den and DP and .03 in FD. Table VIII, as means "
             "over several "

@@ -12,7 +12,7 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import TransmittanceProvider
 from hcss_twin.reporting.atmosphere_plot import open_source
 from hcss_twin.reproduction.figure_parts import blank, concluded
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.reproduction.published import published
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.plan import make_plan
@@ -36,7 +36,9 @@ LARGEST_MEAN_OFF = 2e-3
 LARGEST_RMS = 5e-3
 
 _TABLE = "us-standard-1976-lowtran7"
-_INPUTS = (f"cloud at {CLOUD_M / 1e3:g} km: not stated, fitted to Tables II and IV; no aerosol: not stated",)
+_INPUTS = in_words(
+    f"cloud at {CLOUD_M / 1e3:g} km: not stated, fitted to Tables II and IV; no aerosol: not stated"
+)
 _NOTES = (
     f"From {RANGE_UM[0]:g} um: the paper's axis begins at 0, where nothing is defined.",
     "The angle is the zenith angle at the surface, where 70 deg still sees the sea; the text lets "

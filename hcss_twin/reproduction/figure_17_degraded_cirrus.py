@@ -16,7 +16,7 @@ from hcss_twin.reproduction.figure_scenes import (
     radiance_inputs,
     scenario_of,
 )
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.scene.sensing.sense import sense
 from hcss_twin.scene.simulate import simulate
 
@@ -85,8 +85,10 @@ def figure_17(seed: int) -> Reproduction:
         "sizes asked for.",
         fails="Band or coverage differ, or blur and noise are not of the sizes asked for.",
         chosen=(
-            f"blur kernel: Gaussian of {SIGMA_PIXELS:g} pixels; the paper's is an on-orbit one and not published",
-            f"noise: white, {1e3 * noise:g} mW m-2 sr-1 (physical: {1e3 * NOISE['physical']:g}); not published",
+            *in_words(
+                f"blur kernel: Gaussian of {SIGMA_PIXELS:g} pixels; the paper's is an on-orbit one and not published",
+                f"noise: white, {1e3 * noise:g} mW m-2 sr-1 (physical: {1e3 * NOISE['physical']:g}); not published",
+            ),
             *radiance_inputs(SHORT_WAVE),
         ),
         notes=(PHYSICAL_NOTE,),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, Verdict
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, TakenInput, Verdict
 from hcss_twin.reproduction.verdict import verdict_of
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def concluded(
     checks: Sequence[Check],
     holds: str,
     fails: str,
-    chosen: Sequence[str] = (),
+    chosen: Sequence[TakenInput] = (),
     notes: Sequence[str] = (),
     drawings: Sequence[Drawing] = (),
     missing: str = "",
@@ -96,8 +96,8 @@ def concluded(
         As in :class:`Reproduction`.
     holds, fails : str
         The reason where all checks hold, and where one does not.
-    chosen : sequence of str
-        Inputs that the paper does not state, each with the value taken for it.
+    chosen : sequence of TakenInput
+        Inputs and readings that the paper does not state.
     missing : str
         What it would take and is not published: the figure is then not reproducible whatever its checks say.
 

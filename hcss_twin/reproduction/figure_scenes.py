@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.reproduction.fitted import fitted, told
+from hcss_twin.reproduction.fitted import fitted, taken
+from hcss_twin.reproduction.item import TakenInput, in_words
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.simulate import simulate
 
@@ -44,12 +45,14 @@ PHYSICAL_NOTE = (
 )
 
 
-def radiance_inputs(*bands: str) -> tuple[str, ...]:
-    """Return the fitted inputs that every picture of radiance in these bands takes, for a report."""
+def radiance_inputs(*bands: str) -> tuple[TakenInput, ...]:
+    """Return the inputs that every picture of radiance in these bands takes, for a reproduction."""
     scales = [_glint_name(band) for band in bands]
     return (
-        *told(["sea temperature", *dict.fromkeys(scales)]),
-        "wind 10 m/s, and no sunlight on the cloud by as-printed: inputs of scenario baseline, which the fits hold",
+        *taken(["sea temperature", *dict.fromkeys(scales)]),
+        *in_words(
+            "wind 10 m/s, and no sunlight on the cloud by as-printed: inputs of scenario baseline, which the fits hold"
+        ),
     )
 
 

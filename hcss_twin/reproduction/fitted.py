@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from hcss_twin.catalog import catalog_root
 from hcss_twin.errors import CatalogError, choose_from
+from hcss_twin.reproduction.item import TakenInput
 
 COMMAND = "python -m hcss_twin.reproduction.fits --write"
 """What fits them anew and writes the file."""
@@ -36,10 +37,10 @@ class FittedInput:
     how: str
 
     @property
-    def told(self) -> str:
-        """One line for a report."""
+    def taken(self) -> TakenInput:
+        """What a reproduction says of it."""
         unit = "" if self.unit == "1" else f" {self.unit}"
-        return f"{self.meaning}: {self.value:g}{unit}"
+        return TakenInput(f"{self.meaning}: {self.value:g}{unit}", self.name, self.value, self.unit)
 
 
 def fitted_inputs() -> dict[str, FittedInput]:
@@ -63,18 +64,10 @@ def fitted(name: str) -> float:
     return known[name].value
 
 
-def told(names: Iterable[str]) -> tuple[str, ...]:
-    """Return one line for each name, for a report."""
+def taken(names: Iterable[str]) -> tuple[TakenInput, ...]:
+    """Return those of these names, for a reproduction."""
     known = fitted_inputs()
-    return tuple(known[name].told for name in names)
-
-
-def entry(line: str) -> dict[str, str | float | None]:
-    """Return a line of a report as ``text``, and ``name``, ``value`` and ``unit`` where it is a fitted number."""
-    for each in fitted_inputs().values():
-        if each.told == line:
-            return {"text": line, "name": each.name, "value": each.value, "unit": each.unit}
-    return {"text": line, "name": None, "value": None, "unit": None}
+    return tuple(known[name].taken for name in names)
 
 
 def origin(names: Iterable[str]) -> str:

@@ -77,6 +77,32 @@ class Drawing:
 
 
 @dataclass(frozen=True)
+class TakenInput:
+    """An input or a reading that the paper does not state, and what is taken for it.
+
+    Attributes
+    ----------
+    text : str
+        One line for a report, with the value.
+    name : str or None
+        Of a fitted input (:mod:`hcss_twin.reproduction.fitted`); None for a choice, which is in words alone.
+    value : float or None
+    unit : str or None
+        ``"1"`` for pure numbers.
+    """
+
+    text: str
+    name: str | None = None
+    value: float | None = None
+    unit: str | None = None
+
+
+def in_words(*texts: str) -> tuple[TakenInput, ...]:
+    """Return choices that have no number of their own."""
+    return tuple(map(TakenInput, texts))
+
+
+@dataclass(frozen=True)
 class Reproduction:
     """A table or figure, computed again.
 
@@ -88,8 +114,8 @@ class Reproduction:
     rows : sequence of Row
     checks : sequence of Check
         All hold unless the verdict is "not reproducible".
-    fitted_inputs : sequence of str
-        Inputs that the paper does not state and that were fitted to its numbers, each with its value.
+    fitted_inputs : sequence of TakenInput
+        Inputs and readings that the paper does not state and that were fitted or chosen.
     notes : sequence of str
         What differs from the printed equations and why, where inputs come from.
     drawings : sequence of Drawing
@@ -99,7 +125,7 @@ class Reproduction:
     reason: str
     rows: Sequence[Row]
     checks: Sequence[Check] = ()
-    fitted_inputs: Sequence[str] = ()
+    fitted_inputs: Sequence[TakenInput] = ()
     notes: Sequence[str] = ()
     drawings: Sequence[Drawing] = ()
 

@@ -116,7 +116,10 @@ def _section(outcome: Outcome) -> Section:
     if outcome.worst is not None:
         content.append(paragraph(f"Largest difference: {worst_text(outcome)}."))
     if found.fitted_inputs:
-        content += [element("h3", "Fitted or chosen inputs"), bullets(found.fitted_inputs)]
+        content += [
+            element("h3", "Fitted or chosen inputs"),
+            bullets(each.text for each in found.fitted_inputs),
+        ]
     if found.notes:
         content += [element("h3", "Notes"), bullets(found.notes)]
     for drawing, png in zip(found.drawings, outcome.pictures, strict=True):

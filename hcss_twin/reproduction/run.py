@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from typing import Any
 
 from hcss_twin.reporting.page.small_png import small_png
-from hcss_twin.reproduction.fitted import entry
 from hcss_twin.reproduction.item import Item, Reproduction, Row
 from hcss_twin.reproduction.verdict import settled
 from hcss_twin.version import __version__
@@ -76,7 +75,7 @@ class Outcome:
             "checks": [
                 {"statement": each.statement, "holds": bool(each.holds)} for each in self.found.checks
             ],
-            "fitted_inputs": [entry(each) for each in self.found.fitted_inputs],
+            "fitted_inputs": [asdict(each) for each in self.found.fitted_inputs],
             "notes": list(self.found.notes),
         }
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.reproduction.fitted import origin, told
-from hcss_twin.reproduction.item import Check, Reproduction, Row, Verdict
+from hcss_twin.reproduction.fitted import origin, taken
+from hcss_twin.reproduction.item import Check, Reproduction, Row, TakenInput, Verdict, in_words
 
 Array = NDArray[np.float64]
 
 
-def verdict_of(checks: Sequence[Check], fitted_inputs: Sequence[str]) -> Verdict:
+def verdict_of(checks: Sequence[Check], fitted_inputs: Sequence[TakenInput]) -> Verdict:
     """Return what the checks say.
 
     Raises
@@ -51,7 +51,7 @@ def judged(
     choices : sequence of str
         Readings and inputs without a number of their own that were chosen because they give the printed numbers.
     """
-    chosen = (*told(inputs), *choices)
+    chosen = (*taken(inputs), *in_words(*choices))
     verdict = verdict_of(checks, chosen)
     reason = fails if verdict == "not reproducible" else holds
     ways = (origin(inputs),) if inputs else ()

@@ -1,6 +1,7 @@
 """``hcss reproduce``: what it writes, tells and refuses."""
 
 import json
+from html import escape
 
 import pytest
 from click.testing import CliRunner
@@ -10,6 +11,8 @@ from hcss_twin.reproduction import table_3
 from hcss_twin.reproduction.fitted import fitted_inputs
 from hcss_twin.reproduction.item import Check, Reproduction, Row
 from hcss_twin.version import __version__
+
+NO_NUMBER = {"text": "", "name": None, "value": None, "unit": None}
 
 
 def reproduce(*arguments):
@@ -110,6 +113,8 @@ def test_fitted_inputs_are_numbers_with_units_and_choices_are_words(paths):
     assert reproduce("table-8", "-o", page, "--json", numbers).exit_code == 0
     fitted = json.loads(numbers.read_text())["table-8"]["fitted_inputs"]
     known = fitted_inputs()["coverage of Table VIII"]
-    assert fitted[0] == {"text": known.told, "name": known.name, "value": known.value, "unit": "1"}
-    assert [each["name"] for each in fitted[1:]] == [None] * (len(fitted) - 1)
+    assert list(fitted[0]) == ["text", "name", "value", "unit"]
+    assert fitted[0] == {"text": known.taken.text, "name": known.name, "value": known.value, "unit": "1"}
+    assert [{**each, "text": ""} for each in fitted[1:]] == [NO_NUMBER] * (len(fitted) - 1)
     assert len(fitted) > 1
+    assert all(f"<li>{escape(each['text'])}</li>" in page.read_text() for each in fitted)

@@ -31,7 +31,7 @@ from hcss_twin.reproduction import (
     figure_scenes,
 )
 from hcss_twin.reproduction.figure_items import FIGURES
-from hcss_twin.reproduction.item import Check, Row
+from hcss_twin.reproduction.item import Check, Row, in_words
 from hcss_twin.sea.pierson_moskowitz import spectrum_m2_s
 
 FITTED = "reproduced with fitted inputs"
@@ -369,7 +369,7 @@ class TestVerdicts:
 
     def test_a_failed_check_or_an_unpublished_input_is_not_reproducible(self):
         assert self.concluded().verdict == "reproduced"
-        assert self.concluded(chosen=["x"]).verdict == FITTED
+        assert self.concluded(chosen=in_words("x")).verdict == FITTED
         assert self.concluded(checks=[Check("a", False)]).verdict == MISSING
         lacking = self.concluded(missing="No image.")
         assert (lacking.verdict, lacking.reason) == (MISSING, "No image. good")

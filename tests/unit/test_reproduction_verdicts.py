@@ -13,7 +13,7 @@ from hcss_twin.errors import HcssError
 from hcss_twin.reporting.page.page import page_text
 from hcss_twin.reproduction.fitted import fitted_inputs
 from hcss_twin.reproduction.index import ITEMS, chosen, heading
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row
+from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, TakenInput, in_words
 from hcss_twin.reproduction.report import reproduction_page
 from hcss_twin.reproduction.run import Item, Outcome, outcomes, relative
 from hcss_twin.reproduction.verdict import (
@@ -26,15 +26,16 @@ from hcss_twin.reproduction.verdict import (
 )
 
 GOOD, BAD = Check("good", True), Check("bad", False)
+SEA = in_words("sea")
 
 
 @pytest.mark.parametrize(
     ("checks", "inputs", "verdict"),
     [
         ([GOOD], (), "reproduced"),
-        ([GOOD, GOOD], ("sea",), "reproduced with fitted inputs"),
+        ([GOOD, GOOD], SEA, "reproduced with fitted inputs"),
         ([GOOD, BAD], (), "not reproducible"),
-        ([BAD], ("sea",), "not reproducible"),
+        ([BAD], SEA, "not reproducible"),
     ],
 )
 def test_a_verdict_is_that_of_the_checks_and_inputs(checks, inputs, verdict):
@@ -53,24 +54,37 @@ def test_the_reason_told_is_that_of_the_verdict():
 
 def test_fitted_inputs_are_told_with_their_values_and_how_to_fit_them():
     found = judged([], [GOOD], "yes", "no", ["sea temperature"])
-    [line], [note] = found.fitted_inputs, found.notes
-    assert f"{fitted_inputs()['sea temperature'].value:g} K" in line
+    [sea], [note] = found.fitted_inputs, found.notes
+    assert (sea.name, sea.value, sea.unit) == (
+        "sea temperature",
+        fitted_inputs()["sea temperature"].value,
+        "K",
+    )
+    assert f"{sea.value:g} K" in sea.text
     assert "python -m hcss_twin.reproduction.fits" in note
 
 
 def test_a_reading_chosen_to_fit_is_a_fitted_input():
     found = judged([], [GOOD], "yes", "no", choices=["L counts cells"])
     assert found.verdict == "reproduced with fitted inputs"
-    assert found.fitted_inputs == ("L counts cells",)
+    assert found.fitted_inputs == (TakenInput("L counts cells", name=None, value=None, unit=None),)
+
+
+def test_a_choice_in_the_words_of_a_fitted_input_is_not_that_number():
+    words = fitted_inputs()["sea temperature"].taken.text
+    found = judged([], [GOOD], "yes", "no", ["sea temperature"], choices=[words])
+    written = Outcome(Item("a", "", "", 0.0), found, "", 0.0).as_dict()["fitted_inputs"]
+    assert [each["text"] for each in written] == [words, words]
+    assert [each["name"] for each in written] == ["sea temperature", None]
 
 
 @pytest.mark.parametrize(
     ("claimed", "checks", "inputs", "verdict"),
     [
         ("reproduced", [GOOD], (), "reproduced"),
-        ("reproduced", [GOOD], ("sea",), "reproduced with fitted inputs"),
+        ("reproduced", [GOOD], SEA, "reproduced with fitted inputs"),
         ("reproduced", [GOOD, BAD], (), "not reproducible"),
-        ("reproduced with fitted inputs", [BAD], ("sea",), "not reproducible"),
+        ("reproduced with fitted inputs", [BAD], SEA, "not reproducible"),
         ("not reproducible", [GOOD], (), "not reproducible"),
     ],
 )
