@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from hcss_twin.errors import CatalogError
+from hcss_twin.json_numbers import json_value
 
 
 def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
@@ -246,12 +247,9 @@ def clouds_preview(name: str, folder: Path, output: Path | None, as_json: bool) 
 
 
 def _as_dict(facts: Any) -> dict[str, Any]:
-    """Return the facts for JSON, which has no NaN."""
-    values = dataclasses.asdict(facts)
-    return {
-        key: None if isinstance(value, float) and math.isnan(value) else value
-        for key, value in values.items()
-    }
+    """Return the facts for JSON."""
+    found: dict[str, Any] = json_value(dataclasses.asdict(facts))
+    return found
 
 
 def _described(facts: Any, shape: tuple[int, ...]) -> list[str]:

@@ -16,6 +16,7 @@ import click
 
 from hcss_twin.cli_clouds import metres
 from hcss_twin.cli_files import require_two_files, require_writable
+from hcss_twin.json_numbers import json_number
 
 if TYPE_CHECKING:
     from hcss_twin.clouds.fractal.parameters import FractalParameters
@@ -254,10 +255,10 @@ def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, c
             {
                 "name": each.name,
                 "meaning": each.meaning,
-                "image": _number(each.image),
-                "simulated": _number(each.simulated),
-                "spread": _number(each.spread),
-                "error": _number(each.error),
+                "image": json_number(each.image),
+                "simulated": json_number(each.simulated),
+                "spread": json_number(each.spread),
+                "error": json_number(each.error),
                 "matched": each.is_matched,
             }
             for each in found.quantities
@@ -359,8 +360,3 @@ def _match_range(
 
     text = dimension_fragment(found, coverage, like, origin, cloud_type)
     return _Done(text, answer, lines, draw)
-
-
-def _number(value: float) -> float | None:
-    """Return a number for JSON, which has no NaN."""
-    return value if math.isfinite(value) else None

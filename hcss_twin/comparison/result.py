@@ -10,11 +10,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.comparison.json_numbers import json_list, json_number
 from hcss_twin.comparison.side_result import Side, side_document
 from hcss_twin.evaluation.definitions import DEFINITIONS, Mode
 from hcss_twin.evaluation.distributions import DistributionDistance
 from hcss_twin.evaluation.morphology import MorphologyErrors
+from hcss_twin.json_numbers import json_list, json_number
 
 TERMS: dict[Mode, dict[str, str]] = {
     "as-printed": {"EV": "EV", "Den": "Den, printed", "DP": "DP, printed", "FD": "FD"},

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.comparison.json_numbers import json_list, json_number
 from hcss_twin.evaluation.image_measures import ImageMeasures
 from hcss_twin.evaluation.power_spectrum import PowerSpectrum
 from hcss_twin.evaluation.temporal import TemporalAutocorrelation
+from hcss_twin.json_numbers import json_list, json_number
 
 
 @dataclass(frozen=True)

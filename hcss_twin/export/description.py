@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from hcss_twin.export.selection import Frame, Plane, Selection
+from hcss_twin.json_numbers import json_value
 from hcss_twin.version import __version__
 
 
@@ -46,8 +47,8 @@ def description(selection: Selection, source: str) -> dict[str, Any]:
 
 
 def json_text(document: dict[str, Any]) -> str:
-    """Write a document as ASCII, in which NaN, which JSON does not have, is null."""
-    return json.dumps(_known(document), indent=1, allow_nan=False) + "\n"
+    """Write a document as ASCII, in which numbers that are not finite, which JSON does not have, are null."""
+    return json.dumps(json_value(document), indent=1, allow_nan=False) + "\n"
 
 
 def headline(selection: Selection) -> str:
@@ -66,11 +67,3 @@ def ascii_text(text: str) -> str:
     """Write other characters as escapes, and line ends as blanks: many formats hold printable ASCII only."""
     flat = " ".join(text.split())
     return flat.encode("ascii", "backslashreplace").decode()
-
-
-def _known(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _known(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_known(each) for each in value]
-    return None if isinstance(value, float) and value != value else value

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from hcss_twin.json_numbers import json_value
 from hcss_twin.propagation.estimators import SAME
 from hcss_twin.propagation.joint_sample import POSTERIOR
 from hcss_twin.propagation.propagate import Propagation
@@ -62,8 +63,7 @@ def propagation_values(found: Propagation) -> Mapping[str, Any]:
 def _tree(array: xr.DataArray) -> Any:
     """Nest values by the labels of their dimensions."""
     if array.ndim == 0:
-        value = array.item()
-        return None if isinstance(value, float) and not math.isfinite(value) else value
+        return json_value(array.item())
     dimension = str(array.dims[0])
     labels = array[dimension].values
     return {

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from importlib import import_module
 from typing import Any
 
+from hcss_twin.json_numbers import json_number
 from hcss_twin.reporting.page.small_png import small_png
 from hcss_twin.reproduction.item import Item, Reproduction, Row
 from hcss_twin.reproduction.verdict import settled
@@ -65,10 +66,10 @@ class Outcome:
                 {
                     "label": row.label,
                     "unit": row.unit,
-                    "published": _number(row.published),
-                    "computed": _number(row.computed),
-                    "difference": _number(row.difference),
-                    "physical": _number(row.physical),
+                    "published": json_number(row.published),
+                    "computed": json_number(row.computed),
+                    "difference": json_number(row.difference),
+                    "physical": json_number(row.physical),
                 }
                 for row in self.found.rows
             ],
@@ -93,11 +94,6 @@ def relative(row: Row) -> float | None:
         return 0.0 if row.difference == 0.0 else None
     share = row.difference / abs(row.published)
     return share if math.isfinite(share) else None
-
-
-def _number(value: float | None) -> float | None:
-    """Return what JSON can hold: it has no numbers that are not finite."""
-    return float(value) if value is not None and math.isfinite(value) else None
 
 
 def _size(row: Row) -> float:

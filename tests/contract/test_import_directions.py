@@ -16,6 +16,7 @@ ALLOWED = {
     "physics": set(),
     "errors": set(),
     "version": set(),
+    "json_numbers": set(),
     "netcdf_format": GROUND,
     "drafts": GROUND,
     "shelf": set(),
@@ -35,9 +36,19 @@ ALLOWED = {
     "radiance": STAND_ON | {"atmosphere", "multiple_scattering"},
     "viewing": {"physics"} | GROUND,
     "cube": {"physics", "version", "drafts", "viewing"} | GROUND,
-    "export": {"cube", "drafts", "version"} | GROUND,
+    "export": {"cube", "drafts", "json_numbers", "version"} | GROUND,
     "sensor": STAND_ON,
-    "comparison": {"evaluation", "clouds", "cube", "export", "catalog", "radiance", "scenario", "scene"}
+    "comparison": {
+        "catalog",
+        "clouds",
+        "cube",
+        "evaluation",
+        "export",
+        "json_numbers",
+        "radiance",
+        "scenario",
+        "scene",
+    }
     | GROUND,
     "sweeps": {"scenario", "scene", "cube", "drafts", "versions", "shelf"} | GROUND,
     "propagation": {

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.json_numbers import json_value
 from hcss_twin.scene.accuracy import RequestedAccuracy
 from hcss_twin.scene.certificate.confidence import CONFIDENCE, share_drawn_alike
 
@@ -151,7 +151,7 @@ class Certificate:
             ],
             "text": "; ".join(self.lines),
         }
-        return {name: _finite(value) for name, value in found.items()}
+        return {name: json_value(value) for name, value in found.items()}
 
     def attributes(self) -> dict[str, str | float | int]:
         """Global attributes of the cube."""
@@ -216,15 +216,6 @@ class Certificate:
             f"at {100 * CONFIDENCE:g} % confidence less than {alike} of pixels drawn alike, some of each kind, exceed "
             f"it (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of which these were drawn",
         )
-
-
-def _finite(value: Any) -> Any:
-    """JSON knows neither NaN nor infinity."""
-    if isinstance(value, dict):
-        return {name: _finite(each) for name, each in value.items()}
-    if isinstance(value, list):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _percent(share: float) -> str:

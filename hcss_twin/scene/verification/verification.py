@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
+
+from hcss_twin.json_numbers import json_number, json_value
 
 TOLERANCE = 1e-6
 """Largest difference of what counts as equal; single precision resolves 6e-8."""
@@ -166,7 +167,7 @@ class Verification:
             "verdict": str(self.verdict),
             "passed": self.passed,
             "tolerance": TOLERANCE,
-            "largest_difference": _plain(self.largest),
+            "largest_difference": json_number(self.largest),
             **{
                 name: [_plain(each) for each in value] if isinstance(value, tuple) else value
                 for name, value in vars(self).items()
@@ -175,8 +176,6 @@ class Verification:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
     if isinstance(value, Change | FileChange | Place | VariableCheck):
         return {name: _plain(each) for name, each in vars(value).items()}
-    return value
+    return json_value(value)

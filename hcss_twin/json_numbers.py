@@ -1,0 +1,28 @@
+"""Numbers for JSON, which has no NaN and no infinity: null stands for them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def json_number(value: float | None) -> float | None:
+    """Return a number, or None where there is none or it is not finite."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def json_list(values: NDArray[Any]) -> list[float | None]:
+    """Return numbers, with None for those that are not finite."""
+    return [json_number(float(value)) for value in values]
+
+
+def json_value(value: Any) -> Any:
+    """Return anything that JSON can say, with None for numbers in it that are not finite; tuples become lists."""
+    if isinstance(value, dict):
+        return {name: json_value(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_value(each) for each in value]
+    return json_number(value) if isinstance(value, float) else value
