@@ -29,18 +29,18 @@ class Outcome:
         Type and message of the exception; empty where there was none.
     seconds : float
         It took.
-    pictures : sequence of bytes
-        Its drawings as PNG.
     seed : int
         Of random fields.
+    pictures : sequence of bytes
+        Its drawings as PNG.
     """
 
     item: Item
     found: Reproduction | None
     error: str
     seconds: float
+    seed: int
     pictures: Sequence[bytes] = ()
-    seed: int = 1
 
     @property
     def verdict(self) -> str:
@@ -120,7 +120,7 @@ def outcomes(items: Iterable[Item], seed: int) -> Iterator[Outcome]:
             found = made
         except Exception as cause:  # whatever one item raises, the others are still wanted
             error = f"{type(cause).__name__}: {cause}"
-        yield Outcome(item, found, error, time.monotonic() - start, pictures, seed)
+        yield Outcome(item, found, error, time.monotonic() - start, seed, pictures)
 
 
 def _target(item: Item) -> Any:

@@ -73,7 +73,7 @@ def test_a_reading_chosen_to_fit_is_a_fitted_input():
 def test_a_choice_in_the_words_of_a_fitted_input_is_not_that_number():
     words = fitted_inputs()["sea temperature"].taken.text
     found = judged([], [GOOD], "yes", "no", ["sea temperature"], choices=[words])
-    written = Outcome(Item("a", "", "", 0.0), found, "", 0.0).as_dict()["fitted_inputs"]
+    written = Outcome(Item("a", "", "", 0.0), found, "", 0.0, 1).as_dict()["fitted_inputs"]
     assert [each["text"] for each in written] == [words, words]
     assert [each["name"] for each in written] == ["sea temperature", None]
 
@@ -203,7 +203,7 @@ def test_an_interruption_is_not_taken_for_a_failure(monkeypatch):
 
 
 def cells(rows):
-    found = Outcome(Item("table-1", "", "", 0.0), Reproduction("reproduced", "", rows, [GOOD]), "", 0.0)
+    found = Outcome(Item("table-1", "", "", 0.0), Reproduction("reproduced", "", rows, [GOOD]), "", 0.0, 1)
     return page_text(reproduction_page([found], 1))
 
 
@@ -231,7 +231,7 @@ def test_numbers_that_are_not_finite_spoil_neither_page_nor_json():
     rows = [Row("a", "m", 1.0, float("nan"), float("inf")), Row("b", "m", None, float("nan"))]
     assert ">nan<" in cells(rows)
     found = Outcome(
-        Item("a", "", "", 0.0), Reproduction("reproduced", "", rows, [Check("x", np.True_)]), "", 0.0
+        Item("a", "", "", 0.0), Reproduction("reproduced", "", rows, [Check("x", np.True_)]), "", 0.0, 1
     )
     assert found.worst is None
     assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["rows"][0]["computed"] is None
