@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 VERSION_ATTRIBUTE = "hcss_propagation_version"
-VERSION = 1
+VERSION = 2
+"""From 2 on, moments are of all scenes that have an output; before, of draws whose scenes all had it."""
 
 _RADIANCE, _KELVIN = "W m-2 sr-1", "K"
 _PER_DRAW = {

@@ -1,6 +1,9 @@
 """Estimates from draws: moments, quantiles, and which input matters; each a function of draws alone.
 
-y has the axes (mixture, draw, output); mixture 0 are the draws and mixture 1 the same with other seeds.
+y has the axes (mixture, draw, output); mixture 0 are the draws and mixture 1 the same with other seeds. Moments and
+quantiles are those of a scene that has the outputs: y may be NaN where a scene has not (a class without pixels), in the
+same scenes for all outputs. To ask this of both scenes of a draw would prefer inputs that often have the outputs.
+Shares need draws that have them in all mixtures.
 """
 
 from __future__ import annotations
@@ -22,19 +25,31 @@ SAME = 1e-7
 """Spread, relative to the mean, below which an output does not vary: that of single precision."""
 
 
+def scenes(y: Array) -> Array:
+    """Scenes of both seeds that have the outputs, (scene, output)."""
+    values = y[:2].reshape(-1, y.shape[2])
+    return np.asarray(values[np.isfinite(values).all(axis=1)])
+
+
 def mean(y: Array) -> Array:
-    """Mean over draws and both seeds, (output,)."""
-    return np.asarray(y[:2].mean(axis=(0, 1)))
+    """Mean over the scenes of both seeds, (output,)."""
+    return np.asarray(scenes(y).mean(axis=0))
 
 
 def variance(y: Array) -> Array:
-    """Unbiased variance of one draw with one seed, (output,).
+    """Variance of one draw with one seed, (output,); unbiased where all scenes have the outputs.
 
-    The variance between draws of their means over two seeds, and half of that within: means of two have only half of
-    the scatter by seed.
+    Half of the mean squared difference between scenes of different draws (W. Hoeffding, Annals of Mathematical
+    Statistics 19 (1948) 293-325, for the kernel of the variance): scenes of the same draw share its inputs.
     """
-    between = y[:2].mean(axis=0).var(axis=0, ddof=1)
-    return np.asarray(between + 0.5 * seed_variance(y))
+    own = scenes(y)
+    off = own - own.mean(axis=0)
+    apart = y[0] - y[1]
+    twice = apart[np.isfinite(apart).all(axis=1)]  # draws that have the outputs with both seeds
+    count = own.shape[0]
+    squares = count * np.sum(off**2, axis=0) - np.sum(off, axis=0) ** 2 - np.sum(twice**2, axis=0)
+    pairs = count * (count - 1) - 2 * twice.shape[0]
+    return np.asarray(np.maximum(squares, 0.0) / pairs)  # rounding
 
 
 def standard_deviation(y: Array) -> Array:
@@ -48,8 +63,8 @@ def seed_variance(y: Array) -> Array:
 
 
 def quantiles(y: Array, shares: Sequence[float]) -> Array:
-    """Values below which shares of draws lie, both seeds together, (share, output)."""
-    return np.asarray(np.quantile(y[:2].reshape(-1, y.shape[2]), shares, axis=0))
+    """Values below which shares of the scenes of both seeds lie, (share, output)."""
+    return np.asarray(np.quantile(scenes(y), shares, axis=0))
 
 
 def total_by_seed(y: Array) -> Array:

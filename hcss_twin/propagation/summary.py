@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -34,7 +34,7 @@ OUTPUTS = (
 REST = "all but the seed"
 NO_ESTIMATE, REGRESSION, PICK_FREEZE = "none", "regression", "pick-freeze"
 
-Estimate = Any
+_OfDraws = Callable[[NDArray[np.intp]], Array]
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,9 @@ def estimator_names(rows: Sequence[Row], mixtures: int) -> tuple[list[str], list
 def summarise(drawn: xr.Dataset) -> xr.Dataset:
     """Return mean, standard deviation, quantiles and shares of every output, with standard errors.
 
-    An output that some draws do not have (a class without pixels, the shape of no clouds) is summed up over the draws
-    that have it in all mixtures; ``..._draws`` is their number.
+    An output that some scenes do not have (a class without pixels, the shape of no clouds) has moments and quantiles of
+    the scenes of both seeds that have it, and ``..._scenes`` is their number. Shares compare scenes of the same draw:
+    they are over the draws that have it in all mixtures, and ``..._draws`` is their number.
 
     Parameters
     ----------
@@ -163,35 +164,46 @@ def _estimates(
     for name, front in fronts.items():
         for suffix in ("", "_error"):
             found[f"{name}{suffix}"] = np.full((*sizes.get(name, ()), width), np.nan), front
-    known = np.all(np.isfinite(values), axis=0)
-    found["draws"] = known.sum(axis=0).astype(np.int32), ()
-    patterns, place = np.unique(known, axis=1, return_inverse=True)
+    known = np.isfinite(values)
+    found["scenes"] = known[:2].sum(axis=(0, 1)).astype(np.int32), ()
+    found["draws"] = np.all(known, axis=0).sum(axis=0).astype(np.int32), ()
+
+    def keep(names: Sequence[str], columns: NDArray[np.intp], estimate: _OfDraws, count: int) -> None:
+        ends = np.cumsum([sizes.get(name, (1,))[0] for name in names])[:-1]
+        every, error = estimate(np.arange(count)), bootstrap_error(estimate, count, seed)
+        for suffix, stacked in (("", every), ("_error", error)):
+            for name, block in zip(names, np.split(stacked, ends), strict=True):
+                found[f"{name}{suffix}"][0][..., columns] = block if name in sizes else block[0]
+
+    # Columns that the same scenes have are summed up together.
+    patterns, place = np.unique(known.reshape(-1, width), axis=1, return_inverse=True)
     for number in range(patterns.shape[1]):
-        columns, draws = np.flatnonzero(place.ravel() == number), np.flatnonzero(patterns[:, number])
-        if draws.size < 2:
-            continue
-        own = np.ascontiguousarray(values[:, draws][:, :, columns])
-        terms = [terms_of(inputs[draws][:, row.inputs], draws.size) if row.inputs else None for row in rows]
-        estimate = partial(_stacked, own, terms, rows)
-        every = estimate(np.arange(draws.size))
-        error = bootstrap_error(estimate, draws.size, seed)
-        begin = 0
-        for name in fronts:
-            (size,) = sizes.get(name, (1,))
-            for suffix, block in (("", every), ("_error", error)):
-                array = found[f"{name}{suffix}"][0]
-                part = block[begin : begin + size]
-                array[..., columns] = part if name in sizes else part[0]
-            begin += size
+        columns = np.flatnonzero(place.ravel() == number)
+        pattern = patterns[:, number].reshape(known.shape[:2])
+        some, every = np.flatnonzero(pattern[:2].any(axis=0)), np.flatnonzero(pattern.all(axis=0))
+        if some.size >= 2:
+            own = np.ascontiguousarray(values[:2, some][:, :, columns])
+            keep(("mean", "standard_deviation", "quantile"), columns, partial(_moments, own), some.size)
+        if every.size >= 2:
+            own = np.ascontiguousarray(values[:, every][:, :, columns])
+            terms = [
+                terms_of(inputs[every][:, row.inputs], every.size) if row.inputs else None for row in rows
+            ]
+            keep(("first_order", "total"), columns, partial(_shares, own, terms, rows), every.size)
     return found
 
 
-def _stacked(y: Array, terms: Sequence[Array | None], rows: Sequence[Row], draws: NDArray[np.intp]) -> Array:
-    """Return all statistics of some draws below each other, (statistic, output)."""
+def _moments(y: Array, draws: NDArray[np.intp]) -> Array:
+    """Return mean, standard deviation and quantiles of some draws below each other, (statistic, output)."""
+    own = y[:, draws]
+    several = estimators.quantiles(own, QUANTILES)
+    return np.concatenate([estimators.mean(own)[None], estimators.standard_deviation(own)[None], several])
+
+
+def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[Row], draws: NDArray[np.intp]) -> Array:
+    """Return first-order and total shares of some draws below each other, (share, output)."""
     own = y[:, draws]
     blank = np.full(own.shape[2], np.nan)
-    blocks = [estimators.mean(own)[None], estimators.standard_deviation(own)[None]]
-    blocks.append(estimators.quantiles(own, QUANTILES))
     full = own.shape[0] > 2
     first, total = [], []
     for row, basis in zip(rows, terms, strict=True):
@@ -209,7 +221,7 @@ def _stacked(y: Array, terms: Sequence[Array | None], rows: Sequence[Row], draws
             total.append(estimators.total_by_pick_freeze(own, 2, row.mixture))
         else:
             total.append(blank)
-    return np.concatenate([*blocks, np.stack(first), np.stack(total)])
+    return np.concatenate([np.stack(first), np.stack(total)])
 
 
 def pooled_pixels(
@@ -260,19 +272,21 @@ def _weighted_quantiles(atoms: Array, weight: Array) -> Array:
 
 def _meaning(statistic: str, output: str) -> str:
     words = {
-        "mean": "mean over draws",
+        "mean": "mean over draws with both seeds",
         "standard_deviation": "standard deviation over draws, of one draw with one seed",
-        "quantile": "quantile over draws",
+        "quantile": "quantile over draws with both seeds",
         "first_order": "first-order share of the variance over draws",
         "total": "total share of the variance over draws",
     }
+    if statistic == "scenes":
+        return f"scenes of the draws with both seeds that have it, for moments and quantiles: {output}"
     if statistic == "draws":
-        return f"draws that have it: {output}"
+        return f"draws that have it in all mixtures, for shares: {output}"
     base = statistic.removesuffix("_error")
     error = "standard error of the " if statistic.endswith("_error") else ""
     return f"{error}{words[base]}: {output}"
 
 
 def _units(statistic: str, units: str) -> str:
-    shares = statistic.startswith(("first_order", "total", "draws"))
+    shares = statistic.startswith(("first_order", "total", "scenes", "draws"))
     return "1" if shares else units

@@ -47,7 +47,7 @@ def propagation_values(found: Propagation) -> Mapping[str, Any]:
             name: {
                 **{key: _tree(data[f"{name}_{key}"]) for key in _STATISTICS},
                 **{f"{key}_error": _tree(data[f"{name}_{key}_error"]) for key in _STATISTICS},
-                "draws": _tree(data[f"{name}_draws"]),
+                **{key: _tree(data[f"{name}_{key}"]) for key in ("scenes", "draws")},
             }
             for name in OUTPUTS
         },
@@ -111,7 +111,7 @@ def _band(data: xr.Dataset, band: str, classes: list[str]) -> Iterator[str]:
     width = max(map(len, classes)) + 2
     heads = ("mean", "sd", "+-", "5 %", "95 %")
     yield f"{band}: mean over the pixels of a class; radiance in W m-2 sr-1, then brightness temperature in K"
-    yield f"  {'class':<{width}}{'draws':>6}  " + "   ".join(
+    yield f"  {'class':<{width}}{'scenes':>7}  " + "   ".join(
         "".join(f"{head:>{size}}" for head, size in zip(heads, (10, 9, 9, 10, 10), strict=True))
         for _ in range(2)
     )
@@ -132,7 +132,7 @@ def _band(data: xr.Dataset, band: str, classes: list[str]) -> Iterator[str]:
                 (float(quantile[_HIGH]), 10),
             )
             cells.append("".join(f"{_number(value, digits):>{size}}" for value, size in values))
-        yield f"  {kind:<{width}}{int(own['radiance_draws']):>6}  " + "   ".join(cells)
+        yield f"  {kind:<{width}}{int(own['radiance_scenes']):>7}  " + "   ".join(cells)
 
 
 def _metrics(data: xr.Dataset) -> Iterator[str]:
@@ -145,7 +145,7 @@ def _metrics(data: xr.Dataset) -> Iterator[str]:
         for band in map(str, data["band"].values)
     ]
     width = max(len(label) for label, _, _ in rows) + 2
-    yield f"  {'':<{width}}{'draws':>6}{'mean':>11}{'sd':>11}{'5 %':>11}{'95 %':>11}"
+    yield f"  {'':<{width}}{'scenes':>7}{'mean':>11}{'sd':>11}{'5 %':>11}{'95 %':>11}"
     for label, own, name in rows:
         quantile = own[f"{name}_quantile"].values
         values = (
@@ -155,7 +155,7 @@ def _metrics(data: xr.Dataset) -> Iterator[str]:
             float(quantile[_HIGH]),
         )
         cells = "".join(f"{_number(value, 4):>11}" for value in values)
-        yield f"  {label:<{width}}{int(own[f'{name}_draws']):>6}{cells}"
+        yield f"  {label:<{width}}{int(own[f'{name}_scenes']):>7}{cells}"
 
 
 def _shares(data: xr.Dataset) -> Iterator[str]:

@@ -70,7 +70,7 @@ def tables(page, first):
 def moments(header, row, at, name):
     """Check mean, standard deviation and quantiles of a row; ``at`` is the file at one output."""
     cells = dict(zip(header, row, strict=True))
-    assert int(cells["draws"]) == int(at[f"{name}_draws"])
+    assert int(cells["scenes"]) == int(at[f"{name}_scenes"])
     spread = float(at[f"{name}_standard_deviation"])
     varies = spread > 1e-7 * abs(float(at[f"{name}_mean"]))
     for label, statistic in (("mean", "mean"), ("standard deviation", "standard_deviation")):
@@ -82,7 +82,7 @@ def moments(header, row, at, name):
 
 
 def test_spread_by_band_and_class_is_that_of_the_file(page, data):
-    found = [each for each in tables(page, "class") if each[0][1] == "draws"]
+    found = [each for each in tables(page, "class") if each[0][1] == "scenes"]
     order = [(name, band) for name in ("brightness_temperature", "radiance") for band in data["band"].values]
     assert len(found) == len(order) == 4
     for (name, band), (header, *rows) in zip(order, found, strict=True):

@@ -105,6 +105,44 @@ def test_the_variance_is_that_of_one_draw_with_one_seed():
     assert np.std(found) / np.sqrt(4000.0) < 0.02 * truth
 
 
+def present_by_chance(count, seed):
+    """y = a, uniform between 0 and 1, in scenes that have it with probability a: their density of y is 2 y."""
+    rng = np.random.default_rng((7, seed))
+    a = rng.random(count)
+    return np.where(rng.random((2, count)) < a, a, np.nan)[..., None]
+
+
+@pytest.mark.parametrize(
+    ("name", "truth"),
+    [("mean", 2.0 / 3.0), ("standard_deviation", np.sqrt(1.0 / 18.0)), ("median", np.sqrt(0.5))],
+)
+def test_what_only_some_scenes_have_has_the_moments_of_these_scenes(name, truth):
+    """Draws that have it with both seeds would have the density 3 y^2: mean .75, deviation .19, median .79."""
+    y = present_by_chance(4000, 0)
+    estimate = {"median": lambda y: estimators.quantiles(y, [0.5])[0]}.get(name) or getattr(estimators, name)
+    error = bootstrap_error(lambda rows: estimate(y[:, rows]), 4000, bootstrap_seed(1))
+    assert 0.0 < error[0] < 0.01
+    assert within(estimate(y)[0], truth, error[0])
+
+
+def test_errors_of_what_only_some_scenes_have_are_the_scatter_over_repeated_experiments():
+    found, errors = [], []
+    for number in range(1, 101):
+        y = present_by_chance(80, number)
+        y = y[:, np.isfinite(y).any(axis=(0, 2))]
+        found.append([estimators.mean(y)[0], estimators.standard_deviation(y)[0]])
+        errors.append(
+            bootstrap_error(
+                lambda rows, y=y: np.stack(
+                    [estimators.mean(y[:, rows])[0], estimators.standard_deviation(y[:, rows])[0]]
+                ),
+                y.shape[1],
+                bootstrap_seed(number),
+            )
+        )
+    np.testing.assert_allclose(np.mean(errors, axis=0), np.std(found, axis=0), rtol=0.25)
+
+
 @pytest.mark.parametrize("name", ["mean", "standard_deviation", "median", "share"])
 def test_bootstrap_errors_are_the_scatter_over_repeated_experiments(name):
     def estimate(x, y, rows):

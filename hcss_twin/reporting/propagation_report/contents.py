@@ -23,7 +23,7 @@ _NEEDED = (
     "first_order_estimator",
     "total_estimator",
     *OUTPUTS,
-    *(f"{name}_draws" for name in OUTPUTS),
+    *(f"{name}_{each}" for name in OUTPUTS for each in ("scenes", "draws")),
     *(f"{name}_{each}{end}" for name in OUTPUTS for each in _STATISTICS for end in ("", "_error")),
     *(f"{name}_pixel_{each}" for name in RADIATION for each in ("mean", "standard_deviation", "quantile")),
 )

@@ -64,7 +64,7 @@ def _spread(found: Contents) -> Iterator[Markup]:
     yield paragraph(
         "Over draws, of the mean over the pixels of a class: how uncertain that mean is. The last column is the "
         "standard deviation over the pixels of all draws together: how uncertain a pixel is, its place in the image "
-        "included. Draws without pixels of a class are left out."
+        "included. Scenes without pixels of a class are left out; there are two of each draw."
     )
     for name in RADIATION:
         shown = [tables.spread(found, name, band) for band in range(len(found.bands))]
@@ -98,7 +98,7 @@ def _shares(found: Contents) -> Iterator[Markup]:
     yield paragraph(
         "The variance over draws, shared out: a first-order share is what would vanish, on average, if only this "
         "source became known; a total share is what would stay if only it remained unknown. Estimates can be "
-        "negative, or above 1, by chance."
+        "negative, or above 1, by chance. They are over draws all of whose scenes have pixels of the class."
     )
     if not np.isfinite(_shares_by_regression(found)).any():
         yield note("No share by regression: there are too few draws, or nothing varies.")

@@ -27,7 +27,7 @@ _ORDERS = {"first_order": "first-order", "total": "total"}
 def spread(found: Contents, name: str, band: int) -> Markup:
     """Return mean, standard deviation and quantiles over draws by class, and those of single pixels."""
     data = found.dataset
-    header = ["class", "draws", *_moments_header()]
+    header = ["class", "scenes", *_moments_header()]
     more = f"{name}_pixel_standard_deviation" in data
     header += ["of a pixel"] if more else []
     rows = []
@@ -67,7 +67,7 @@ def metrics(found: Contents) -> Markup:
         [name.replace("_", " "), *_moments(found, "metric", (place,))]
         for place, name in enumerate(found.metrics)
     ]
-    return _nowrap(table(["metric", "draws", *_moments_header()], rows, "± standard error."))
+    return _nowrap(table(["metric", "scenes", *_moments_header()], rows, "± standard error."))
 
 
 def contrasts(found: Contents, name: str) -> Markup:
@@ -75,13 +75,13 @@ def contrasts(found: Contents, name: str) -> Markup:
     rows = [[band, *_moments(found, f"{name}_spread", (place, 0))] for place, band in enumerate(found.bands)]
     units = str(found.dataset[name].attrs.get("units", ""))
     told = f"Standard deviation over all pixels of a scene: {name.replace('_', ' ')} ({units}), ± standard error."
-    return _nowrap(table(["band", "draws", *_moments_header()], rows, told))
+    return _nowrap(table(["band", "scenes", *_moments_header()], rows, told))
 
 
 def fractions(found: Contents) -> Markup:
     """Return moments of the part of the pixels that is of each class."""
     rows = [[kind, *_moments(found, "class_fraction", (place,))] for place, kind in enumerate(found.classes)]
-    return _nowrap(table(["part of the pixels", "draws", *_moments_header()], rows))
+    return _nowrap(table(["part of the pixels", "scenes", *_moments_header()], rows))
 
 
 def shares(found: Contents, name: str, columns: Sequence[str], part: tuple[int, ...], told: str) -> Markup:
@@ -154,7 +154,7 @@ def _moments_header() -> list[str]:
 
 
 def _moments(found: Contents, name: str, part: tuple[int, ...]) -> list[str]:
-    """Return draws, mean, standard deviation and some quantiles of an output, with their errors."""
+    """Return scenes, mean, standard deviation and some quantiles of an output, with their errors."""
     data = found.dataset
 
     def pair(statistic: str, at: tuple[int, ...]) -> tuple[float, float]:
@@ -167,7 +167,7 @@ def _moments(found: Contents, name: str, part: tuple[int, ...]) -> list[str]:
         shown = [(pair("quantile", (place, *part))[0], 0.0) for place in SHOWN]
     else:
         shown = [pair("quantile", (place, *part)) for place in SHOWN]
-    count = int(data[f"{name}_draws"].values[part])
+    count = int(data[f"{name}_scenes"].values[part])
     return [str(count), *(with_error(*each) for each in (mean, deviation, *shown))]
 
 
