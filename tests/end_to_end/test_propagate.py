@@ -218,7 +218,7 @@ def patchy(posterior):
     few = SMALL | {"image.rows": 12, "image.columns": 12, "frames.count": 1, "bands": ["lwir"]}
     few |= {"clouds.coverage_mode": "field"}
     return [
-        hcss_twin.propagate("stratus", draws=16, posterior=posterior, overrides=few, shares=shares).dataset
+        hcss_twin.propagate("stratus", draws=24, posterior=posterior, overrides=few, shares=shares).dataset
         for shares in ("regression", "pick-freeze")
     ]
 
@@ -235,7 +235,7 @@ def test_each_scene_that_has_a_class_counts_once(patchy):
     expected = np.nanquantile(values, QUANTILES, axis=(0, 1))
     np.testing.assert_allclose(data["radiance_quantile"].sel(quantile=QUANTILES), expected, rtol=1e-12)
     # Pairs of scenes of different draws, one by one.
-    draw = np.tile(np.arange(16), 2)
+    draw = np.tile(np.arange(24), 2)
     for band, kind in ((0, 1), (0, 4)):
         own, of = values[..., band, kind].ravel(), draw[known[..., band, kind].ravel()]
         own = own[np.isfinite(own)]
@@ -247,7 +247,7 @@ def test_each_scene_that_has_a_class_counts_once(patchy):
 def test_moments_are_the_same_whether_or_not_more_scenes_are_computed_for_shares(patchy):
     one, more = patchy
     assert more.sizes["mixture"] == 4
-    assert np.any(more["radiance_draws"] < one["radiance_draws"])
+    assert np.any((more["radiance_draws"] < one["radiance_draws"])[:, 2:])  # of a class that varies
     for name in ("radiance", "brightness_temperature", "radiance_spread", "class_fraction", "metric"):
         for statistic in ("mean", "standard_deviation", "quantile", "scenes"):
             np.testing.assert_array_equal(more[f"{name}_{statistic}"], one[f"{name}_{statistic}"])
