@@ -1,21 +1,32 @@
 """A small simulation-based calibration; the large one is benchmarks/calibration.py."""
 
-import importlib.util
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmark_module import benchmark_module
 
-BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "calibration.py"
+RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
 IMAGES = 4
 
 
 @pytest.fixture(scope="module")
 def calibration():
-    spec = importlib.util.spec_from_file_location("calibration", BENCHMARK)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return benchmark_module("calibration")
+
+
+@pytest.mark.parametrize("name", ["calibration", "calibration-seed-1"])
+def test_ranks_of_the_committed_images_are_uniform_and_their_intervals_hold(calibration, name):
+    found = json.loads((RESULTS / f"{name}.json").read_text())
+    assert [row["index"] for row in found["rows"]] == list(range(200))
+    summary = calibration.summarise(found["rows"])
+    assert summary["images"] >= 190
+    assert summary == found["summary"]
+    for parameter in calibration.KINDS:
+        own = summary[parameter]
+        assert min(own["chi_squared_p"], own["kolmogorov_p"]) > 0.01
+        assert 0.85 <= own["inside_90"] <= 0.95
 
 
 @pytest.mark.long
