@@ -2,6 +2,10 @@
 
 import os
 
+# Workers of pytest-xdist share the processors: before numpy is loaded.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import pytest
 from hypothesis import settings
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.multiple_scattering.chains import chains
 from hcss_twin.multiple_scattering.checks import checked_cosines, checked_layers
+from hcss_twin.multiple_scattering.parallel import Team
 from hcss_twin.multiple_scattering.phase_function import delta_m
 from hcss_twin.multiple_scattering.scattering_kernels import directions
 from hcss_twin.multiple_scattering.streams import gauss_streams
@@ -58,7 +59,8 @@ def transmit_beams(
     scaled = delta_m(thickness, w, chi, 2 * streams)
     found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
     result = np.empty((modes - 1, thickness.size, streams, beams.size))
-    for mode in range(1, modes):
-        solved = solve_mode(where, scaled, found, mode, threads, toward=streams, sources=beams.size)
-        result[mode - 1, found.cell] = solved.transmission
+    with Team(threads) as team:
+        for mode in range(1, modes):
+            solved = solve_mode(where, scaled, found, mode, team, toward=streams, sources=beams.size)
+            result[mode - 1, found.cell] = solved.transmission
     return result.reshape(modes - 1, *thickness.shape, streams, beams.size)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.multiple_scattering.chains import Chains, chains
 from hcss_twin.multiple_scattering.checks import checked_cosines, checked_layers
+from hcss_twin.multiple_scattering.parallel import Team
 from hcss_twin.multiple_scattering.phase_function import ScaledScattering, delta_m
 from hcss_twin.multiple_scattering.scattering_kernels import Directions, directions
 from hcss_twin.multiple_scattering.streams import gauss_streams
@@ -90,7 +91,9 @@ def solve_layers(
     where = directions(extra, gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
     found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
-    return mean_over_azimuth(where, scaled, found, solve_mode(where, scaled, found, 0, threads))
+    with Team(threads) as team:
+        solved = solve_mode(where, scaled, found, 0, team)
+    return mean_over_azimuth(where, scaled, found, solved)
 
 
 def mean_over_azimuth(

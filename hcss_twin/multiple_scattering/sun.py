@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from hcss_twin.multiple_scattering.chains import Chains, chains
 from hcss_twin.multiple_scattering.checks import check_modes, checked_layers, checked_sun
 from hcss_twin.multiple_scattering.forward_peak import once_back, once_through
+from hcss_twin.multiple_scattering.parallel import Team
 from hcss_twin.multiple_scattering.phase_function import ScaledScattering, delta_m
 from hcss_twin.multiple_scattering.scattering_kernels import Directions, directions
 from hcss_twin.multiple_scattering.single_scattering import path_back, path_through
@@ -82,30 +83,31 @@ def solve_sun(
     # Whose mode before was negligible.
     quiet = np.zeros(thickness.size, dtype=np.bool_)
     found = chains(scaled.thickness, going)
-    for mode in range(modes):
-        cells = found.cell
-        back, through = _more_than_once(where, scaled, mode, found, threads)
-        # The sunbeam travels away from the sun: its azimuth difference is the supplement.
-        term = np.cos(mode * (np.pi - azimuth))
-        small = np.ones(cells.size, dtype=np.bool_)
-        for total, part in ((brdf, back), (btdf, through)):
-            amplitude = ((1.0 if mode == 0 else 2.0) * part)[:, of_view]
-            total[cells] += amplitude * term
-            small &= np.all(np.abs(amplitude) <= mode_tolerance * np.abs(total[cells]), axis=1)
-        if mode_tolerance > 0.0:
-            ended = small & quiet[cells]
-            quiet[cells] = small
-            if np.all(ended):
-                break
-            if np.any(ended):
-                going.flat[cells[ended]] = False
-                found = chains(scaled.thickness, going)
+    with Team(threads) as team:
+        for mode in range(modes):
+            cells = found.cell
+            back, through = _more_than_once(where, scaled, mode, found, team)
+            # The sunbeam travels away from the sun: its azimuth difference is the supplement.
+            term = np.cos(mode * (np.pi - azimuth))
+            small = np.ones(cells.size, dtype=np.bool_)
+            for total, part in ((brdf, back), (btdf, through)):
+                amplitude = ((1.0 if mode == 0 else 2.0) * part)[:, of_view]
+                total[cells] += amplitude * term
+                small &= np.all(np.abs(amplitude) <= mode_tolerance * np.abs(total[cells]), axis=1)
+            if mode_tolerance > 0.0:
+                ended = small & quiet[cells]
+                quiet[cells] = small
+                if np.all(ended):
+                    break
+                if np.any(ended):
+                    going.flat[cells[ended]] = False
+                    found = chains(scaled.thickness, going)
     shape = (*thickness.shape, mu.size)
     return brdf.reshape(shape), btdf.reshape(shape)
 
 
 def _more_than_once(
-    where: Directions, scaled: ScaledScattering, mode: int, found: Chains, threads: int | None
+    where: Directions, scaled: ScaledScattering, mode: int, found: Chains, team: Team
 ) -> tuple[Array, Array]:
     """Solve one mode of the layers of ``found``, in their order.
 
@@ -115,7 +117,7 @@ def _more_than_once(
         Kernels from the sun without what they hold of light scattered once.
     """
     views = where.mu.size - where.columns
-    solved = solve_mode(where, scaled, found, mode, threads, toward=views, sources=1)
+    solved = solve_mode(where, scaled, found, mode, team, toward=views, sources=1)
     tau, sun, view = found.thickness[:, np.newaxis], where.mu[0], where.mu[where.columns :]
     once = np.s_[found.column, where.columns :, 0]
     return (

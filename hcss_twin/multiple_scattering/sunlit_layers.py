@@ -11,6 +11,7 @@ from hcss_twin.multiple_scattering.chains import chains
 from hcss_twin.multiple_scattering.checks import check_modes, checked_layers, checked_sun
 from hcss_twin.multiple_scattering.forward_peak import once_back, once_through
 from hcss_twin.multiple_scattering.layer import LayerOperators, mean_over_azimuth
+from hcss_twin.multiple_scattering.parallel import Team
 from hcss_twin.multiple_scattering.phase_function import delta_m
 from hcss_twin.multiple_scattering.scattering_kernels import directions
 from hcss_twin.multiple_scattering.single_scattering import path_back, path_through
@@ -92,37 +93,38 @@ def solve_sunlit_layers(
     btdf = once_through(scaled, w, chi, view, sun, azimuth).ravel()
     beams = np.zeros((beam_modes - 1, thickness.size, streams, 2))
     found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
-    solved = solve_mode(where, scaled, found, 0, threads)
-    layers = mean_over_azimuth(where, scaled, found, solved)
-    onward = np.max(np.abs(layers.transmission[..., 2:, :2]), axis=(2, 3)).ravel()
-    going = np.ones(thickness.shape, dtype=np.bool_)
-    # Whose mode before was negligible.
-    quiet = np.zeros(thickness.size, dtype=np.bool_)
-    for mode in range(modes):
-        if mode > 0:
-            solved = solve_mode(where, scaled, found, mode, threads)
-        cells, tau, small = found.cell, found.thickness, np.ones(found.cell.size, dtype=np.bool_)
-        once = np.s_[found.column, VIEW, SUN]
-        # The sunbeam travels away from the sun: its azimuth difference is the supplement.
-        term = np.cos(mode * (np.pi - azimuth[0]))
-        for total, all_orders, once_scattered in (
-            (brdf, solved.reflection, solved.other[once] * path_back(tau, view[0], sun)),
-            (btdf, solved.transmission, solved.same[once] * path_through(tau, view[0], sun)),
-        ):
-            amplitude = (1.0 if mode == 0 else 2.0) * (all_orders[:, VIEW, SUN] - once_scattered)
-            total[cells] += amplitude * term
-            small &= np.abs(amplitude) <= mode_tolerance * np.abs(total[cells])
-        if 0 < mode < beam_modes:
-            beams[mode - 1, cells] = solved.transmission[:, 2:, :2]
-            largest = np.max(np.abs(solved.transmission[:, 2:, :2]), axis=(1, 2))
-            small &= largest <= mode_tolerance * onward[cells]
-        ended = small & quiet[cells] & (mode_tolerance > 0.0)
-        quiet[cells] = small
-        if np.all(ended):
-            break
-        if np.any(ended):
-            going.flat[cells[ended]] = False
-            found = chains(scaled.thickness, going)
+    with Team(threads) as team:
+        solved = solve_mode(where, scaled, found, 0, team)
+        layers = mean_over_azimuth(where, scaled, found, solved)
+        onward = np.max(np.abs(layers.transmission[..., 2:, :2]), axis=(2, 3)).ravel()
+        going = np.ones(thickness.shape, dtype=np.bool_)
+        # Whose mode before was negligible.
+        quiet = np.zeros(thickness.size, dtype=np.bool_)
+        for mode in range(modes):
+            if mode > 0:
+                solved = solve_mode(where, scaled, found, mode, team)
+            cells, tau, small = found.cell, found.thickness, np.ones(found.cell.size, dtype=np.bool_)
+            once = np.s_[found.column, VIEW, SUN]
+            # The sunbeam travels away from the sun: its azimuth difference is the supplement.
+            term = np.cos(mode * (np.pi - azimuth[0]))
+            for total, all_orders, once_scattered in (
+                (brdf, solved.reflection, solved.other[once] * path_back(tau, view[0], sun)),
+                (btdf, solved.transmission, solved.same[once] * path_through(tau, view[0], sun)),
+            ):
+                amplitude = (1.0 if mode == 0 else 2.0) * (all_orders[:, VIEW, SUN] - once_scattered)
+                total[cells] += amplitude * term
+                small &= np.abs(amplitude) <= mode_tolerance * np.abs(total[cells])
+            if 0 < mode < beam_modes:
+                beams[mode - 1, cells] = solved.transmission[:, 2:, :2]
+                largest = np.max(np.abs(solved.transmission[:, 2:, :2]), axis=(1, 2))
+                small &= largest <= mode_tolerance * onward[cells]
+            ended = small & quiet[cells] & (mode_tolerance > 0.0)
+            quiet[cells] = small
+            if np.all(ended):
+                break
+            if np.any(ended):
+                going.flat[cells[ended]] = False
+                found = chains(scaled.thickness, going)
     shape = thickness.shape
     return SunlitLayers(
         layers, brdf.reshape(shape), btdf.reshape(shape), beams.reshape(beam_modes - 1, *shape, streams, 2)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.multiple_scattering.chains import Chains
 from hcss_twin.multiple_scattering.doubling import solve_chains
-from hcss_twin.multiple_scattering.parallel import in_threads
+from hcss_twin.multiple_scattering.parallel import Team
 from hcss_twin.multiple_scattering.phase_function import ScaledScattering
 from hcss_twin.multiple_scattering.scattering_kernels import Directions, scattering_kernels
 
@@ -43,7 +43,7 @@ def solve_mode(
     scaled: ScaledScattering,
     found: Chains,
     mode: int,
-    threads: int | None,
+    team: Team,
     toward: int | None = None,
     sources: int | None = None,
 ) -> SolvedMode:
@@ -80,5 +80,5 @@ def solve_mode(
             (reflection, transmission, emitted),
         )
 
-    in_threads(part, found.first.size - 1, threads)
+    team.run(part, found.first.size - 1)
     return SolvedMode(reflection, transmission, emitted[0], emitted[1], same, other)

@@ -45,6 +45,8 @@ class LegSums:
         if new:
             self._compute(dict.fromkeys(new), known)
         each = [known[leg] if own is None else own for leg, own in zip(legs, found, strict=True)]
+        if all(len(path.legs) == 1 for path in paths):
+            return np.concatenate(each).reshape(len(paths), self._size) if each else np.zeros((0, self._size))
         result = np.zeros((len(paths), self._size))
         first = np.cumsum([0, *(len(path.legs) for path in paths)])
         for place in range(int(np.max(np.diff(first), initial=0))):

@@ -18,6 +18,7 @@ from hcss_twin.radiance.physical.air import Air
 from hcss_twin.radiance.physical.cloud_slab import CloudSlab, SlabMaker, stacked, turned_modes
 from hcss_twin.radiance.physical.columns import Columns
 from hcss_twin.radiance.physical.directions import VIEW, Directions, make_directions
+from hcss_twin.radiance.physical.one_thread import in_one_thread
 from hcss_twin.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
 from hcss_twin.radiance.physical.terms import AIR_SUN, CLOUD_SUN, SEA_SUN, SEA_SUN_TERMS, SOLAR_TERMS, TERMS
@@ -106,11 +107,13 @@ class Physical:
             own_errors=_own_errors(parameters, self.closed_form),
         )
 
+    @in_one_thread
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (V,) of a cloud-free column."""
         shared = self._shared(wavenumber_cm1, sun)
         return self._terms(shared, self._columns(shared, (), 1))
 
+    @in_one_thread
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return terms (N, V) of columns with a thickness (N, L) of each layer, none all 0.
 
