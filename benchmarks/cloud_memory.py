@@ -6,11 +6,12 @@ what must not grow is the difference between the rows.
 
 from __future__ import annotations
 
-import resource
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from hcss_twin.benchmarking.peak_memory import peak_memory_mb
 
 PIXELS = 128
 FRAMES = (8, 5000)
@@ -30,12 +31,12 @@ def memory(kind: str) -> None:
             command = [sys.executable, __file__, task, kind, str(count)]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             last = done.stderr.strip().splitlines()[-1:] or ["no message"]
-            peaks.append(f"{int(done.stdout.split()[-1]) / 1024:.0f}" if done.returncode == 0 else last[0])
+            peaks.append(f"{float(done.stdout.split()[-1]):.0f}" if done.returncode == 0 else last[0])
         print(f"| {title} | " + " | ".join(peaks) + " |")
 
 
 def child(task: str, kind: str, frames: int) -> None:
-    """Do one task and print the peak resident size in kB."""
+    """Do one task and print the peak resident size in MB."""
     if task == "field":
         from cloud_scenes import MOTION, make_generator
 
@@ -60,8 +61,7 @@ def child(task: str, kind: str, frames: int) -> None:
         )
         with tempfile.TemporaryDirectory() as folder:
             hcss_twin.simulate(scenario, Path(folder) / "cube.nc").close()
-    # Linux gives kB.
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    print(peak_memory_mb())
 
 
 if __name__ == "__main__":

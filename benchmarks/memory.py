@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 import argparse
-import resource
 import subprocess
 import sys
 import tempfile
@@ -17,8 +16,9 @@ from pathlib import Path
 
 
 def child(scenario: str, frames: int, assignments: list[str]) -> None:
-    """Run and print the peak resident size in kB."""
+    """Run and print the peak resident size in MB."""
     from hcss_twin import Scenario, make_plan
+    from hcss_twin.benchmarking.peak_memory import peak_memory_mb
     from hcss_twin.scenario.overrides import parse_assignment
     from hcss_twin.scene.simulate import run
 
@@ -26,8 +26,7 @@ def child(scenario: str, frames: int, assignments: list[str]) -> None:
     overrides = {"frames.interval": 0.1, **dict(map(parse_assignment, assignments)), "frames.count": frames}
     with tempfile.TemporaryDirectory() as folder:
         run(make_plan(Scenario.load(scenario, overrides)), Path(folder) / "cube.nc")
-    # Linux gives kB.
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    print(peak_memory_mb())
 
 
 def main() -> None:
@@ -47,7 +46,7 @@ def main() -> None:
         for each in given.set:
             command += ["--set", each]
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
-        print(f"{frames} frames: {int(done.stdout.split()[-1]) / 1024:.0f} MB", flush=True)
+        print(f"{frames} frames: {float(done.stdout.split()[-1]):.0f} MB", flush=True)
 
 
 if __name__ == "__main__":
