@@ -137,6 +137,20 @@ def test_weights_and_emissivity_share_all_light(slopes, basis):
         assert weights.min() > -1e-7
 
 
+@pytest.mark.parametrize("slopes", SLOPES)
+@pytest.mark.parametrize("bearing", [None, 0.7])
+def test_the_emissivity_does_not_depend_on_what_was_asked_before(slopes, bearing):
+    mu = np.cos(np.radians([0.0, 40.0, 80.0]))
+    turn = None if bearing is None else np.full(mu.size, bearing)
+    nodes = np.polynomial.legendre.leggauss(8)[0] * 0.5 + 0.5
+    asked, fresh = sea(9.0, slopes=slopes), sea(9.0, slopes=slopes)
+    asked.reflection_weights(WAVENUMBER, mu, nodes, wind_azimuth=turn)
+    # Another bearing is not it.
+    asked.reflection_weights(WAVENUMBER, mu, nodes, wind_azimuth=np.full(mu.size, 2.0))
+    expected = fresh.emissivity(WAVENUMBER, mu, wind_azimuth=turn)
+    np.testing.assert_allclose(asked.emissivity(WAVENUMBER, mu, wind_azimuth=turn), expected, rtol=1e-12)
+
+
 def test_a_calm_sea_mirrors_the_sky_at_the_angle_of_view():
     nodes = np.linspace(0.01, 1.0, 100)
     mu = np.array([0.4, 0.7, 0.95])

@@ -71,19 +71,25 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directio
     ProviderError
         If emissivity and integrated BRDF of a provider do not sum to one within 0.1.
     """
-    emissivity = np.array(sea.emissivity(wavenumber_cm1, directions.mu))
     own = getattr(sea, "reflection_weights", None)
-    toward_view = directions.mu[VIEW : VIEW + 1]
     wind = _wind(sea, directions)
-    if wind:
-        emissivity[VIEW] = sea.emissivity(wavenumber_cm1, toward_view, **wind)[0]
-    left = np.maximum(1.0 - emissivity, 0.0)
+    # Only the view has a bearing to the wind; what the streams see is a mean over all.
+    others = slice(VIEW + 1, None) if wind else slice(None)
+    weights = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
     if own is not None:
-        weights = np.array(own(wavenumber_cm1, directions.mu, directions.streams.mu), dtype=np.float64)
+        # Before the emissivity, which some providers then know.
+        weights[others] = own(wavenumber_cm1, directions.mu[others], directions.streams.mu)
         if wind:
-            weights[VIEW] = own(wavenumber_cm1, toward_view, directions.streams.mu, **wind)[0]
-        defect = 0.0
-    else:
+            weights[VIEW] = own(
+                wavenumber_cm1, directions.mu[VIEW : VIEW + 1], directions.streams.mu, **wind
+            )[0]
+    emissivity = np.empty((directions.mu.size, wavenumber_cm1.size))
+    emissivity[others] = sea.emissivity(wavenumber_cm1, directions.mu[others])
+    if wind:
+        emissivity[VIEW] = sea.emissivity(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], **wind)[0]
+    left = np.maximum(1.0 - emissivity, 0.0)
+    defect = 0.0
+    if own is None:
         weights = _integrated(sea, wavenumber_cm1, directions)
         defect = float(np.max(np.abs(emissivity[0] + weights[0].sum(axis=0) - 1.0)))
         if defect > LARGEST_DEFECT:
