@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def peak_memory_mb() -> float:
-    """Return the largest resident size since the program was started.
+    """Return the largest resident size since the program was started, in units of 1024^2 bytes; not on Windows.
 
     Linux counts what ``getrusage`` gives from the process that started this one, whose size a child has for a moment:
     the kernel's own high-water mark is that of the program alone.
@@ -17,7 +17,7 @@ def peak_memory_mb() -> float:
         for line in status.read_text(encoding="utf-8").splitlines():
             if line.startswith("VmHWM:"):
                 return float(line.split()[1]) / 1024
-    # imported here: Windows has none
+    # imported here: Windows has none, where benchmarks do without
     import resource
 
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -122,7 +122,7 @@ def summarise(drawn: xr.Dataset) -> xr.Dataset:
     first, total = estimator_names(rows, len(mixtures))
     made = xr.Dataset(
         coords={
-            "quantile": ("quantile", list(QUANTILES), {"long_name": "share of draws below", "units": "1"}),
+            "quantile": ("quantile", list(QUANTILES), {"long_name": "share of scenes below", "units": "1"}),
             "source": ("source", [row.name for row in rows], {"long_name": "input, or several together"}),
             "first_order_estimator": ("source", first, {"long_name": "how first-order shares are estimated"}),
             "total_estimator": ("source", total, {"long_name": "how total shares are estimated"}),
@@ -272,11 +272,11 @@ def _weighted_quantiles(atoms: Array, weight: Array) -> Array:
 
 def _meaning(statistic: str, output: str) -> str:
     words = {
-        "mean": "mean over draws with both seeds",
-        "standard_deviation": "standard deviation over draws, of one draw with one seed",
-        "quantile": "quantile over draws with both seeds",
-        "first_order": "first-order share of the variance over draws",
-        "total": "total share of the variance over draws",
+        "mean": "mean over scenes that have it",
+        "standard_deviation": "standard deviation over scenes that have it",
+        "quantile": "quantile over scenes that have it",
+        "first_order": "first-order share of the variance over draws that have it in all mixtures",
+        "total": "total share of the variance over draws that have it in all mixtures",
     }
     if statistic == "scenes":
         return f"scenes of the draws with both seeds that have it, for moments and quantiles: {output}"

@@ -36,7 +36,10 @@ def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array
     ValueError
         If a cosine is outside (0, 1].
     """
-    if cos_incidence.size <= 2 * TERMS or np.min(cos_incidence) <= 0.0 or np.max(cos_incidence) > 1.0:
+    few = cos_incidence.size <= 2 * TERMS
+    if few or not (
+        np.min(cos_incidence) > 0.0 and np.max(cos_incidence) <= 1.0
+    ):  # NaN, too, is refused there
         return unpolarised_reflectance(index, cos_incidence[:, None])
     nodes = incidence_nodes(TERMS)
     at_nodes = unpolarised_reflectance(index, nodes[:, None])

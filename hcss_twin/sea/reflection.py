@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -30,10 +31,18 @@ _STEEPEST_SIGMA = 4.5
 
 @dataclass(frozen=True, eq=False)
 class FirstHit:
-    """Folded first reflection of a view: ``sky`` (N, K) escapes to the sky, ``sea`` (E, K) hits the sea again."""
+    """Folded first reflection of a view: ``sky`` (N, K) escapes to the sky, ``sea`` (E, K) hits the sea again.
+
+    ``whole`` (K,) escapes to any part of the sky, whatever the nodes.
+    """
 
     sky: Array
     sea: Array
+    whole: Array
+
+    def of_the_whole_sky(self) -> FirstHit:
+        """Return the fold onto a single node."""
+        return FirstHit(self.whole[None], self.sea, self.whole)
 
 
 class Reflection:
@@ -79,7 +88,7 @@ class Reflection:
 
         Facets of a tilted part have its own slopes; whether their light escapes depends on all of the sea.
         """
-        sky = np.zeros((mu_nodes.size, INCIDENCE_COUNT))
+        sky, whole = np.zeros((mu_nodes.size, INCIDENCE_COUNT)), np.zeros(INCIDENCE_COUNT)
         sea = np.zeros((self._elevation.size, INCIDENCE_COUNT))
         if wind_azimuth is not None:
             azimuths = np.array([wind_azimuth])
@@ -97,11 +106,12 @@ class Reflection:
             escapes = self._escaping(mu, azimuth, rays)
             to_sky = rays.share * escapes / azimuths.size
             sky += self._folded(incidence, to_sky, basis_values(np.abs(rays.mu_away), mu_nodes, basis))
+            whole += to_sky @ incidence @ self._fit
             if self._re_reflection:
                 to_sea = rays.share * (1.0 - escapes) / azimuths.size
                 elevation = np.arcsin(rays.mu_away)
                 sea += gathered_linearly(elevation, self._elevation, incidence * to_sea[:, None]) @ self._fit
-        return FirstHit(sky, sea)
+        return FirstHit(sky, sea, whole)
 
     def second(self, mu_nodes: Array, basis: Basis) -> Array:
         """Fold the second reflection (E, N, K) for rays of each elevation.
@@ -112,12 +122,16 @@ class Reflection:
             return np.zeros((self._elevation.size, mu_nodes.size, INCIDENCE_COUNT))
         return np.stack(
             [
-                self._folded(
-                    _incidence(rays), rays.share, basis_values(np.abs(rays.mu_away), mu_nodes, basis)
-                )
-                for rays in (facets_hit_again(float(sine), self._round) for sine in np.sin(self._elevation))
+                self._folded(incidence, rays.share, basis_values(np.abs(rays.mu_away), mu_nodes, basis))
+                for rays, incidence in self._again
             ]
         )
+
+    @cached_property
+    def _again(self) -> list[tuple[FacetRays, Array]]:
+        """Facets that rays of each elevation meet again, and Chebyshev polynomials of the cosine of incidence."""
+        met = (facets_hit_again(float(sine), self._round) for sine in np.sin(self._elevation))
+        return [(rays, _incidence(rays)) for rays in met]
 
     def _escaping(self, mu: float, wind_azimuth: float, rays: FacetRays) -> Array:
         """Share of each mirrored ray that meets no other facet."""

@@ -302,8 +302,7 @@ class RoughSea:
         kept = (nodes.tobytes(), basis)
         second = self._seconds.get(kept)
         if second is None:
-            second = self._second_of_all() if nodes.size == 1 else None
-            second = self._reflection.second(nodes, basis) if second is None else second
+            second = self._reflection.second(nodes, basis)
             _keep(self._seconds, kept, second)
         turns: list[float | None] = [None] * mu.size
         if bearing is not None and self.anisotropic:
@@ -313,24 +312,19 @@ class RoughSea:
             key = (view, turn, *kept)
             fold = self._folds.get(key)
             if fold is None:
-                fold = self._first_of_all(view, turn) if nodes.size == 1 else None
-                if fold is None:
-                    fold = self._reflection.first(view, nodes, basis, turn, self._tilt)
+                known = self._any_fold(view, turn) if nodes.size == 1 else None
+                fold = known or self._reflection.first(view, nodes, basis, turn, self._tilt)
+                if nodes.size == 1:
+                    fold = fold.of_the_whole_sky()
                 _keep(self._folds, key, fold)
             first.append(fold)
         return first, second
 
-    def _first_of_all(self, view: float, turn: float | None) -> FirstHit | None:
-        """Return a kept fold of a view, summed over its nodes: what comes from the whole sky."""
+    def _any_fold(self, view: float, turn: float | None) -> FirstHit | None:
+        """Return a kept fold of a view, whatever its nodes."""
         for (own_view, own_turn, *_), fold in list(self._folds.items()):
             if (own_view, own_turn) == (view, turn):
-                return FirstHit(fold.sky.sum(axis=0, keepdims=True), fold.sea)
-        return None
-
-    def _second_of_all(self) -> Array | None:
-        """Return a kept second reflection, summed over its nodes."""
-        for second in list(self._seconds.values()):
-            return np.asarray(second.sum(axis=1, keepdims=True))
+                return fold
         return None
 
 

@@ -1,35 +1,101 @@
 """Products of matrices of the model `physical` in one thread, whatever the process has."""
 
-import numpy  # noqa: F401  brings the library whose threads are counted
+import os
+import subprocess
+import sys
+
 import pytest
-from threadpoolctl import threadpool_info, threadpool_limits
 
 from hcss_twin.radiance.physical.model import Physical
-from hcss_twin.radiance.physical.one_thread import in_one_thread
 
+# In a process of its own, whose number of threads is known.
+START = """
+import threading, time
+import scipy.linalg
+from threadpoolctl import threadpool_info
+from hcss_twin.radiance.physical.one_thread import in_one_thread
 
 def threads():
     return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
 
+assert threads() == {2}
+"""
 
-@in_one_thread
-def counted(error=None):
-    found = threads()
-    if error is not None:
-        raise error
-    return found
+
+def run(code):
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "2", "OMP_NUM_THREADS": "2", "MKL_NUM_THREADS": "2"}
+    done = subprocess.run(
+        [sys.executable, "-c", START + code], env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_one_thread_inside_and_as_many_as_before_behind():
-    with threadpool_limits(2, user_api="blas"):
-        before = threads()
-        assert counted() == {1}
-        assert threads() == before
-        with pytest.raises(KeyError):
-            counted(KeyError("x"))
-        assert threads() == before
+    run("""
+@in_one_thread
+def inside(error=None):
+    assert threads() == {1}
+    if error is not None:
+        raise error
+
+@in_one_thread
+def nested():
+    inside()
+    assert threads() == {1}
+
+inside()
+assert threads() == {2}
+nested()
+assert threads() == {2}
+try:
+    inside(KeyError("x"))
+except KeyError:
+    assert threads() == {2}
+""")
 
 
-def test_the_model_asks_for_it():
-    assert Physical.clear.__wrapped__ is not Physical.clear
-    assert Physical.cloudy.__wrapped__ is not Physical.cloudy
+def test_functions_that_several_threads_call_each_have_one_and_leave_as_many_as_before():
+    run("""
+found = []
+
+@in_one_thread
+def inside():
+    found.append(threads())
+    time.sleep(0.02)
+    found.append(threads())
+
+many = [threading.Thread(target=inside) for _ in range(6)]
+for each in many:
+    each.start()
+for each in many:
+    each.join()
+assert found == [{1}] * 12, found
+assert threads() == {2}
+""")
+
+
+@pytest.mark.parametrize("call", ["clear(None, None)", "cloudy(None, scipy.linalg.hilbert(2)[:0, :0], None)"])
+def test_the_model_runs_in_one(call):
+    assert hasattr(Physical, "_shared")
+    run(f"""
+from types import SimpleNamespace
+from hcss_twin.radiance.physical.model import Physical
+
+class Asked(Exception):
+    pass
+
+class Model(Physical):
+    def __init__(self):
+        self._inputs = SimpleNamespace(layers=())
+
+    def _shared(self, *_):
+        assert threads() == {{1}}
+        raise Asked
+
+try:
+    Model().{call}
+except Asked:
+    assert threads() == {{2}}
+else:
+    raise AssertionError("not asked")
+""")

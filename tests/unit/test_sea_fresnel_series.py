@@ -27,7 +27,7 @@ def test_where_a_series_is_too_short_each_angle_is_computed_by_itself(index):
     np.testing.assert_allclose(reflectance_at(given, COSINES), expected, rtol=3e-11)
 
 
-@pytest.mark.parametrize("wrong", [0.0, -0.1, 1.1])
+@pytest.mark.parametrize("wrong", [0.0, -0.1, 1.1, np.nan])
 @pytest.mark.parametrize("count", [1, 10 * TERMS])
 def test_cosines_out_of_range_are_refused(wrong, count):
     with pytest.raises(ValueError, match="allowed above 0, at most 1"):

@@ -30,8 +30,8 @@ _COARSE_MASS, _COARSE_STEP_M = 0.05, 8e3
 """Layers of scattered light hold this share of the air's mass at least, or are this thick."""
 
 _KEPT_LOOKS = 16
-"""Legs seen through what is in front of them that are kept, about those of one column: the tracer and the closure look
-along the same ones, and so do clear skies under all suns."""
+"""Legs seen through what is in front of them that are kept, about those of columns that are computed together: the
+tracer and the closure look along the same ones, and so do clear skies under all suns."""
 
 _KEPT_LEGS, _KEPT_SOURCES = 2048, 256
 """Legs whose absorbers, and whose emission, are kept: columns share those below and above, suns share all."""

@@ -1,4 +1,4 @@
-"""What one cloud layer does in one column: rows of emission, reflection and transmission that sum to one."""
+"""What one cloud layer does: rows of emission, reflection and transmission that sum to one."""
 
 from __future__ import annotations
 

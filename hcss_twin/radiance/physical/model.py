@@ -170,7 +170,7 @@ class Physical:
     def _makers_of(self, wavenumbers: bytes) -> Callable[[Sun | None], SlabMaker]:
         """Return what makes clouds by the sun, and keeps as many of them as there is room for."""
         count = len(wavenumbers) // np.dtype(np.float64).itemsize
-        suns = max(_KEPT_WAVENUMBERS // max(count, 1), 1)
+        suns = max(_KEPT_WAVENUMBERS // count, 1)
         return lru_cache(maxsize=suns)(partial(self._make_maker, wavenumbers))
 
     def _make_maker(self, wavenumbers: bytes, sun: Sun | None) -> SlabMaker:

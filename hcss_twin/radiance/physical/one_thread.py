@@ -6,6 +6,7 @@ other programs use the processors, too; and in another number of threads the las
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import cache, wraps
@@ -16,24 +17,29 @@ _T = TypeVar("_T")
 
 
 def in_one_thread(function: Callable[_P, _T]) -> Callable[_P, _T]:
-    """Have the process multiply matrices in one thread while a function runs; loops of our own keep theirs."""
+    """Have the process multiply matrices in one thread while a function runs; loops of our own keep theirs.
+
+    Functions that several threads call take turns. It holds for libraries that numpy and scipy have loaded when such a
+    function runs first.
+    """
 
     @wraps(function)
     def limited(*args: _P.args, **kwargs: _P.kwargs) -> _T:
-        with _limit():
+        # The number belongs to the process: the first of two threads to end would give it back under the other.
+        with _turn(), _libraries().limit(limits=1, user_api="blas"):
             return function(*args, **kwargs)
 
     return limited
 
 
-def _limit() -> AbstractContextManager[Any]:
-    limit: AbstractContextManager[Any] = _libraries().limit(limits=1, user_api="blas")
-    return limit
+@cache
+def _turn() -> AbstractContextManager[bool]:
+    return threading.RLock()
 
 
 @cache
 def _libraries() -> Any:
-    """Find the libraries that numpy and scipy have loaded: some milliseconds, once."""
+    """Find the libraries: some milliseconds, once."""
     # imported here: runs that find their tables should not wait for it
     from threadpoolctl import ThreadpoolController
 

@@ -1,4 +1,4 @@
-"""What the sea does in one column: emission, reflected sky by streams, and glint."""
+"""What the sea does: emission, reflected sky by streams, and glint."""
 
 from __future__ import annotations
 

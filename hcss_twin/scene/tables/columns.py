@@ -14,7 +14,7 @@ from hcss_twin.radiance.spectral_nodes import SpectralNodes, all_nodes
 from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables.layer_pair import LayerPair
 from hcss_twin.scene.tables.radiance_tables import InstantTable, Quantities
-from hcss_twin.scene.tables.thickness_axis import Columns, ThicknessAxis
+from hcss_twin.scene.tables.thickness_axis import ColumnsAt, ThicknessAxis
 from hcss_twin.scene.tables.under_another_sun import layer_pair, single_layer
 from hcss_twin.scene.waves.wave_table import probe_waves
 
@@ -65,7 +65,7 @@ class BandColumns:
                 self._known[keys[row]] = terms
         return np.stack([self._known[key] for key in keys])
 
-    def alone(self, index: int, sun: Sun | None) -> Columns:
+    def alone(self, index: int, sun: Sun | None) -> ColumnsAt:
         """Columns with cloud in one layer only, as a function of its thickness (N,)."""
 
         def columns(thickness_m: Array) -> Array:

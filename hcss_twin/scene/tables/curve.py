@@ -19,7 +19,7 @@ def spline_through(thickness_m: Array, values: Array) -> Callable[[Array], Array
     Parameters
     ----------
     thickness_m : ndarray (N,)
-        Ascending, above 0, m; up to ``DEGREE`` of them give the polynomial through all.
+        Ascending, above 0, m; up to ``DEGREE`` + 1 of them give the polynomial through all.
     values : ndarray (N, ...)
 
     Returns
@@ -30,9 +30,11 @@ def spline_through(thickness_m: Array, values: Array) -> Callable[[Array], Array
     # imported here: runs that find their tables should not wait for it
     from scipy.interpolate import make_interp_spline
 
-    spline: Callable[[Array], Array] = make_interp_spline(
-        np.log(thickness_m), values, k=min(DEGREE, thickness_m.size - 1), axis=0
-    )
+    place = np.log(thickness_m)
+    degree = min(DEGREE, place.size - 1)
+    # A polynomial has its knots at the ends; older versions of scipy place none for even degrees by themselves.
+    ends = np.repeat(place[[0, -1]], degree + 1) if place.size <= DEGREE + 1 else None
+    spline: Callable[[Array], Array] = make_interp_spline(place, values, k=degree, t=ends, axis=0)
     return spline
 
 

@@ -20,7 +20,7 @@ from hcss_twin.scene.tables.low_rank import complete
 from hcss_twin.scene.tables.thickness_axis import (
     LINEAR_SHARE,
     MOST_NODES,
-    Columns,
+    ColumnsAt,
     ThicknessAxis,
     dense_nodes,
 )
@@ -57,7 +57,7 @@ class LayerPair:
     cross_tolerance: float
     estimated_error: float
 
-    def exact(self, columns: Columns) -> Array:
+    def exact(self, columns: ColumnsAt) -> Array:
         """Terms of the columns of all pairs of exact nodes, (E, F, K, B), from some of them."""
         return complete(columns, self.low.exact_m, self.high.exact_m, self.cross_tolerance)[0]
 
@@ -94,7 +94,7 @@ class LayerPair:
 
 
 def place_pair(
-    columns: Columns,
+    columns: ColumnsAt,
     low: ThicknessAxis,
     high: ThicknessAxis,
     tolerance: float,
@@ -159,7 +159,7 @@ class _Misfit:
     place: tuple[int, int]
 
 
-def _misfits(columns: Columns, axes: list[ThicknessAxis], values: Array, which: int) -> list[_Misfit]:
+def _misfits(columns: ColumnsAt, axes: list[ThicknessAxis], values: Array, which: int) -> list[_Misfit]:
     """Compare each segment of one axis with columns in the middle of its intervals."""
     axis, other = axes[which], axes[1 - which].exact_m
     probes = np.unique((np.array(PROBES) * (other.size - 1)).round().astype(int))

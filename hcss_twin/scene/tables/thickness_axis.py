@@ -21,7 +21,7 @@ from hcss_twin.scene.tables.curve import curve_through
 from hcss_twin.scene.tables.jumps import Source, jumping, worst
 
 Array = NDArray[np.float64]
-Columns = Callable[[Array], Array]
+ColumnsAt = Callable[[Array], Array]
 """Maps thicknesses (N,) to terms (N, K, B)."""
 
 FIRST_NODES = 5
@@ -81,7 +81,7 @@ class ThicknessAxis:
 
 
 def place_axis(
-    columns: Columns, layer: CloudLayer, level_m: Array, tolerance: float, source: Source
+    columns: ColumnsAt, layer: CloudLayer, level_m: Array, tolerance: float, source: Source
 ) -> ThicknessAxis:
     """Place nodes so that the total keeps the tolerance, measured between the nodes.
 
@@ -113,7 +113,7 @@ def place_axis(
 
 
 def _segment(
-    columns: Columns, low: float, high: float, tolerance: float, source: Source, layer: CloudLayer
+    columns: ColumnsAt, low: float, high: float, tolerance: float, source: Source, layer: CloudLayer
 ) -> tuple[Array, Array, float]:
     """Halve all intervals of one segment until the curve predicts every new column."""
     nodes = np.geomspace(low, high, FIRST_NODES)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.scene.tables.curve import spline_through
-from hcss_twin.scene.tables.thickness_axis import Columns, relative, total
+from hcss_twin.scene.tables.thickness_axis import ColumnsAt, relative, total
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -14,7 +14,7 @@ Places = NDArray[np.intp]
 FIRST_NODES = 5
 
 
-def single_layer(columns: Columns, thickness_m: Array, known: Array, tolerance: float) -> Array:
+def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance: float) -> Array:
     """Return columns at all thicknesses, of which some are computed.
 
     The difference from the known columns is interpolated by a spline in ln(thickness); nodes are halved until it
@@ -56,7 +56,9 @@ def single_layer(columns: Columns, thickness_m: Array, known: Array, tolerance: 
     return found
 
 
-def layer_pair(columns: Columns, low_m: Array, high_m: Array, known: Array, tolerance: float) -> Array | None:
+def layer_pair(
+    columns: ColumnsAt, low_m: Array, high_m: Array, known: Array, tolerance: float
+) -> Array | None:
     """Return columns with cloud in two layers, (E, F, K, B), or None where the difference needs too many nodes.
 
     Parameters
@@ -99,6 +101,6 @@ def _between(places: Places) -> Places:
     return np.setdiff1d(middle, places)
 
 
-def _product(columns: Columns, low_m: Array, high_m: Array) -> Array:
+def _product(columns: ColumnsAt, low_m: Array, high_m: Array) -> Array:
     found = columns(np.stack(np.meshgrid(low_m, high_m, indexing="ij"), axis=-1).reshape(-1, 2))
     return found.reshape(low_m.size, high_m.size, *found.shape[1:])
