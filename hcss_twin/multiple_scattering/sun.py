@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hcss_twin.multiple_scattering.chains import Chains, chains
+from hcss_twin.multiple_scattering.azimuth_series import AzimuthSeries
+from hcss_twin.multiple_scattering.chains import Chains
 from hcss_twin.multiple_scattering.checks import check_modes, checked_layers, checked_sun
 from hcss_twin.multiple_scattering.forward_peak import once_back, once_through
 from hcss_twin.multiple_scattering.parallel import Team
@@ -79,29 +80,20 @@ def solve_sun(
     brdf = once_back(scaled, w, chi, mu, sun, azimuth).reshape(flat)
     btdf = once_through(scaled, w, chi, mu, sun, azimuth).reshape(flat)
     where = directions(np.array([sun]), quadrature, distinct)
-    going = np.ones(thickness.shape, dtype=np.bool_)
-    # Whose mode before was negligible.
-    quiet = np.zeros(thickness.size, dtype=np.bool_)
-    found = chains(scaled.thickness, going)
+    series = AzimuthSeries(scaled.thickness)
     with Team(threads) as team:
         for mode in range(modes):
-            cells = found.cell
+            found = series.chains
             back, through = _more_than_once(where, scaled, mode, found, team)
             # The sunbeam travels away from the sun: its azimuth difference is the supplement.
             term = np.cos(mode * (np.pi - azimuth))
-            small = np.ones(cells.size, dtype=np.bool_)
+            small = np.full(found.cell.size, mode_tolerance > 0.0)
             for total, part in ((brdf, back), (btdf, through)):
                 amplitude = ((1.0 if mode == 0 else 2.0) * part)[:, of_view]
-                total[cells] += amplitude * term
-                small &= np.all(np.abs(amplitude) <= mode_tolerance * np.abs(total[cells]), axis=1)
-            if mode_tolerance > 0.0:
-                ended = small & quiet[cells]
-                quiet[cells] = small
-                if np.all(ended):
-                    break
-                if np.any(ended):
-                    going.flat[cells[ended]] = False
-                    found = chains(scaled.thickness, going)
+                total[found.cell] += amplitude * term
+                small &= np.all(np.abs(amplitude) <= mode_tolerance * np.abs(total[found.cell]), axis=1)
+            if series.end_where(small):
+                break
     shape = (*thickness.shape, mu.size)
     return brdf.reshape(shape), btdf.reshape(shape)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hcss_twin.multiple_scattering.chains import chains
+from hcss_twin.multiple_scattering.azimuth_series import AzimuthSeries
 from hcss_twin.multiple_scattering.checks import check_modes, checked_layers, checked_sun
 from hcss_twin.multiple_scattering.forward_peak import once_back, once_through
 from hcss_twin.multiple_scattering.layer import LayerOperators, mean_over_azimuth
@@ -92,18 +92,17 @@ def solve_sunlit_layers(
     brdf = once_back(scaled, w, chi, view, sun, azimuth).ravel()
     btdf = once_through(scaled, w, chi, view, sun, azimuth).ravel()
     beams = np.zeros((beam_modes - 1, thickness.size, streams, 2))
-    found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
+    series = AzimuthSeries(scaled.thickness)
     with Team(threads) as team:
-        solved = solve_mode(where, scaled, found, 0, team)
-        layers = mean_over_azimuth(where, scaled, found, solved)
+        solved = solve_mode(where, scaled, series.chains, 0, team)
+        layers = mean_over_azimuth(where, scaled, series.chains, solved)
         onward = np.max(np.abs(layers.transmission[..., 2:, :2]), axis=(2, 3)).ravel()
-        going = np.ones(thickness.shape, dtype=np.bool_)
-        # Whose mode before was negligible.
-        quiet = np.zeros(thickness.size, dtype=np.bool_)
         for mode in range(modes):
+            found = series.chains
             if mode > 0:
                 solved = solve_mode(where, scaled, found, mode, team)
-            cells, tau, small = found.cell, found.thickness, np.ones(found.cell.size, dtype=np.bool_)
+            cells, tau = found.cell, found.thickness
+            small = np.full(cells.size, mode_tolerance > 0.0)
             once = np.s_[found.column, VIEW, SUN]
             # The sunbeam travels away from the sun: its azimuth difference is the supplement.
             term = np.cos(mode * (np.pi - azimuth[0]))
@@ -118,13 +117,8 @@ def solve_sunlit_layers(
                 beams[mode - 1, cells] = solved.transmission[:, 2:, :2]
                 largest = np.max(np.abs(solved.transmission[:, 2:, :2]), axis=(1, 2))
                 small &= largest <= mode_tolerance * onward[cells]
-            ended = small & quiet[cells] & (mode_tolerance > 0.0)
-            quiet[cells] = small
-            if np.all(ended):
+            if series.end_where(small):
                 break
-            if np.any(ended):
-                going.flat[cells[ended]] = False
-                found = chains(scaled.thickness, going)
     shape = thickness.shape
     return SunlitLayers(
         layers, brdf.reshape(shape), btdf.reshape(shape), beams.reshape(beam_modes - 1, *shape, streams, 2)
