@@ -16,7 +16,8 @@ import numpy as np
 from hcss_twin.radiance.spectral_nodes import all_nodes
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene import compile as compiling
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.tables.spectrum import Spectrum, choose_spectrum
 
 SCENES = ("baseline", "stratus", "cumulus", "simulated", "cirrus", "cirrus-over-cumulus")

@@ -25,7 +25,7 @@ from pareto_tables import draw, tables
 
 from hcss_twin.benchmarking.bench import bench
 from hcss_twin.benchmarking.private_cache import private_cache
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 
 RESULTS = Path(__file__).with_name("pareto.json")
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "pareto.png"

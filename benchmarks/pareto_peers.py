@@ -19,7 +19,8 @@ from hcss_twin.benchmarking.raw_write import write_raw
 from hcss_twin.benchmarking.rounds import Rounds
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.registry.registry import Registry
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.simulate import cube_header
 from hcss_twin.scene.stream import Frame, stream
 from hcss_twin.scene.tables.kept_tables import tables_of

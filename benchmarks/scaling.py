@@ -23,7 +23,7 @@ from page import put
 from hcss_twin.benchmarking.private_cache import private_cache
 from hcss_twin.benchmarking.rounds import Rounds
 from hcss_twin.benchmarking.stages import CLOUDS, COMPILE, KEPT_RUN, LOOK_UP, PLAN, RAW, WRITE, time_stages
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 
 STAGES = (PLAN, COMPILE, CLOUDS, LOOK_UP, WRITE, KEPT_RUN, RAW)
 

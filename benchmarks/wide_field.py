@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from hcss_twin.errors import ScenarioError
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 
 PIXELS = 50
 NIGHT = {"time": "2024-04-20T00:30:00+10:00"}

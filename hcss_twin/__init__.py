@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from hcss_twin.registry.specs import ProviderSpec
     from hcss_twin.reporting.report import report
     from hcss_twin.scenario.scenario import Scenario
-    from hcss_twin.scene.plan import make_plan
+    from hcss_twin.scene.make_plan import make_plan
     from hcss_twin.scene.sensing.sense import sense
     from hcss_twin.scene.simulate import simulate
     from hcss_twin.sweeps.reader import open_sweep
@@ -97,7 +97,7 @@ def __getattr__(name: str) -> Any:
         "hookimpl": "registry.hookspecs",
         "read_posterior": "uncertainty.posterior_file",
         "Scenario": "scenario.scenario",
-        "make_plan": "scene.plan",
+        "make_plan": "scene.make_plan",
         "open_cube": "cube.reader",
         "open_propagation": "propagation.dataset",
         "open_sweep": "sweeps.reader",

@@ -100,7 +100,7 @@ def run(
     measured = measured_beside(output, loaded, force)
     from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.cube.formats import cube_bytes
-    from hcss_twin.scene.plan import make_plan
+    from hcss_twin.scene.make_plan import make_plan
     from hcss_twin.scene.simulate import run as run_plan
 
     found: list[Any] = []
@@ -137,7 +137,7 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Say what SCENARIO needs, and what it does not, without computing it."""
     from hcss_twin.compilation_notice import told_of_compilation
     from hcss_twin.reporting.plan_text import plan_text
-    from hcss_twin.scene.plan import make_plan
+    from hcss_twin.scene.make_plan import make_plan
 
     with told_of_compilation(partial(click.echo, err=True)):
         made = make_plan(load(scenario, assignments))
@@ -150,7 +150,7 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
 def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Check SCENARIO; every problem is named at once."""
     from hcss_twin.compilation_notice import told_of_compilation
-    from hcss_twin.scene.plan import make_plan
+    from hcss_twin.scene.make_plan import make_plan
 
     try:
         loaded = load(scenario, assignments)

@@ -29,7 +29,8 @@ from hcss_twin.errors import Problem, ScenarioError
 from hcss_twin.scenario.accuracy import parse_accuracy
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.certificate.certificate import Certificate
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.scene.plan import Plan
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,8 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.certificate.certificate import Certificate
 from hcss_twin.scene.certificate.certificate_pixels import PixelSample
 from hcss_twin.scene.certificate.certify import certify
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.simulate import cube_header, run
 from hcss_twin.scene.stream import Frame, stream
 from hcss_twin.scene.tables.kept_tables import table_key, tables_of

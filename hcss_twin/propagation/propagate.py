@@ -42,7 +42,8 @@ from hcss_twin.propagation.shared_tables import SharedTables, TableCount
 from hcss_twin.propagation.uncertain import uncertain_keys
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.certificate.certificate import Certificate
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.simulate import run
 from hcss_twin.shelf import Shelf
 from hcss_twin.versions import versions

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hcss_twin.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.evaluation.morphology import Morphology, morphology
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 
 SEED = 1
 """Of the images to which inputs are fitted, and the command's default."""

@@ -15,7 +15,7 @@ from hcss_twin.evaluation.semivariance import semivariances
 from hcss_twin.reproduction.figure_parts import blank, concluded, reduced, shades
 from hcss_twin.reproduction.figure_scenes import scenario_of
 from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

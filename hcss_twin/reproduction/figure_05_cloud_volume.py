@@ -16,7 +16,7 @@ from hcss_twin.reproduction.figure_scenes import scenario_of
 from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.reproduction.published_figures import CLOUD_HEIGHTS_KM
 from hcss_twin.scenario.cloud_types import load_cloud_type
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 from hcss_twin.scene.simulate import simulate
 
 if TYPE_CHECKING:

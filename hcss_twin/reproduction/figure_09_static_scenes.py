@@ -25,7 +25,7 @@ from hcss_twin.reproduction.figure_scenes import (
 )
 from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, in_words
 from hcss_twin.reproduction.published import printed_row, published
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

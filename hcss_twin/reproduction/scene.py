@@ -17,7 +17,8 @@ from hcss_twin.radiance.reference import reference_radiance
 from hcss_twin.reproduction.fitted import fitted
 from hcss_twin.reproduction.published import published
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.scene.plan import Plan
 
 Array = NDArray[np.float64]
 Model = Literal["as-printed", "physical"]

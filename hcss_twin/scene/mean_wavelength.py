@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.physics.planck import wavenumber_from_um
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.verification.recorded import Recorded
 
 Array = NDArray[np.float64]

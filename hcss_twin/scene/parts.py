@@ -20,7 +20,8 @@ from hcss_twin.scene.certificate.certificate_pixels import FrameSample, PixelSam
 from hcss_twin.scene.certificate.part_sample import DrawnPixels
 from hcss_twin.scene.footprint import Window, length, relative
 from hcss_twin.scene.frame_clouds import summaries_of
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.stream import Frame, PartMaker
 from hcss_twin.scene.tables.kept_tables import tables_of
 from hcss_twin.scene.tables.radiance_tables import RadianceTables

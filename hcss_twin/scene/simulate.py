@@ -23,9 +23,10 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.certificate.certificate import Certificate
 from hcss_twin.scene.certificate.certificate_pixels import PixelSample
 from hcss_twin.scene.certificate.certify import certify
+from hcss_twin.scene.make_plan import make_plan
 from hcss_twin.scene.overlap import overlaps
 from hcss_twin.scene.parts import Part, parts_of, stream_parts
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.provenance import provenance
 from hcss_twin.scene.sensing.sense import require_netcdf, sense_run
 from hcss_twin.scene.tables.kept_tables import tables_of

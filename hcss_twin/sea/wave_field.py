@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hcss_twin.sea.wave_spectrum import GRAVITY_M_S2, WaveSpectrum
+from hcss_twin.sea.pierson_moskowitz import GRAVITY_M_S2
+from hcss_twin.sea.wave_spectrum import WaveSpectrum
 
 Array = NDArray[np.float64]
 

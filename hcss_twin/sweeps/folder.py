@@ -14,8 +14,7 @@ from typing import Any
 from hcss_twin.drafts import draft_of
 from hcss_twin.errors import CubeError, SweepError
 from hcss_twin.sweeps.points import Point, ranges
-from hcss_twin.sweeps.record import Outcome, PointRecord
-from hcss_twin.sweeps.work import sha256_of
+from hcss_twin.sweeps.record import Outcome, PointRecord, sha256_of
 
 INDEX = "index.json"
 LOG = "points.jsonl"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import time
 from collections.abc import Iterator
@@ -13,10 +12,10 @@ from pathlib import Path
 from hcss_twin.errors import HcssError, ScenarioError
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.certificate.certificate import Certificate
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 from hcss_twin.scene.simulate import run
 from hcss_twin.shelf import Shelf
-from hcss_twin.sweeps.record import Outcome
+from hcss_twin.sweeps.record import Outcome, sha256_of
 
 DATE = "SOURCE_DATE_EPOCH"
 """Environment variable that fixes the date of creation, and with it every byte of a cube."""
@@ -69,12 +68,6 @@ def compute(task: Task, shelf: Shelf) -> Outcome:
         if not certificate.passed:
             error = f"certificate {certificate.lines[0]}"
     return Outcome(task.point, path.name, size, digest, _since(start), error)
-
-
-def sha256_of(path: Path) -> str:
-    """Return the hash of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _since(start: float) -> float:

@@ -11,7 +11,7 @@ from hcss_twin.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.catalog import catalog_root
 from hcss_twin.cli import cli
 from hcss_twin.errors import CatalogError
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 
 SHIPPED = read_atmosphere_table(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
 HEIGHTS = [0.0, 500.0, 1000.0, 1500.0, 2000.0, 3000.0]

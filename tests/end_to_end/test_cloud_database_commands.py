@@ -16,7 +16,7 @@ from hcss_twin import Scenario, open_cube
 from hcss_twin.cli import cli
 from hcss_twin.clouds.database.entry_file import read_entry
 from hcss_twin.errors import CatalogError, ScenarioError
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 
 
 def hcss(*arguments, catch=False):

@@ -12,7 +12,7 @@ from hcss_twin.registry import ProviderSpec, hookimpl
 from hcss_twin.registry.discovery import Origin
 from hcss_twin.registry.registry import Registry
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 from hcss_twin.scene.simulate import simulate
 
 SMALL = {"image.rows": 4, "image.columns": 4, "frames.count": 1, "bands": [[10.0, 10.2]], **CHEAP}

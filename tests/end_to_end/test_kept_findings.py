@@ -18,7 +18,7 @@ SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands
 @pytest.fixture(autouse=True)
 def _kept(monkeypatch, tmp_path):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr("hcss_twin.scene.plan.kept_findings", kept_findings.kept_findings)
+    monkeypatch.setattr("hcss_twin.scene.make_plan.kept_findings", kept_findings.kept_findings)
 
 
 @pytest.fixture
@@ -74,7 +74,7 @@ def test_what_findings_do_not_depend_on_finds_the_same(asked, changes, monkeypat
     asked.clear()
     kept = plan(**changes)
     assert not asked
-    monkeypatch.setattr("hcss_twin.scene.plan.kept_findings", lambda *_: None)
+    monkeypatch.setattr("hcss_twin.scene.make_plan.kept_findings", lambda *_: None)
     anew = plan(**changes)
     assert asked
     assert kept.skipped == anew.skipped

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import hcss_twin
 from hcss_twin.cli import cli
 from hcss_twin.cli_progress import Stop
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 from hcss_twin.scene.simulate import run
 from hcss_twin.scene.verification.verification import Verdict
 from hcss_twin.scene.verification.verify import verify_cube

@@ -37,7 +37,7 @@ OVER = {"view.zenith": [0, 30], "seed": [1, 2]}
 def _settings(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     # What plans find out is kept, as it is for users: nothing here changes the physics.
-    monkeypatch.setattr("hcss_twin.scene.plan.kept_findings", kept_findings.kept_findings)
+    monkeypatch.setattr("hcss_twin.scene.make_plan.kept_findings", kept_findings.kept_findings)
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from hcss_twin.cli import cli
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 from hcss_twin.scene.simulate import simulate
 from hcss_twin.scene.tables import kept_tables
 from hcss_twin.scene.tables.kept_tables import table_key, tables_of

@@ -18,7 +18,7 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.errors import CubeError
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 from hcss_twin.scene.simulate import run
 from hcss_twin.scene.verification.verification import TOLERANCE, Verdict
 from hcss_twin.scene.verification.verify import verify_cube

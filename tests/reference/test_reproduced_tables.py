@@ -17,7 +17,7 @@ from hcss_twin.reproduction.suns import sun_at_baseline, suns_of_table_5, suns_o
 from hcss_twin.reproduction.table_items import TABLES
 from hcss_twin.reproduction.tables_8_and_9 import eq_24_limits, eq_24_percent
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.plan import make_plan
+from hcss_twin.scene.make_plan import make_plan
 
 PHYSICAL = scene._PHYSICAL
 

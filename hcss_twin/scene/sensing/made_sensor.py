@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,8 +14,9 @@ from pydantic import BaseModel, ValidationError
 from hcss_twin.cube.sensor_variables import MEASURED_RADIANCE, measured_variables
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.errors import Problem, ProviderError, ScenarioError, choose_from
-from hcss_twin.providers import Measured, SensorInputs
+from hcss_twin.providers import Measured, SensorBand, SensorInputs
 from hcss_twin.providers import Sensor as SensorModel
+from hcss_twin.radiance.spectral_band import SpectralBand
 from hcss_twin.registry.discovery import Entry
 from hcss_twin.registry.guard import guard
 from hcss_twin.registry.kinds import Kind
@@ -196,3 +197,8 @@ def _stored(array: NDArray[Any], spec: VariableSpec, entry: Entry) -> NDArray[An
     if array.dtype.kind == "f" and float(np.abs(array).max(initial=0.0)) > float(np.finfo(spec.dtype).max):
         raise ProviderError(f"{entry.label}: {spec.name} is too large for {spec.dtype}")
     return np.ascontiguousarray(array, dtype=spec.dtype)
+
+
+def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:
+    """Return bands as sensors get them."""
+    return tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in bands)

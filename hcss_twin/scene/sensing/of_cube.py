@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,11 +16,11 @@ from hcss_twin.catalog import Catalog
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
 from hcss_twin.cube.sensor_variables import SENSOR_ATTRIBUTE
 from hcss_twin.errors import CubeError
-from hcss_twin.providers import Grid, SensorBand, SensorInputs
-from hcss_twin.radiance.spectral_band import SpectralBand
+from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.band_entries import Bands
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.viewing import told_by
+from hcss_twin.scene.sensing.made_sensor import sensor_bands
 from hcss_twin.scene.verification.recorded import Recorded
 
 if TYPE_CHECKING:
@@ -50,11 +50,6 @@ class CleanCube:
     frame_numbers: NDArray[np.int64]
     times_s: NDArray[np.float64]
     scenario: Mapping[str, Any]
-
-
-def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:
-    """Return bands as sensors get them."""
-    return tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in bands)
 
 
 def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:

@@ -9,8 +9,7 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.building.assembly import Assembly
 from hcss_twin.scene.cube_variables import cube_variables
 from hcss_twin.scene.footprint import Window, length
-from hcss_twin.scene.sensing.made_sensor import MadeSensor, make_sensor
-from hcss_twin.scene.sensing.of_cube import sensor_bands
+from hcss_twin.scene.sensing.made_sensor import MadeSensor, make_sensor, sensor_bands
 
 
 def planned_sensor(

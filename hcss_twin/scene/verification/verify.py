@@ -16,8 +16,9 @@ from hcss_twin.cube.sensor_variables import SENSOR_ATTRIBUTE
 from hcss_twin.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scene.compile import compile_tables
+from hcss_twin.scene.make_plan import make_plan
 from hcss_twin.scene.parts import Part, stream_parts
-from hcss_twin.scene.plan import Plan, make_plan
+from hcss_twin.scene.plan import Plan
 from hcss_twin.scene.sensing.recomputed import (
     as_measured,
     measured_frames,
