@@ -19,8 +19,6 @@ from hcss_twin.errors import CubeError, choose_from
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[Any]
-
 PIXELS_SHOWN = 800
 """Longest side of a drawn frame; larger frames are thinned, which keeps extremes of the shown pixels exact."""
 
@@ -129,7 +127,7 @@ def _thin(data: xr.DataArray) -> xr.DataArray:
     return data.isel(x=slice(None, None, step), y=slice(None, None, step))
 
 
-def _limits(sample: Array) -> tuple[float, float]:
+def _limits(sample: NDArray[Any]) -> tuple[float, float]:
     known = sample[np.isfinite(sample)]
     if not known.size:  # altitudes of cloud tops under clear sky
         return 0.0, 1.0
@@ -187,7 +185,7 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     figure.savefig(path, dpi=110)
 
 
-def time_label(time: np.datetime64 | Array, start: np.datetime64) -> str:
+def time_label(time: np.datetime64 | NDArray[Any], start: np.datetime64) -> str:
     """Write the time since the first frame, to the microsecond."""
     seconds = (time - start) / np.timedelta64(1, "ns") * 1e-9
     text = f"{float(seconds):.6f}".rstrip("0").rstrip(".")

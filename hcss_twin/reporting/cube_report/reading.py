@@ -14,8 +14,6 @@ from hcss_twin.reporting.cube_report.quantities import Quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[Any]
-
 READ_PIXELS = 1_000_000
 """Of a plane; of larger ones every n-th row and column is read."""
 
@@ -47,22 +45,22 @@ class Reader:
         pixels = dataset.sizes["y"] * dataset.sizes["x"]
         return cls(dataset, max(1, math.ceil(math.sqrt(pixels / READ_PIXELS))))
 
-    def plane(self, quantity: Quantity, part: int, frame: int) -> Array:
+    def plane(self, quantity: Quantity, part: int, frame: int) -> NDArray[Any]:
         """Return one plane (y, x), every ``step``-th row and column of it."""
         every = slice(None, None, self.step)
         return self._read(quantity, part, frame, every, every)
 
-    def window(self, quantity: Quantity, part: int, frame: int) -> Array:
+    def window(self, quantity: Quantity, part: int, frame: int) -> NDArray[Any]:
         """Return the middle of one plane with all its pixels, at most ``WINDOW_PIXELS`` squared."""
         rows, columns = (_middle(self.dataset.sizes[dim]) for dim in ("y", "x"))
         return self._read(quantity, part, frame, rows, columns)
 
-    def _read(self, quantity: Quantity, part: int, frame: int, rows: slice, columns: slice) -> Array:
+    def _read(self, quantity: Quantity, part: int, frame: int, rows: slice, columns: slice) -> NDArray[Any]:
         data = self.dataset[quantity.name]
         which: dict[str, Any] = {"time": frame, "y": rows, "x": columns}
         if quantity.dim is not None:
             which[quantity.dim] = part
-        found: Array = data.isel(which).transpose("y", "x").to_numpy()
+        found: NDArray[Any] = data.isel(which).transpose("y", "x").to_numpy()
         return found
 
     def bytes_moved(self, quantity: Quantity) -> int:

@@ -14,8 +14,6 @@ from hcss_twin.reporting.cube_report.quantities import Quantity
 from hcss_twin.reporting.page.markup import Markup, element, joined, markup
 from hcss_twin.reporting.preview import MISSING
 
-Array = NDArray[Any]
-
 LEVELS = 127
 """Colours of a scale; more cannot be told apart and need a quarter more space. One more stands for no value."""
 
@@ -51,7 +49,7 @@ class Scale:
     flags: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, quantity: Quantity, planes: Array) -> Scale:
+    def of(cls, quantity: Quantity, planes: NDArray[Any]) -> Scale:
         """Return the scale of all planes (frame, y, x) of a quantity."""
         known = planes[np.isfinite(planes)] if planes.dtype.kind == "f" else planes.ravel()
         missing = known.size < planes.size
@@ -67,7 +65,7 @@ class Scale:
             low, high = (least, most) if most > least else (low, low + max(abs(low), 1.0) * 1e-3)
         return cls(low, high, least < low, most > high, missing, colours)
 
-    def png(self, plane: Array) -> bytes:
+    def png(self, plane: NDArray[Any]) -> bytes:
         """Return a plane (y, x), whose first row is the southernmost, as a PNG with north at the top."""
         from PIL import Image
 

@@ -14,8 +14,6 @@ from hcss_twin.reporting.cube_report.quantities import Quantity
 from hcss_twin.reporting.cube_report.reading import Reader
 from hcss_twin.reporting.cube_report.scale import Scale
 
-Array = NDArray[Any]
-
 HISTOGRAM_BINS = 120
 
 
@@ -33,7 +31,7 @@ class FrameNumbers:
     highest: float
 
     @classmethod
-    def of(cls, plane: Array) -> FrameNumbers:
+    def of(cls, plane: NDArray[Any]) -> FrameNumbers:
         """Return those of a plane."""
         known = plane[np.isfinite(plane)] if plane.dtype.kind == "f" else plane.ravel()
         if not known.size:
@@ -68,7 +66,7 @@ class Series:
     scale: Scale
     pictures: tuple[bytes, ...]
     numbers: tuple[FrameNumbers, ...]
-    histogram: tuple[Array, Array] | None
+    histogram: tuple[NDArray[Any], NDArray[Any]] | None
     spectrum: Spectrum | None
 
 
@@ -107,7 +105,7 @@ def read_series(
     )
 
 
-def binned(plane: Array, binning: int, flags: bool) -> Array:
+def binned(plane: NDArray[Any], binning: int, flags: bool) -> NDArray[Any]:
     """Return means over squares of pixels, those at the upper edges over what there is; of flags every n-th.
 
     Values that do not exist do not count; a square without any has none.
@@ -118,9 +116,9 @@ def binned(plane: Array, binning: int, flags: bool) -> Array:
         return plane[::binning, ::binning]
     starts = [np.arange(0, size, binning) for size in plane.shape]
 
-    def sums(values: Array) -> Array:
+    def sums(values: NDArray[Any]) -> NDArray[Any]:
         partial = np.add.reduceat(values.astype(np.float64), starts[0], axis=0)
-        total: Array = np.add.reduceat(partial, starts[1], axis=1)
+        total: NDArray[Any] = np.add.reduceat(partial, starts[1], axis=1)
         return total
 
     known = np.isfinite(plane)
@@ -129,7 +127,7 @@ def binned(plane: Array, binning: int, flags: bool) -> Array:
         return np.asarray(sums(np.where(known, plane, 0.0)) / np.where(count > 0, count, np.nan))
 
 
-def _histogram(planes: Array) -> tuple[Array, Array] | None:
+def _histogram(planes: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]] | None:
     known = planes[np.isfinite(planes)].astype(np.float64)
     if not known.size or not known.max() > known.min():
         return None
