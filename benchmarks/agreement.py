@@ -98,9 +98,7 @@ def by_bootstrap(pairs: list[Sides], seed: int = 1) -> Verdict:
         own_again = np.stack(
             [statistics(_flat(each.scenes[:, _again(rng, each.scenes.shape[1])])) for _ in range(RESAMPLES)]
         )
-        other_again = np.stack(
-            [statistics(each.others[_again(rng, each.others.shape[0])]) for _ in range(RESAMPLES)]
-        )
+        other_again = np.stack([statistics(each.others[_again(rng, each.others.shape[0])]) for _ in range(RESAMPLES)])
         difference.append(each.told - other)
         variance.append(each.error**2 + other_again.var(axis=0, ddof=1))
         chance.append((own_again - own) - (other_again - other))

@@ -22,8 +22,8 @@ from pathlib import Path
 from baseline_ratios import PARTS
 from page import put
 
-from hcss_twin.benchmarking.private_cache import private_cache
-from hcss_twin.benchmarking.regression import Ratio, read_ratios, regressions, write_ratios
+from hcss_twin.report.benchmarking.bench import private_cache
+from hcss_twin.report.benchmarking.regression import Ratio, read_ratios, regressions, write_ratios
 
 COMMITTED = Path(__file__).with_name("baseline.json")
 
@@ -54,22 +54,16 @@ def table(ratios: dict[str, Ratio]) -> str:
     for each in ratios.values():
         value = f"{each.value:.3g}" if each.value < 1e5 else f"{each.value:.1e}"
         aim = f"{'at most' if each.better == 'lower' else 'at least'} {each.aim:.3g}"
-        lines.append(
-            f"| {each.name} | {value} | {aim} | {'yes' if each.reached else '**no**'} | {each.what} |"
-        )
+        lines.append(f"| {each.name} | {value} | {aim} | {'yes' if each.reached else '**no**'} | {each.what} |")
     return "\n".join(lines)
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--parts", nargs="+", choices=list(PARTS), default=list(PARTS))
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--folder", type=Path, default=Path("."), help="where cubes are written for a moment")
-    parser.add_argument(
-        "--check", action="store_true", help="fail where a ratio is worse than committed by over 25 %%"
-    )
+    parser.add_argument("--check", action="store_true", help="fail where a ratio is worse than committed by over 25 %%")
     parser.add_argument("--update", action="store_true", help="commit what was measured")
     given = parser.parse_args()
     before = read_ratios(COMMITTED) if COMMITTED.exists() else {}

@@ -14,23 +14,21 @@ from typing import Any
 import numpy as np
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.benchmarking.brute_force import even_wavelengths, integrate, random_columns
-from hcss_twin.benchmarking.raw_write import write_raw
-from hcss_twin.benchmarking.regression import Ratio
-from hcss_twin.benchmarking.rounds import Rounds
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.simulate import run
-from hcss_twin.scene.stream import stream
-from hcss_twin.scene.tables.kept_tables import tables_of
-from hcss_twin.scene.tables.look_up import LookUp
-from hcss_twin.scene.tables.radiance_tables import TableReader
+from hcss_twin.engine.compile import compile_tables, tables_of
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.stream import stream
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.radiance_tables import TableReader
+from hcss_twin.plan.plan import Plan
+from hcss_twin.report.benchmarking.bench import even_wavelengths, integrate, random_columns
+from hcss_twin.report.benchmarking.regression import Ratio
+from hcss_twin.report.benchmarking.stages import Rounds, write_raw
 
 SCENE = "stratus"
 POINTS = 24
 IMPORTS = "import numpy, xarray"
 NIGHT = "2024-04-20T00:30:00+10:00"
-MANY_FRAMES, MOST_FRAMES = 512, 2000
+MANY_FRAMES, MAX_FRAMES = 512, 2000
 
 Measured = Iterator[tuple[Ratio, str]]
 
@@ -106,10 +104,7 @@ def compiling(rounds: int, folder: Path) -> Measured:
         "import": lambda: python(IMPORTS),
     }
     times = in_turn(calls, rounds)
-    for name, words, aim_s in (
-        ("new", "compiling the scene", 0.5),
-        ("kept", "tables from the cache", 0.03),
-    ):
+    for name, words, aim_s in (("new", "compiling the scene", 0.5), ("kept", "tables from the cache", 0.03)):
         yield (
             Ratio(
                 f"c: {words}",
@@ -125,17 +120,7 @@ def compiling(rounds: int, folder: Path) -> Measured:
 def process(rounds: int, folder: Path) -> Measured:
     """(d) What ``hcss run`` takes beyond the run in a process that is warm."""
     cube = folder / "cube.nc"
-    command = [
-        "-m",
-        "hcss_twin.cli",
-        "run",
-        SCENE,
-        "--set",
-        "output.certificate=0",
-        "-o",
-        str(cube),
-        "--force",
-    ]
+    command = ["-m", "hcss_twin.cli", "run", SCENE, "--set", "output.certificate=0", "-o", str(cube), "--force"]
     calls = {
         "hcss run": lambda: subprocess.run([sys.executable, *command], check=True, capture_output=True),
         "scene": lambda: run(make_plan(scenario()), cube),
@@ -157,14 +142,12 @@ def process(rounds: int, folder: Path) -> Measured:
 
 def memory(rounds: int, folder: Path) -> Measured:
     """(e) Peak memory for many frames against few: with tables that both compile, and with kept ones."""
-    peaks = {
-        (frames, kept): peak_mb(frames, folder, kept) for frames in (8, MOST_FRAMES) for kept in (False, True)
-    }
+    peaks = {(frames, kept): peak_mb(frames, folder, kept) for frames in (8, MAX_FRAMES) for kept in (False, True)}
     for kept in (False, True):
-        few, many = peaks[8, kept], peaks[MOST_FRAMES, kept]
+        few, many = peaks[8, kept], peaks[MAX_FRAMES, kept]
         yield (
             Ratio(
-                f"e: memory, {MOST_FRAMES} frames, {'kept' if kept else 'new'} tables",
+                f"e: memory, {MAX_FRAMES} frames, {'kept' if kept else 'new'} tables",
                 many / few,
                 "lower",
                 (few + 100.0) / few,
@@ -179,16 +162,9 @@ def lighter_scenes(rounds: int, folder: Path) -> Measured:
     day, night = scenario(), scenario({"time": NIGHT, "bands": ["lwir"]})
     clear = scenario({"clouds.coverage": 0.0})
 
-    calls = {
-        "day": lambda: compute(day),
-        "clear": lambda: compute(clear),
-        "night": lambda: compute(night),
-    }
+    calls = {"day": lambda: compute(day), "clear": lambda: compute(clear), "night": lambda: compute(night)}
     times = in_turn(calls, rounds)
-    for name, words, aim in (
-        ("night", "a night's LWIR", 0.5),
-        ("clear", "a clear scene", 0.1),
-    ):
+    for name, words, aim in (("night", "a night's LWIR", 0.5), ("clear", "a clear scene", 0.1)):
         yield (
             Ratio(
                 f"f: {words}",
@@ -247,8 +223,8 @@ def peak_mb(frames: int, folder: Path, kept: bool) -> float:
     code = (
         "import sys\n"
         "from hcss_twin import Scenario, make_plan\n"
-        "from hcss_twin.benchmarking.peak_memory import peak_memory_mb\n"
-        "from hcss_twin.scene.simulate import run\n"
+        "from hcss_twin.report.benchmarking.regression import peak_memory_mb\n"
+        "from hcss_twin.engine.simulate import run\n"
         "changes = {'output.certificate': 0, 'frames.count': int(sys.argv[1])}\n"
         f"run(make_plan(Scenario.load({SCENE!r}, changes)), sys.argv[2])\n"
         "print(peak_memory_mb())\n"

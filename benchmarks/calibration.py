@@ -26,16 +26,16 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2, kstest
 
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.drafts import draft_of
-from hcss_twin.errors import HcssError, PosteriorError
-from hcss_twin.matching.cloud_image import CloudImage, grey_inputs
-from hcss_twin.matching.target import Target
-from hcss_twin.uncertainty.fit import fit_targets
-from hcss_twin.uncertainty.fit_options import FitOptions
-from hcss_twin.uncertainty.priors import Prior
-from hcss_twin.uncertainty.scales import KINDS
+from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
+from hcss_twin.analysis.matching.target import Target
+from hcss_twin.analysis.uncertainty.fit import fit_targets
+from hcss_twin.analysis.uncertainty.fit_options import FitOptions
+from hcss_twin.analysis.uncertainty.priors import Prior
+from hcss_twin.analysis.uncertainty.space import KINDS
+from hcss_twin.core.errors import HcssError, PosteriorError
+from hcss_twin.core.files import atomic_write
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 PIXEL_M, OCTAVES = 20.0, (0, 8)
 DRAWS, BINS = 99, 20
@@ -149,13 +149,11 @@ def main() -> None:
                 "summary": summarise(rows) if any("ranks" in each for each in rows) else {},
                 "rows": rows,
             }
-            with draft_of(given.output, PosteriorError) as draft:
+            with atomic_write(given.output, PosteriorError) as draft:
                 draft.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
             print(f"{len(rows)} of {given.images}, {time.perf_counter() - began:.0f} s", flush=True)
     for name, found in summarise(rows).items():
-        print(
-            name, {k: v for k, v in found.items() if k != "histogram"} if isinstance(found, dict) else found
-        )
+        print(name, {k: v for k, v in found.items() if k != "histogram"} if isinstance(found, dict) else found)
 
 
 if __name__ == "__main__":

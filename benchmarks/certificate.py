@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.scene.simulate import run
+from hcss_twin.engine.simulate import run
 
 
 def seconds(name: str, pixels: int, seed: int, output: Path) -> tuple[float, float]:
@@ -30,9 +30,7 @@ def seconds(name: str, pixels: int, seed: int, output: Path) -> tuple[float, flo
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenario", default="stratus")
     parser.add_argument("--pixels", type=int, nargs="+", default=[24])
     parser.add_argument("--rounds", type=int, default=3)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from cloud_scenes import TYPES, cells_per_pixel, make_generator, shape_of
 
-from hcss_twin.clouds.fractal.octaves import NEAREST_FROM
+from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
 
 PIXELS = 800
 SEEDS = 12
@@ -36,9 +36,7 @@ def accuracy() -> None:
             white, dropped = (dimension(*expected(kind, size, how)) - full for how in ("white", "dropped"))
             values = measured(kind, size)
             change, error = values.mean() - full, values.std(ddof=1) / math.sqrt(SEEDS)
-            print(
-                f"| {kind} | {size:g} | {full:.4f} | {white:+.5f} | {dropped:+.4f} | {change:+.4f} +- {error:.4f} |"
-            )
+            print(f"| {kind} | {size:g} | {full:.4f} | {white:+.5f} | {dropped:+.4f} | {change:+.4f} +- {error:.4f} |")
 
 
 def dimension(first: float, second: float) -> float:

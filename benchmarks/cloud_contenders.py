@@ -12,8 +12,8 @@ import numpy as np
 from cloud_scenes import MOTION, PIXEL_M, cells_per_pixel, make_generator, shape_of
 from numba import njit
 
-from hcss_twin.clouds.fractal.lattice import fill_row, plane_key
-from hcss_twin.clouds.fractal.octaves import NEAREST_FROM
+from hcss_twin.models.clouds.fractal.lattice import fill_row, plane_key
+from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
 
 GSTOOLS_PIXELS = 4096
 SLOW_FRAMES = 8
@@ -126,9 +126,7 @@ def map_coordinates(kind: str, pixels: int, frames: int) -> Contender:
         return frames * pixels * pixels
 
     told = f"{len(octaves)} octaves, cubic spline, 2-D + time, stored lattice"
-    return Contender(
-        "scipy map_coordinates", told + (f"; octaves {white[0]}+ as white noise" if white else ""), run
-    )
+    return Contender("scipy map_coordinates", told + (f"; octaves {white[0]}+ as white noise" if white else ""), run)
 
 
 def fft_noise(kind: str, pixels: int, frames: int) -> Contender:
@@ -146,9 +144,7 @@ def fft_noise(kind: str, pixels: int, frames: int) -> Contender:
             fft.irfft2(white * amplitude, s=(pixels, pixels))
         return frames * pixels * pixels
 
-    return Contender(
-        "scipy FFT of noise", "power law; frames have nothing to do with each other, edges repeat", run
-    )
+    return Contender("scipy FFT of noise", "power law; frames have nothing to do with each other, edges repeat", run)
 
 
 def fast_noise_lite(kind: str, pixels: int, frames: int) -> Contender:
@@ -178,9 +174,7 @@ def fast_noise_lite(kind: str, pixels: int, frames: int) -> Contender:
             noise.gen_from_coords(coordinates.reshape(3, -1))
         return frames * pixels * pixels
 
-    return Contender(
-        "FastNoiseLite ValueCubic 3-D", f"{octaves} octaves; uniform nodes, variance not kept", run
-    )
+    return Contender("FastNoiseLite ValueCubic 3-D", f"{octaves} octaves; uniform nodes, variance not kept", run)
 
 
 def gstools_srf(kind: str, pixels: int, frames: int) -> Contender:

@@ -11,7 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from hcss_twin.benchmarking.peak_memory import peak_memory_mb
+from hcss_twin.report.benchmarking.regression import peak_memory_mb
 
 PIXELS = 128
 FRAMES = (8, 5000)
@@ -22,10 +22,7 @@ def memory(kind: str) -> None:
     print(f"{kind}, {PIXELS} x {PIXELS} pixels; peak resident memory, MB\n")
     print("| frames | " + " | ".join(str(count) for count in FRAMES) + " |")
     print("|---|" + "---|" * len(FRAMES))
-    for task, title in (
-        ("field", "field alone"),
-        ("cube", "simulation into a cube, 1 band and cloud thickness"),
-    ):
+    for task, title in (("field", "field alone"), ("cube", "simulation into a cube, 1 band and cloud thickness")):
         peaks = []
         for count in FRAMES:
             command = [sys.executable, __file__, task, kind, str(count)]

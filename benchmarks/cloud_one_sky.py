@@ -12,7 +12,7 @@ import numpy as np
 from cloud_scenes import TYPES
 
 import hcss_twin
-from hcss_twin.errors import ScenarioError
+from hcss_twin.core.errors import ScenarioError
 
 GROUND_M = 8000.0
 FINE_M = 5.0

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, Grid, Motion
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.models import Layer
@@ -30,9 +30,7 @@ def make_generator(
     """Return a new generator of square frames."""
     catalog = Catalog()
     resolved = resolve_layer(Layer(type=kind, coverage=0.5), catalog, "clouds")
-    inputs = CloudInputs(
-        resolved.layer, Grid(pixels, pixels, pixel_m), MOTION, seed, catalog, resolved.type_parameters
-    )
+    inputs = CloudInputs(resolved.layer, Grid(pixels, pixels, pixel_m), MOTION, seed, catalog, resolved.type_parameters)
     return FractalClouds(inputs, FractalParameters(), threads)
 
 

@@ -40,9 +40,7 @@ def machine() -> str:
             versions.append(f"{package} {importlib.metadata.version(package)}")
         except importlib.metadata.PackageNotFoundError:
             continue
-    return f"{platform.machine()}, {os.cpu_count()} CPUs, Python {platform.python_version()}, " + ", ".join(
-        versions
-    )
+    return f"{platform.machine()}, {os.cpu_count()} CPUs, Python {platform.python_version()}, " + ", ".join(versions)
 
 
 def speed(kind: str, pixels: int, frames: int, rounds: int) -> None:
@@ -59,9 +57,7 @@ def speed(kind: str, pixels: int, frames: int, rounds: int) -> None:
             count = contender.run()
             seconds_per_pixel[contender.name].append((time.perf_counter() - start) / count)
     ours = seconds_per_pixel[found[0].name]
-    print(
-        f"{kind}, {pixels} x {pixels} pixels, {frames} frames; medians of {rounds} interleaved rounds; {machine()}\n"
-    )
+    print(f"{kind}, {pixels} x {pixels} pixels, {frames} frames; medians of {rounds} interleaved rounds; {machine()}\n")
     print("| way | ns per pixel and frame | range | times ours | remark |")
     print("|---|---|---|---|---|")
     for contender in found:

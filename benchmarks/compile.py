@@ -13,12 +13,12 @@ import time
 
 import numpy as np
 
-from hcss_twin.radiance.spectral_nodes import all_nodes
+from hcss_twin.engine import compile as compiling
+from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
+from hcss_twin.models.radiance.spectral_nodes import all_nodes
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene import compile as compiling
-from hcss_twin.scene.make_plan import make_plan
-from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.tables.spectrum import Spectrum, choose_spectrum
 
 SCENES = ("baseline", "stratus", "cumulus", "simulated", "cirrus", "cirrus-over-cumulus")
 RANDOM_COLUMNS = 40
@@ -31,9 +31,7 @@ def random_thickness(plan: Plan, random: np.random.Generator) -> np.ndarray:
         share = random.random((RANDOM_COLUMNS, len(plan.layers)))
         low = np.array([layer.thickness_min_m for layer in plan.layers])
         high = np.array([layer.thickness_max_m for layer in plan.layers])
-        spread = np.where(
-            random.random(share.shape) < 0.5, low * (high / low) ** share, low + (high - low) * share
-        )
+        spread = np.where(random.random(share.shape) < 0.5, low * (high / low) ** share, low + (high - low) * share)
         rows.append(spread * columns)
     return np.concatenate(rows)
 
@@ -90,22 +88,11 @@ def row(name: str, model: str, accuracy: float, all_times: bool) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--all-times", action="store_true", help="also compile with every wavenumber")
     parser.add_argument("--scenes", nargs="*", default=SCENES)
     arguments = parser.parse_args()
-    heads = (
-        "scene",
-        "model",
-        "accuracy",
-        "wavenumbers",
-        "error over tolerance",
-        "s to choose",
-        "s after",
-        "all over",
-    )
+    heads = ("scene", "model", "accuracy", "wavenumbers", "error over tolerance", "s to choose", "s after", "all over")
     print("| " + " | ".join(heads) + " |")
     print("|---|---|---|---|---|---|---|---|")
     for name in arguments.scenes:

@@ -27,12 +27,12 @@ from pathlib import Path
 from typing import Any
 
 from hcss_twin import EvaluationChoice, Scenario, evaluate, make_plan
-from hcss_twin.comparison.result import Evaluation
-from hcss_twin.matching.match import match
-from hcss_twin.matching.target import ImageChoice, read_target
-from hcss_twin.reporting.evaluation_page import evaluation_page
-from hcss_twin.reporting.page.page import write_page
-from hcss_twin.scene.simulate import run
+from hcss_twin.analysis.comparison.result import Evaluation
+from hcss_twin.analysis.matching.match import match
+from hcss_twin.analysis.matching.target import ImageChoice, read_target
+from hcss_twin.engine.simulate import run
+from hcss_twin.report.evaluation_page import evaluation_page
+from hcss_twin.report.page.page import write_page
 
 BUDGET = 120
 SHOWN = ("EV", "Den", "DP", "FD", "coverage", "tops", "outline", "spectrum", "degree", "mean", "deviation")
@@ -44,9 +44,7 @@ VAPOUR: Any = {"name": "wv-6.2", "limits": [5.77, 6.60]}
 
 def main() -> None:
     """Match, run and evaluate every image, and print the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--reports", type=Path, help="Folder for the pages, which exists.")
     options = parser.parse_args()

@@ -18,12 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.matching.cloud_image import simulate_image
-from hcss_twin.matching.cloud_type import empty_frame
-from hcss_twin.matching.target import Target
-from hcss_twin.uncertainty.fit import fit_targets
-from hcss_twin.uncertainty.fit_options import FitOptions
+from hcss_twin.analysis.matching.fragment import empty_frame
+from hcss_twin.analysis.matching.structure import simulate_image
+from hcss_twin.analysis.matching.target import Target
+from hcss_twin.analysis.uncertainty.fit import fit_targets
+from hcss_twin.analysis.uncertainty.fit_options import FitOptions
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 H, CELLS = 0.4, (6.0, 8.0)
 """Of one image; of several the middle, about which H scatters by .06 and cells per frame by a fifth."""
@@ -45,9 +45,7 @@ def target(side: int, seed: int, scatters: bool) -> Target:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pixels", type=int, nargs="?", default=256, help="side of the images")
     parser.add_argument("--images", type=int, default=1)
     parser.add_argument("--rounds", type=int, default=3)
@@ -61,9 +59,7 @@ def main() -> None:
         targets = [target(given.pixels, run + 10 * each, given.images > 1) for each in range(given.images)]
         with tempfile.TemporaryDirectory() as folder:
             wall, used = time.perf_counter(), time.process_time()
-            found = fit_targets(
-                targets, Path(folder) / "p.nc", [(each.source, "") for each in targets], options
-            )
+            found = fit_targets(targets, Path(folder) / "p.nc", [(each.source, "") for each in targets], options)
             wall, used = time.perf_counter() - wall, time.process_time() - used
         size = min(each["effective_sample_size"] for each in found.diagnostics.values())
         note = " (the first run loads kernels)" if run == 0 else ""

@@ -28,20 +28,21 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.catalog import Catalog, catalog_root
-from hcss_twin.clouds.coverage import cloud_fraction_value, cloudy_pixels
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.evaluation.fractal_dimension import measured
-from hcss_twin.evaluation.fractal_dimension.body import body_dimension
-from hcss_twin.evaluation.fractal_dimension.boundary import boundary_dimension
-from hcss_twin.evaluation.fractal_dimension.differential_box_counting import box_counting_dimension
-from hcss_twin.evaluation.fractal_dimension.measured import Measured
-from hcss_twin.evaluation.fractal_dimension.spectrum import spectral_dimension
-from hcss_twin.evaluation.fractal_dimension.variogram import variogram_dimension
-from hcss_twin.evaluation.fractional_brownian_surface import circulant_embedding, draw_surface
-from hcss_twin.evaluation.histogram_metrics import histogram_metrics, to_grey_levels
-from hcss_twin.evaluation.morphology import morphology
+from hcss_twin.analysis.measures.fractal_dimension import estimate
+from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
+    body_dimension,
+    boundary_dimension,
+    box_counting_dimension,
+)
+from hcss_twin.analysis.measures.fractal_dimension.estimate import Measured
+from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
+from hcss_twin.analysis.measures.fractional_brownian_surface import circulant_embedding, draw_surface
+from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, to_grey_levels
+from hcss_twin.analysis.measures.morphology import morphology
+from hcss_twin.core.catalog import Catalog, catalog_root
+from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 HURST = [round(0.1 * i, 1) for i in range(1, 10)]
@@ -144,7 +145,7 @@ def write(result: Measured, first: dict[str, np.ndarray], sizes: list[int], coun
         "hurst": HURST,
         "methods": methods,
     }
-    path = Path(measured.__file__).with_name("measured.json")
+    path = Path(estimate.__file__).with_name("measured.json")
     text = json.dumps(content, indent=1)
     # One row of numbers per line.
     for _ in range(2):
@@ -159,9 +160,7 @@ def cloud(seed: int, coverage: float) -> tuple[np.ndarray, np.ndarray]:
     particles = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))  # of no effect here
     layer = CloudLayer("simulated", 333.0, 6000.0, "base", 10.0, coverage, None, particles)
     motion = Motion(0.0, (0.0, 0.0), math.inf, 1.0)
-    made = FractalClouds(
-        CloudInputs(layer, Grid(800, 800, 20.0), motion, seed, catalog, shape), FractalParameters()
-    )
+    made = FractalClouds(CloudInputs(layer, Grid(800, 800, 20.0), motion, seed, catalog, shape), FractalParameters())
     field = made.field(0.0, slice(0, 800), slice(0, 800))
     return cloud_fraction_value(field), cloudy_pixels(field, coverage)
 
@@ -169,16 +168,7 @@ def cloud(seed: int, coverage: float) -> tuple[np.ndarray, np.ndarray]:
 def print_clouds(seeds: int) -> None:
     """Markdown table: the paper's measures of simulated clouds next to the printed ones."""
     print("\nMasked 8-bit images: printed, and the simulated type (mean ± spread over seeds)\n")
-    columns = (
-        "coverage",
-        "EV",
-        "Den",
-        "DP",
-        "FD: body",
-        "FD: box counting, raw",
-        "FD: variogram",
-        "1 + boundary",
-    )
+    columns = ("coverage", "EV", "Den", "DP", "FD: body", "FD: box counting, raw", "FD: variogram", "1 + boundary")
     print("| image | " + " | ".join(columns) + " |")
     print("|---" * (len(columns) + 1) + "|")
     for name, (coverage, entropy, density, peak, dimension) in PRINTED.items():
@@ -247,9 +237,7 @@ def print_speed() -> None:
     print("| | ns per pixel | x copy | / np.histogram2d |")
     print("|---|---|---|---|")
     for name, time_s in seconds.items():
-        print(
-            f"| {name} | {time_s / single.size * 1e9:.2f} | {time_s / copy:.1f} | {time_s / histogram:.4f} |"
-        )
+        print(f"| {name} | {time_s / single.size * 1e9:.2f} | {time_s / copy:.1f} | {time_s / histogram:.4f} |")
 
 
 def main() -> None:

@@ -31,10 +31,10 @@ SCENE = {"bands": ["lwir"], "output.variables": ["radiance", "cloud_mask"], "clo
 
 def child(path: Path, overrides: dict[str, object], workers: int, least_bytes: int) -> None:
     """Run and print what it took: peak memory in MB of this process and of its largest worker, and seconds."""
-    import hcss_twin.scene.tiles as tiles_module
     from hcss_twin import Scenario, make_plan
-    from hcss_twin.scene.parts import parts_of
-    from hcss_twin.scene.simulate import run
+    from hcss_twin.engine import tiles as tiles_module
+    from hcss_twin.engine.parts import parts_of
+    from hcss_twin.engine.simulate import run
 
     tiles_module.LARGEST_FRAME_BYTES = least_bytes
     plan = make_plan(Scenario.load("stratus", overrides))
@@ -79,9 +79,7 @@ def windows_differ(path: Path, overrides: dict[str, object], count: int, most: i
                 first = int(random.integers(0, size))
                 window[name] = [first, min(size, first + int(random.integers(1, most)))]
             place = {"y": slice(*window["rows"]), "x": slice(*window["columns"])}
-            alone = simulate(
-                Scenario.load("stratus", {**overrides, "image.window": window, "output.certificate": 0})
-            )
+            alone = simulate(Scenario.load("stratus", {**overrides, "image.window": window, "output.certificate": 0}))
             part = cube.isel(place).load()
             wrong = sum(
                 # Missing values are values, too.
@@ -106,9 +104,7 @@ def measured(path: Path, overrides: dict[str, object], workers: int, least_bytes
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--size", type=int, default=20_000)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--windows", type=int, default=6)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from hcss_twin.scene.tables.look_up import LookUp
-from hcss_twin.scene.tables.radiance_tables import DenseTable
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.radiance_tables import DenseTable
 
 SIDE = 800
 NODES, UPPER_NODES = 588, 150
@@ -62,9 +62,7 @@ def main() -> None:
     nodes, upper = np.geomspace(*RANGE_M, NODES), np.geomspace(*UPPER_RANGE_M, UPPER_NODES)
     low, high = sky(RANGE_M, 4.0, 1), sky(UPPER_RANGE_M, 8.0, 2)
     print(f"{SIDE} x {SIDE} points; nanoseconds per point and channel")
-    print(
-        f"{'channels':>10}{'numpy':>10}{'kernel':>10}{'mean of 2 x 2':>16}{'mean of 8 x 8':>16}{'two layers':>14}"
-    )
+    print(f"{'channels':>10}{'numpy':>10}{'kernel':>10}{'mean of 2 x 2':>16}{'mean of 8 x 8':>16}{'two layers':>14}")
     for channels in (3, 18):
         clear, alone = random.random(channels), random.random((NODES, channels))
         one = DenseTable(clear, (nodes,), (alone,), None)
@@ -80,9 +78,7 @@ def main() -> None:
             best_s(lambda two=two, out=radiance: LookUp(two).fill(out, [low, high])),
         ]
         cells = [each / SIDE**2 / channels * 1e9 for each in seconds]
-        print(
-            f"{channels:10}{cells[0]:10.1f}{cells[1]:10.1f}{cells[2]:16.1f}{cells[3]:16.1f}{cells[4]:14.1f}"
-        )
+        print(f"{channels:10}{cells[0]:10.1f}{cells[1]:10.1f}{cells[2]:16.1f}{cells[3]:16.1f}{cells[4]:14.1f}")
 
 
 if __name__ == "__main__":

@@ -20,24 +20,20 @@ import argparse
 import time
 from pathlib import Path
 
-from hcss_twin.errors import HcssError
-from hcss_twin.matching.match import BUDGET, Match, match
-from hcss_twin.matching.target import ImageChoice, Target, read_target
-from hcss_twin.reporting.match_preview import draw_match
+from hcss_twin.analysis.matching.match import BUDGET, Match, match
+from hcss_twin.analysis.matching.target import ImageChoice, Target, read_target
+from hcss_twin.core.errors import HcssError
+from hcss_twin.report.image_preview import draw_match
 
 SUFFIXES = (".nc", ".jpg", ".png", ".tif", ".tiff")
 
 
 def main() -> None:
     """Match every image and print both tables."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--pictures", type=Path, help="Folder for the pictures, which exists.")
-    parser.add_argument(
-        "--pixel-size", type=float, default=2000.0, help="Metres, where a file does not tell."
-    )
+    parser.add_argument("--pixel-size", type=float, default=2000.0, help="Metres, where a file does not tell.")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--budget", type=int, default=BUDGET)
     options = parser.parse_args()
@@ -63,9 +59,7 @@ def print_quantities(rows: list[tuple[int, Match, float]]) -> None:
     print("|---" * (len(names) + 4) + "|")
     for number, found, seconds in rows:
         start = sum(found.start_rmse) / len(found.start_rmse)
-        values = [
-            f"{q.image:.4g} / {q.simulated:.4g}{'' if q.is_matched else ' *'}" for q in found.quantities
-        ]
+        values = [f"{q.image:.4g} / {q.simulated:.4g}{'' if q.is_matched else ' *'}" for q in found.quantities]
         print(
             f"| {number} | {found.mean_rmse:.1%} ({min(found.rmse):.1%} to {max(found.rmse):.1%}) | {start:.1%} | "
             + " | ".join(values)
@@ -76,9 +70,7 @@ def print_quantities(rows: list[tuple[int, Match, float]]) -> None:
         p = found.parameters
         assert p.L is not None
         assert p.k is not None
-        print(
-            f"| {number} | {p.gamma:g} | {p.H:g} | {p.L[0]:g} | {p.L[1]:g} | {p.k[1]} | {p.brightness_exponent:g} |"
-        )
+        print(f"| {number} | {p.gamma:g} | {p.H:g} | {p.L[0]:g} | {p.L[1]:g} | {p.k[1]} | {p.brightness_exponent:g} |")
 
 
 def targets(folder: Path, pixel_size_m: float) -> list[Target]:

@@ -18,9 +18,9 @@ from pathlib import Path
 def child(scenario: str, frames: int, assignments: list[str]) -> None:
     """Run and print the peak resident size in MB."""
     from hcss_twin import Scenario, make_plan
-    from hcss_twin.benchmarking.peak_memory import peak_memory_mb
+    from hcss_twin.engine.simulate import run
+    from hcss_twin.report.benchmarking.regression import peak_memory_mb
     from hcss_twin.scenario.overrides import parse_assignment
-    from hcss_twin.scene.simulate import run
 
     # Close frames: the sun stays up, and tables are few.
     overrides = {"frames.interval": 0.1, **dict(map(parse_assignment, assignments)), "frames.count": frames}
@@ -30,9 +30,7 @@ def child(scenario: str, frames: int, assignments: list[str]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenario", default="stratus")
     parser.add_argument("--frames", type=int, nargs="+", default=[8, 2000])
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")

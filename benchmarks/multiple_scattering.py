@@ -28,18 +28,18 @@ from typing import Any
 import numpy as np
 from PythonicDISORT.pydisort import pydisort
 
-from hcss_twin.multiple_scattering.layer import solve_layers
-from hcss_twin.multiple_scattering.starting_layer import halvings
-from hcss_twin.multiple_scattering.streams import gauss_streams
-from hcss_twin.multiple_scattering.sun import solve_sun
-from hcss_twin.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
+from hcss_twin.physics.multiple_scattering.directions import gauss_streams
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.starting_layer import halvings
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
 AZIMUTH = np.linspace(0.0, np.pi, 7)
 TERMS = 600
 REFERENCE_STREAMS = 64
 # Streams per hemisphere and modes.
 SETTINGS = ((8, 8), (8, 16), (16, 16), (16, 32), (24, 48))
-LEAST_MU = {"75": 0.259, "87": 0.05}
+MIN_MU = {"75": 0.259, "87": 0.05}
 
 Layer = tuple[float, float, float, float]
 
@@ -47,8 +47,8 @@ SPEED_LAYER = (10.0, 0.9, 0.85, 0.6)
 
 FIRST_CALLS = """
 import time
-from hcss_twin.multiple_scattering.layer import solve_layers
-from hcss_twin.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
 start = time.process_time()
 layer = [[1.0]], [0.9], [[1.0], [0.8]]
 solve_layers(*layer, [1.0], 8, threads=1)
@@ -87,7 +87,7 @@ def print_errors(layers: list[Layer]) -> None:
         radiance = disort(layer, REFERENCE_STREAMS, sun=True)[4](np.array([0.0, tau]), np.pi - AZIMUTH)
         exact_back, exact_through = radiance[:half, 0] / mu_sun, radiance[half:, 1] / mu_sun
         given = np.array([[1.0], [g]])
-        seen = thermal[0][:half] >= min(LEAST_MU.values())
+        seen = thermal[0][:half] >= min(MIN_MU.values())
         mu = thermal[0][:half][seen]
         views, azimuth = np.repeat(mu, AZIMUTH.size), np.tile(AZIMUTH, mu.size)
         for streams, modes in SETTINGS:
@@ -100,7 +100,7 @@ def print_errors(layers: list[Layer]) -> None:
             off = np.abs(mine.emissivity[0, 0, : mu.size] - emissivity[seen])
             off_back = np.abs(back[0, 0].reshape(mu.size, -1) - exact_back[seen])
             off_through = np.abs(through[0, 0].reshape(mu.size, -1) - exact_through[seen])
-            for angle, least in LEAST_MU.items():
+            for angle, least in MIN_MU.items():
                 few = mu >= least
                 largest = exact_back[seen][few].max()
                 both = max(largest, exact_through[seen][few].max())
@@ -114,7 +114,7 @@ def print_errors(layers: list[Layer]) -> None:
     print("| streams, modes | view zenith to | emissivity: median, 95 %, largest | brdf | btdf |")
     print("|---|---|---|---|---|")
     for streams, modes in SETTINGS:
-        for angle in LEAST_MU:
+        for angle in MIN_MU:
             cells = []
             for name in ("emissivity", "brdf", "btdf"):
                 errors = np.array(found[streams, modes, angle, name])
@@ -124,11 +124,9 @@ def print_errors(layers: list[Layer]) -> None:
             print(f"| {streams}, {modes} | {angle} | " + " | ".join(cells) + " |")
     print()
     for streams, modes in SETTINGS:
-        for angle in LEAST_MU:
+        for angle in MIN_MU:
             within = np.mean(np.array(found[streams, modes, angle, "brdf"]) < 0.02)
-            print(
-                f"{streams} streams, {modes} modes, to {angle} degrees: brdf within 2 % in {within:.1%} of layers"
-            )
+            print(f"{streams} streams, {modes} modes, to {angle} degrees: brdf within 2 % in {within:.1%} of layers")
     print("Most negative kernel, sr-1: " + ", ".join(f"{n} streams {v:.2g}" for n, v in negative.items()))
 
 
@@ -185,9 +183,7 @@ def print_speed(quick: bool) -> None:
     moments = np.stack([np.ones(count), np.full(count, 0.85)])
     views, azimuth = np.repeat([1.0, 0.5], 4), np.tile([0.0, 1.0, 2.0, 3.0], 2)
     print("\nTime per layer of thickness 10, one thread, two extra directions; sun: 2 views, 4 azimuths\n")
-    print(
-        "| streams | us per doubling | thermal, us | / PythonicDISORT | sun, 2N modes, us | / PythonicDISORT |"
-    )
+    print("| streams | us per doubling | thermal, us | / PythonicDISORT | sun, 2N modes, us | / PythonicDISORT |")
     print("|---|---|---|---|---|---|")
     for streams in (4, 8, 16, 32):
         conservative = np.ones(count)
@@ -197,9 +193,7 @@ def print_speed(quick: bool) -> None:
 
         # A thousand times thicker is ten doublings more.
         doubling = (best_s(lambda: thick(1024.0), repeats) - best_s(lambda: thick(1.0), repeats)) / 10 / count
-        thermal = (
-            best_s(lambda n=streams: solve_layers(tau, albedo, moments, [1.0, 0.5], n, 1), repeats) / count
-        )
+        thermal = best_s(lambda n=streams: solve_layers(tau, albedo, moments, [1.0, 0.5], n, 1), repeats) / count
         sun = best_s(
             lambda n=streams: solve_sun(tau, albedo, moments, views, 0.6, azimuth, n, 2 * n, 1, 0.0),
             max(2, repeats // 5),
@@ -214,14 +208,10 @@ def print_speed(quick: bool) -> None:
     least = float(gauss_streams(8).mu.min())
     depth = 10.0 * (1.0 - 0.9 * 0.85**16)
     print(f"\n8 streams: {halvings(depth, least)} doublings for thickness 10")
-    modes = (
-        best_s(lambda: solve_sun(tau, albedo, moments, views, 0.6, azimuth, 8, 8, 1, 0.0), repeats) / count
-    )
+    modes = best_s(lambda: solve_sun(tau, albedo, moments, views, 0.6, azimuth, 8, 8, 1, 0.0), repeats) / count
     print(f"Sun, 8 streams, 8 modes: {modes * 1e6:.0f} us per layer")
     fast = best_s(lambda: solve_layers_two_stream(tau, albedo, moments, [1.0, 0.5], 8), repeats) / count
-    fast_sun = (
-        best_s(lambda: solve_sun_two_stream(tau, albedo, moments, views, 0.6, azimuth, 8), repeats) / count
-    )
+    fast_sun = best_s(lambda: solve_sun_two_stream(tau, albedo, moments, views, 0.6, azimuth, 8), repeats) / count
     print(f"Two-stream, 8 streams: {fast * 1e6:.1f} us, sun {fast_sun * 1e6:.1f} us per layer")
 
 
@@ -241,9 +231,7 @@ def print_families(quick: bool) -> None:
             for t in (others, halves)
         ]
         cells += [
-            best_s(
-                lambda n=streams, t=t: solve_sun(t, albedo, moments, views, 0.6, azimuth, n, 2 * n, 1, 0.0), 2
-            )
+            best_s(lambda n=streams, t=t: solve_sun(t, albedo, moments, views, 0.6, azimuth, n, 2 * n, 1, 0.0), 2)
             for t in (others, halves)
         ]
         print(f"| {streams} | " + " | ".join(f"{1e6 * cell / halves.size:.1f}" for cell in cells) + " |")

@@ -23,9 +23,8 @@ from page import put
 from pareto_peers import cloud_fields, has_lowtran, pixel_classes, wavelengths, writing
 from pareto_tables import draw, tables
 
-from hcss_twin.benchmarking.bench import bench
-from hcss_twin.benchmarking.private_cache import private_cache
-from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.report.benchmarking.bench import bench, private_cache
 
 RESULTS = Path(__file__).with_name("pareto.json")
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "pareto.png"
@@ -84,9 +83,7 @@ def made_image(path: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--ways", nargs="*", choices=[*WAYS, "peers"], help="default: all")
     parser.add_argument("--keep", action="store_true", help="measure nothing")
     parser.add_argument("--write", action="store_true", help="draw, and put the tables into the page")

@@ -14,16 +14,15 @@ import numpy as np
 import xarray as xr
 from cloud_contenders import contenders
 
-from hcss_twin.benchmarking.brute_force import even_wavelengths, integrate, random_columns
-from hcss_twin.benchmarking.raw_write import write_raw
-from hcss_twin.benchmarking.rounds import Rounds
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.registry.registry import Registry
-from hcss_twin.scene.make_plan import make_plan
-from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.simulate import cube_header
-from hcss_twin.scene.stream import Frame, stream
-from hcss_twin.scene.tables.kept_tables import tables_of
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.simulate import cube_header
+from hcss_twin.engine.stream import Frame, stream
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.report.benchmarking.bench import even_wavelengths, integrate, random_columns
+from hcss_twin.report.benchmarking.stages import Rounds, write_raw
 
 CLASSES = (2, 8, 32, 128)
 ERROR_POINTS = 100
@@ -80,11 +79,7 @@ def wavelengths(plan: Plan, count: int, pixels: int) -> dict[str, float]:
     start = time.perf_counter()
     integrate(plan, grid, columns, pixels)
     seconds = (time.perf_counter() - start) / pixels
-    return {
-        "wavelengths": count,
-        "seconds_per_point": seconds,
-        "error": float(np.max(np.abs(values / exact - 1))),
-    }
+    return {"wavelengths": count, "seconds_per_point": seconds, "error": float(np.max(np.abs(values / exact - 1)))}
 
 
 def cloud_fields(rounds: int) -> tuple[list[dict[str, Any]], list[str]]:
@@ -97,10 +92,7 @@ def cloud_fields(rounds: int) -> tuple[list[dict[str, Any]], list[str]]:
     for _ in range(rounds):
         for each in chosen:
             times.time(each.name, each.run)
-    rows = [
-        {"name": CLOUDS[each.name], "ns": times.shortest(each.name) / pixels[each.name] * 1e9}
-        for each in chosen
-    ]
+    rows = [{"name": CLOUDS[each.name], "ns": times.shortest(each.name) / pixels[each.name] * 1e9} for each in chosen]
     return rows, missing
 
 
@@ -140,9 +132,7 @@ def _cube(path: Path, plan: Plan, tables: Any, frames: list[Frame]) -> None:
 def _xarray(path: Path, plan: Plan, frames: list[Frame], engine: Any) -> None:
     """Write as the others do: on the disk when it returns."""
     path.unlink(missing_ok=True)
-    variables = {
-        spec.name: (spec.dims, np.stack([frame[spec.name] for frame in frames])) for spec in plan.variables
-    }
+    variables = {spec.name: (spec.dims, np.stack([frame[spec.name] for frame in frames])) for spec in plan.variables}
     xr.Dataset(variables).to_netcdf(path, engine=engine)
     handle = os.open(path, os.O_RDWR)
     os.fsync(handle)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hcss_twin.benchmarking.stages import CERTIFICATE, KEPT_RUN, NEW_RUN, RAW, STAGES
-from hcss_twin.reporting.pareto_plot import Curve, Reference, fill_axes, power
+from hcss_twin.report.benchmark_text import Curve, Reference, fill_axes, power
+from hcss_twin.report.benchmarking.stages import CERTIFICATE, KEPT_RUN, NEW_RUN, RAW, STAGES
 
 DRAWN = ("physical", "physical-two-stream", "as-printed")
 
@@ -38,21 +38,9 @@ def draw(found: dict[str, Any], path: Path) -> None:
     top.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     left, right = bottom.subplots(1, 2)
     rows = found["peers"]["clouds"]
-    _bars(
-        left,
-        [row["name"] for row in rows],
-        [row["ns"] for row in rows],
-        "clouds: ns per pixel and frame",
-        "log",
-    )
+    _bars(left, [row["name"] for row in rows], [row["ns"] for row in rows], "clouds: ns per pixel and frame", "log")
     rows = found["peers"]["writing"]
-    _bars(
-        right,
-        [row["name"] for row in rows],
-        [row["ms"] for row in rows],
-        "writing the cube, 67 MB: ms",
-        "linear",
-    )
+    _bars(right, [row["name"] for row in rows], [row["ms"] for row in rows], "writing the cube, 67 MB: ms", "linear")
     figure.savefig(path, dpi=130)
 
 
@@ -69,9 +57,7 @@ def _bars(axes: Any, names: list[str], values: list[float], title: str, scale: s
     axes.invert_yaxis()
     axes.set_title(title, fontsize=9)
     for place, value in zip(places, values, strict=True):
-        axes.annotate(
-            _short(value), (value, place), (4, 0), textcoords="offset points", va="center", fontsize=8
-        )
+        axes.annotate(_short(value), (value, place), (4, 0), textcoords="offset points", va="center", fontsize=8)
 
 
 def _curves(found: dict[str, Any]) -> tuple[list[Curve], list[Reference]]:
@@ -85,10 +71,7 @@ def _curves(found: dict[str, Any]) -> tuple[list[Curve], list[Reference]]:
             curves.append(Curve(f"{name}, {words}", cost, error, family, style, told, family == 1))
     peers, paper = found["peers"], found["ways"]["as-printed"]
     raw = paper["accuracies"][0]["seconds"][RAW]
-    for key, family, where in (
-        ("classes", 3, "band model"),
-        ("classes, LOWTRAN7", 4, "LOWTRAN7 called for each"),
-    ):
+    for key, family, where in (("classes", 3, "band model"), ("classes, LOWTRAN7", 4, "LOWTRAN7 called for each")):
         if key in peers:
             # Clouds and writing come on top, as in any other way.
             shared = sum(paper["accuracies"][0]["seconds"][stage] for stage in ("plan", "clouds", "write"))
@@ -106,9 +89,7 @@ def _curves(found: dict[str, Any]) -> tuple[list[Curve], list[Reference]]:
         if name in found["ways"]:
             once = next(each for each in found["ways"][name]["brute_force"] if each["together"] > 1)
             references.append(
-                Reference(
-                    f"the same at all {once['wavenumbers']}, {name}: the reference", once["over_raw"], style
-                )
+                Reference(f"the same at all {once['wavenumbers']}, {name}: the reference", once["over_raw"], style)
             )
     return curves, references
 

@@ -23,8 +23,8 @@ from page import put
 from scipy import ndimage, stats
 
 import hcss_twin
-from hcss_twin.benchmarking.private_cache import private_cache
-from hcss_twin.uncertainty.posterior_file import Diagnostic, read_posterior, write_posterior
+from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, read_posterior, write_posterior
+from hcss_twin.report.benchmarking.bench import private_cache
 
 PAGE = Path(__file__).parents[1] / "docs" / "uncertainty.md"
 SCENE: dict[str, Any] = {
@@ -211,9 +211,7 @@ def main() -> None:
             scene = SCENE | {"seed": 1 + number}
             begin = time.process_time()
             if number == 0:
-                clouds = hcss_twin.propagate(
-                    "stratus", draws=options.draws, posterior=posterior, overrides=scene
-                )
+                clouds = hcss_twin.propagate("stratus", draws=options.draws, posterior=posterior, overrides=scene)
                 seconds["propagated, clouds uncertain"] = time.process_time() - begin
                 tables["propagated, clouds uncertain"] = clouds.tables.scenes, clouds.tables.sets
                 begin = time.process_time()

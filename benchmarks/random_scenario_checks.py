@@ -17,9 +17,9 @@ from random_scenario_draws import scenario
 from random_scenario_rows import Row
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.errors import CertificateWarning
-from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.tables.kept_tables import tables_of
+from hcss_twin.core.errors import CertificateWarning
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.plan.plan import Plan
 
 PIXELS = {"as-printed": 300, "physical-two-stream": 300, "physical": 60}
 """Pixels computed again, by radiance model: fewer where a column takes long."""
@@ -107,28 +107,17 @@ def check(number: int, accuracies: Sequence[float], folder: Path) -> list[Row]:
             pixels = recompute(make_plan(made), thickness, PIXELS[made.radiance.model], number)
         else:
             here = thickness[tuple(pixels.place.T)]
-            same = np.where(
-                pixels.thickness_m > 0, np.isclose(here, pixels.thickness_m, rtol=1e-6), here == 0
-            )
+            same = np.where(pixels.thickness_m > 0, np.isclose(here, pixels.thickness_m, rtol=1e-6), here == 0)
             if not np.all(same):
                 raise RuntimeError(f"scenario {number}: clouds depend on the accuracy")
         frame, row, column = pixels.place.T
-        found = (
-            cube.radiance.transpose("time", "y", "x", "band").values[frame, row, column].astype(np.float64)
-        )
+        found = cube.radiance.transpose("time", "y", "x", "band").values[frame, row, column].astype(np.float64)
         rows.append(_row(number, made, plan, tables, cube, found, pixels, seconds))
     return rows
 
 
 def _row(
-    number: int,
-    made: Scenario,
-    plan: Plan,
-    tables: Any,
-    cube: Any,
-    found: Any,
-    pixels: Pixels,
-    seconds: float,
+    number: int, made: Scenario, plan: Plan, tables: Any, cube: Any, found: Any, pixels: Pixels, seconds: float
 ) -> Row:
     exact = pixels.radiance
     if not (np.all(np.isfinite(found)) and np.all(np.isfinite(exact)) and np.all(exact > 0.0)):

@@ -72,10 +72,7 @@ def random_raw(number: int, attempt: int, folder: Path) -> dict[str, Any]:
         "sea": _sea(random, str(model)),
         "optics": {"provider": str(random.choice(["bulk", "mie"], p=[0.7, 0.3]))},
         "radiance": {"model": str(model)},
-        "output": {
-            "variables": ["radiance", "cloud_layer_thickness"],
-            "certificate": CERTIFICATE[str(model)],
-        },
+        "output": {"variables": ["radiance", "cloud_layer_thickness"], "certificate": CERTIFICATE[str(model)]},
     }
     if not raw["clouds"]:
         raw["output"]["variables"] = ["radiance", "cloud_mask"]
@@ -114,10 +111,7 @@ def _atmosphere(random: np.random.Generator) -> dict[str, Any]:
         chosen["water_vapour_scale"] = float(random.uniform(0.0, 1.5))
     aerosol = str(random.choice(["none", "maritime", "rural", "urban"]))
     return chosen | {
-        "parameters": {
-            "aerosol": aerosol,
-            "visibility_km": float(10.0 ** random.uniform(np.log10(2.0), 1.69)),
-        }
+        "parameters": {"aerosol": aerosol, "visibility_km": float(10.0 ** random.uniform(np.log10(2.0), 1.69))}
     }
 
 
@@ -130,11 +124,7 @@ def _clouds(random: np.random.Generator) -> dict[str, Any]:
         base, depth = random.uniform(50, 2000), 10.0 ** random.uniform(1.5, 3.3)
         above, height = base + depth + random.uniform(0, 4000), 10.0 ** random.uniform(1.5, 3.6)
         layers[0] |= {"base": base, "top": base + depth, "thickness_min": depth * random.uniform(0.005, 0.5)}
-        layers[1] |= {
-            "base": above,
-            "top": above + height,
-            "thickness_min": height * random.uniform(0.005, 0.5),
-        }
+        layers[1] |= {"base": above, "top": above + height, "thickness_min": height * random.uniform(0.005, 0.5)}
     return {"layers": layers}
 
 

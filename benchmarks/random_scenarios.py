@@ -27,9 +27,7 @@ SCENARIOS = 300
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenarios", type=int, default=SCENARIOS, help="how many, from number 0")
     parser.add_argument("--only", type=int, nargs="*", help="these numbers instead, computed and not kept")
     parser.add_argument("--results", type=Path, default=RESULTS)

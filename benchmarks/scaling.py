@@ -20,10 +20,19 @@ from typing import Any
 from baseline_ratios import scenario
 from page import put
 
-from hcss_twin.benchmarking.private_cache import private_cache
-from hcss_twin.benchmarking.rounds import Rounds
-from hcss_twin.benchmarking.stages import CLOUDS, COMPILE, KEPT_RUN, LOOK_UP, PLAN, RAW, WRITE, time_stages
-from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.report.benchmarking.bench import private_cache
+from hcss_twin.report.benchmarking.stages import (
+    CLOUDS,
+    COMPILE,
+    KEPT_RUN,
+    LOOK_UP,
+    PLAN,
+    RAW,
+    WRITE,
+    Rounds,
+    time_stages,
+)
 
 STAGES = (PLAN, COMPILE, CLOUDS, LOOK_UP, WRITE, KEPT_RUN, RAW)
 
@@ -31,9 +40,7 @@ _LOW: dict[str, Any] = {"type": "stratus", "coverage": 0.5}
 _HIGH: dict[str, Any] = {"type": "cirrus", "coverage": 0.5}
 
 TABLES: dict[str, dict[str, dict[str, Any]]] = {
-    "pixels": {
-        f"{side} x {side}": {"image.rows": side, "image.columns": side} for side in (800, 200, 400, 1600)
-    },
+    "pixels": {f"{side} x {side}": {"image.rows": side, "image.columns": side} for side in (800, 200, 400, 1600)},
     "frames": {str(count): {"frames.count": count} for count in (8, 1, 64, 256)},
     "bands": {
         "3 broad": {},
@@ -41,11 +48,7 @@ TABLES: dict[str, dict[str, dict[str, Any]]] = {
         "2 broad": {"bands": ["mwir", "lwir"]},
         "1 narrow": {"bands": ["lwir-10.8"]},
     },
-    "layers": {
-        "1": {},
-        "0 (clear)": {"clouds.coverage": 0.0},
-        "2": {"clouds": {"layers": [_LOW, _HIGH]}},
-    },
+    "layers": {"1": {}, "0 (clear)": {"clouds.coverage": 0.0}, "2": {"clouds": {"layers": [_LOW, _HIGH]}}},
 }
 
 
@@ -58,10 +61,7 @@ def table(name: str, base: dict[str, Any], rounds: int, folder: Path) -> str:
         for label, scene in scenes.items():
             time_stages(times if number else Rounds(), f"{label}, ", scene, folder, number < 2)
     first = next(iter(scenes))
-    lines = [
-        f"| {name} | points | " + " | ".join(STAGES) + " | run over raw |",
-        "|---|" + "---|" * (len(STAGES) + 2),
-    ]
+    lines = [f"| {name} | points | " + " | ".join(STAGES) + " | run over raw |", "|---|" + "---|" * (len(STAGES) + 2)]
     sizes = {label: values(scene) for label, scene in scenes.items()}
     for label in scenes:
         ratios = [times.shortest_ratio(f"{label}, {stage}", f"{first}, {stage}") for stage in STAGES]
@@ -79,9 +79,7 @@ def values(scene: Any) -> int:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--model", default="as-printed")
     parser.add_argument("--tables", nargs="+", choices=list(TABLES), default=list(TABLES))
     parser.add_argument("--rounds", type=int, default=3)

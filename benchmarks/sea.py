@@ -13,13 +13,13 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.sea.parameters import RoughSeaParameters
+from hcss_twin.models.sea.rough_sea import RoughSea
+from hcss_twin.models.sea.wave_contrast import glint_contrast_bound, resolved_slope, thermal_contrast_bound
+from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s
+from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import SeaInputs
-from hcss_twin.sea.parameters import RoughSeaParameters
-from hcss_twin.sea.rough_sea import RoughSea
-from hcss_twin.sea.wave_contrast import glint_contrast_bound, resolved_slope, thermal_contrast_bound
-from hcss_twin.sea.wave_field import WaveField, cutoff_frequency_rad_s
-from hcss_twin.sea.wave_spectrum import WaveSpectrum
 
 Array = NDArray[np.float64]
 
@@ -55,9 +55,7 @@ def emissivities() -> None:
     for zenith, wind in product((0.0, 40.0, 60.0, 70.0, 80.0), WINDS):
         found = sea(wind).emissivity(nu, cosines(zenith))[0, ::-1]
         alone = sea(wind, re_reflection=False).emissivity(LWIR, cosines(zenith)).item()
-        print(
-            f"{zenith:4.0f} deg {wind:4.0f} m/s  " + "  ".join(f"{e:.4f}" for e in found) + f"  {alone:.4f}"
-        )
+        print(f"{zenith:4.0f} deg {wind:4.0f} m/s  " + "  ".join(f"{e:.4f}" for e in found) + f"  {alone:.4f}")
 
 
 def balance() -> None:
@@ -68,9 +66,7 @@ def balance() -> None:
         sums = []
         for shadowing in ("none", "separable", "height-correlated"):
             model = sea(wind, shadowing=shadowing)
-            sums.append(
-                model.emissivity(LWIR, mu).item() + directional_hemispherical(model, float(mu[0]), LWIR)
-            )
+            sums.append(model.emissivity(LWIR, mu).item() + directional_hemispherical(model, float(mu[0]), LWIR))
         print(f"{zenith:4.0f} deg {wind:4.0f} m/s  " + "  ".join(f"{total:.4f}" for total in sums))
 
 
@@ -85,9 +81,7 @@ def water() -> None:
         ("35 psu", sea(5.0, salinity_psu=35.0)),
     ):
         change = other.emissivity(nu, mu) - base
-        print(
-            f"{name}: change at 800, 926, 2703 cm-1, nadir {change[0].round(4)}, 55 deg {change[1].round(4)}"
-        )
+        print(f"{name}: change at 800, 926, 2703 cm-1, nadir {change[0].round(4)}, 55 deg {change[1].round(4)}")
     for wind in (5.0, 10.0, 15.0, 20.0):
         model = sea(wind, foam=True)
         change = model.emissivity(LWIR, mu) - sea(wind).emissivity(LWIR, mu)
@@ -118,9 +112,7 @@ def sky_weights() -> None:
             start = time.perf_counter()
             model.reflection_weights(nu, nodes, nodes)
             times.append(time.perf_counter() - start)
-        print(
-            f"weights 8 views x 8 nodes x 500, {slopes}: {times[0]:.3f} s once, {min(times[1:]):.4f} s after"
-        )
+        print(f"weights 8 views x 8 nodes x 500, {slopes}: {times[0]:.3f} s once, {min(times[1:]):.4f} s after")
 
 
 def resolved_waves() -> None:
@@ -132,9 +124,7 @@ def resolved_waves() -> None:
         slope, total = resolved_slope(spectrum, pixel), sea(10.0).mean_square_slope
         bounds = [thermal_contrast_bound(sea(10.0), nu, mu, slope)[:, 0].round(5) for nu in (MWIR, LWIR)]
         glint = glint_contrast_bound(np.array([0.0, 0.2]), total - resolved, slope).round(2)
-        print(
-            f"{name}, {pixel:g} m: slope^2 {resolved:.2g} of {total:.4f}; MWIR {bounds[0]} LWIR {bounds[1]}"
-        )
+        print(f"{name}, {pixel:g} m: slope^2 {resolved:.2g} of {total:.4f}; MWIR {bounds[0]} LWIR {bounds[1]}")
         print(f"    glint, centre and 0.2: {glint}")
     field = WaveField(WaveSpectrum("pierson-moskowitz", 10.0), 30.0, 5.0, seed=1)
     start = time.perf_counter()

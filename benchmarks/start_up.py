@@ -22,7 +22,7 @@ HCSS = [sys.executable, "-m", "hcss_twin.cli"]
 SCENE = """
 import sys, time
 from hcss_twin.cli import main
-import hcss_twin.scene.simulate as simulation
+import hcss_twin.engine.simulate as simulation
 whole = simulation.run
 def clocked(*arguments):
     start = time.perf_counter(), time.process_time()
@@ -49,9 +49,7 @@ def clocked(command: list[str], folder: str) -> tuple[float, float]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenario", default="stratus")
     parser.add_argument("--rounds", type=int, default=9)
     given = parser.parse_args()
@@ -61,11 +59,7 @@ def main() -> None:
         "python": [sys.executable, "-c", "pass"],
         "import numpy": [sys.executable, "-c", "import numpy"],
         "import numpy, hcss_twin": [sys.executable, "-c", "import numpy, hcss_twin"],
-        "import hcss_twin; hcss_twin.simulate": [
-            sys.executable,
-            "-c",
-            "import hcss_twin; hcss_twin.simulate",
-        ],
+        "import hcss_twin; hcss_twin.simulate": [sys.executable, "-c", "import hcss_twin; hcss_twin.simulate"],
         "hcss --help": [*HCSS, "--help"],
         "hcss plugins": [*HCSS, "plugins"],
         f"hcss plan {given.scenario}": [*HCSS, "plan", given.scenario],

@@ -22,13 +22,13 @@ from pathlib import Path
 
 import numpy as np
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.clouds.imagery.reader import read_image
-from hcss_twin.clouds.surrogate.generator import SurrogateClouds
-from hcss_twin.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.clouds.surrogate.spectrum import periodic_component
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.models.clouds.surrogate.generator import SurrogateClouds
+from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
+from hcss_twin.models.clouds.surrogate.spectrum import periodic_component
 from hcss_twin.providers import CloudGenerator, CloudInputs, Grid, Motion
 from hcss_twin.testing.samples import sample_layer
 
@@ -56,10 +56,7 @@ def cross_excess(image: np.ndarray) -> float:
     power = np.abs(np.fft.fft2(image - image.mean())) ** 2
     ky, kx = wavenumbers(size)
     ring, on_axis = np.rint(np.hypot(ky, kx)), (kx == 0) | (ky == 0)
-    ratios = [
-        power[on_axis & (ring == k)].mean() / power[~on_axis & (ring == k)].mean()
-        for k in range(16, size // 2)
-    ]
+    ratios = [power[on_axis & (ring == k)].mean() / power[~on_axis & (ring == k)].mean() for k in range(16, size // 2)]
     return float(np.mean(ratios))
 
 
@@ -74,12 +71,7 @@ def octave_power(image: np.ndarray) -> np.ndarray:
 
 
 def surrogate(
-    folder: Path,
-    image: np.ndarray,
-    coverage: float,
-    evolution_s: float,
-    wind_m_s: float = 0.0,
-    **parameters: object,
+    folder: Path, image: np.ndarray, coverage: float, evolution_s: float, wind_m_s: float = 0.0, **parameters: object
 ) -> SurrogateClouds:
     np.save(folder / "image.npy", image)
     inputs = CloudInputs(
@@ -108,12 +100,8 @@ def leakage() -> None:
 
 
 def iterations(folder: Path) -> None:
-    print(
-        "\nspectral error (rms of ln over octaves, mean of 15 frames) | largest change between frames .005 of"
-    )
-    print(
-        "evolution_time apart, of 150 (1: independent fields), all structures alike fast; 128 x 128 pixels, k^-3"
-    )
+    print("\nspectral error (rms of ln over octaves, mean of 15 frames) | largest change between frames .005 of")
+    print("evolution_time apart, of 150 (1: independent fields), all structures alike fast; 128 x 128 pixels, k^-3")
     print(f"{'iterations':>12}" + "".join(f"{f'coverage {c:g}':>22}" for c in (0.1, 0.3, 0.5, 0.8)))
     image = power_law(128, 3.0, 3)
     for count in (0, 1, 2, 3, 4, 5, 7, 10, 20, None):
@@ -124,21 +112,15 @@ def iterations(folder: Path) -> None:
             wanted = octave_power(periodic_component(clouds.template.thickness_m.astype(np.float64)))
             times = 5.0 * np.arange(1 if count is None else 150)
             frames = [clouds.thickness_m(time_s, WHOLE, WHOLE).astype(np.float64) for time_s in times]
-            error = np.mean(
-                [np.sqrt(np.mean(np.log(octave_power(frame) / wanted) ** 2)) for frame in frames[::10]]
-            )
+            error = np.mean([np.sqrt(np.mean(np.log(octave_power(frame) / wanted) ** 2)) for frame in frames[::10]])
             changes = [np.mean((b - a) ** 2) / (2 * a.var()) for a, b in pairwise(frames)]
             line += f"{error:>14.3f}" + (f" | {max(changes):<5.3f}" if changes else " |      ")
         print(line)
 
 
 def measured(folder: Path) -> None:
-    print(
-        "\nmeasured images: middle 400 x 400 pixels, cloud by Otsu's threshold. Cross as in the first table; "
-    )
-    print(
-        "spectral errors as in the second, at time 0, the worst of 12 times, frozen; power of the finest octave"
-    )
+    print("\nmeasured images: middle 400 x 400 pixels, cloud by Otsu's threshold. Cross as in the first table; ")
+    print("spectral errors as in the second, at time 0, the worst of 12 times, frozen; power of the finest octave")
     print("over the image's, mean of 12 times, on whole pixels and moved by half a pixel along x")
     print(f"{'':<26}{'':>9}{'cross':>26}{'error':>24}{'finest octave':>16}")
     print(
@@ -148,11 +130,7 @@ def measured(folder: Path) -> None:
     for path in sorted(path for path in folder.iterdir() if path.suffix in (".nc", ".jpg", ".png", ".npy")):
         size = min(400, *read_image(path).values.shape)
         inputs = CloudInputs(
-            sample_layer(),
-            Grid(size, size, 1000.0),
-            Motion(0.0, (0.0, 0.0), 3600.0, 60.0),
-            1,
-            Catalog(base=folder),
+            sample_layer(), Grid(size, size, 1000.0), Motion(0.0, (0.0, 0.0), 3600.0, 60.0), 1, Catalog(base=folder)
         )
         given = SurrogateParameters(image=path.name, missing="clear", reinterpret_pixel_size=True)
         clouds = SurrogateClouds(inputs, given)

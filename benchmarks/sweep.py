@@ -30,7 +30,7 @@ import psutil
 from page import put
 
 from hcss_twin import Scenario, simulate, sweep
-from hcss_twin.benchmarking.private_cache import private_cache
+from hcss_twin.report.benchmarking.bench import private_cache
 
 PAGE = Path(__file__).parents[1] / "docs" / "sweeps.md"
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
@@ -112,11 +112,7 @@ def as_toml(value: Any) -> str:
 
 def logged(folder: Path) -> list[str]:
     log = folder / "points.jsonl"
-    return (
-        [line for line in log.read_text().splitlines(keepends=True) if line.endswith("\n")]
-        if log.exists()
-        else []
-    )
+    return [line for line in log.read_text().splitlines(keepends=True) if line.endswith("\n")] if log.exists() else []
 
 
 def kills(points: int, folder: Path) -> str:
@@ -160,9 +156,7 @@ def kills(points: int, folder: Path) -> str:
 def waited(folder: Path, count: int, process: subprocess.Popen[Any]) -> None:
     while len(logged(folder)) < count:
         if process.poll() is not None:
-            raise RuntimeError(
-                f"the sweep ended with {process.returncode} after {len(logged(folder))} points"
-            )
+            raise RuntimeError(f"the sweep ended with {process.returncode} after {len(logged(folder))} points")
         time.sleep(0.01)
 
 
@@ -209,9 +203,7 @@ def ended(arguments: list[str]) -> Iterator[subprocess.Popen[Any]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=200, help="a multiple of 4")
     parser.add_argument("--seconds", type=float, default=40.0, help="that the sweeps are compared")
     parser.add_argument("--rounds", type=int, default=3)

@@ -5,9 +5,9 @@ python benchmarks/wide_field.py              # a few minutes
 
 from __future__ import annotations
 
-from hcss_twin.errors import ScenarioError
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.make_plan import make_plan
 
 PIXELS = 50
 NIGHT = {"time": "2024-04-20T00:30:00+10:00"}

@@ -26,12 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.cube.bit_rounding import bits_for, round_bits
-from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.simulate import cube_header, run
-from hcss_twin.scene.stream import stream
-from hcss_twin.scene.tables.kept_tables import tables_of
+from hcss_twin.cube.writer import CubeWriter, bits_for, round_bits
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.simulate import cube_header, run
+from hcss_twin.engine.stream import stream
+from hcss_twin.plan.plan import Plan
 
 Frames = Sequence[dict[str, NDArray[Any]]]
 
@@ -94,9 +93,7 @@ def write_zstd(path: Path, frames: Frames, level: int) -> None:
     with netCDF4.Dataset(path, "w") as file:
         file.createDimension("time", len(frames))
         for name, array in frames[0].items():
-            dims = [
-                file.createDimension(f"{name}_{axis}", size).name for axis, size in enumerate(array.shape)
-            ]
+            dims = [file.createDimension(f"{name}_{axis}", size).name for axis, size in enumerate(array.shape)]
             file.createVariable(
                 name, array.dtype, ("time", *dims), compression="zstd", complevel=level, shuffle=True,
                 chunksizes=(1,) * (len(dims) - 1) + array.shape[-2:], fill_value=False,
@@ -122,10 +119,7 @@ def layouts(plan: Plan, folder: Path, rounds: int) -> None:
         name = f"compression = 1, quantization = {error:g}"
         ways[name] = copies, lambda copies=copies: write_cube(path, plan, copies, 1)
     ways["zstd level 3 (not offered)"] = frames, lambda: write_zstd(path, frames, 3)
-    ways["zstd level 3, rounded to 1e-4 (not offered)"] = (
-        rounding[1e-4],
-        lambda: write_zstd(path, rounding[1e-4], 3),
-    )
+    ways["zstd level 3, rounded to 1e-4 (not offered)"] = (rounding[1e-4], lambda: write_zstd(path, rounding[1e-4], 3))
     total = sum(piece.size for piece in pieces)
     sizes: dict[str, int] = {}
     seconds: dict[str, list[tuple[float, float]]] = {name: [] for name in ("raw", *ways)}
@@ -136,9 +130,7 @@ def layouts(plan: Plan, folder: Path, rounds: int) -> None:
             seconds[name].append(clocked(task))
             sizes[name] = path.stat().st_size
     print(f"{len(frames)} frames, {total / 1e6:.1f} MB; {rounds} rounds\n")
-    print(
-        "| way | times raw | processor, ms a frame | size | largest relative error |\n|---|---|---|---|---|"
-    )
+    print("| way | times raw | processor, ms a frame | size | largest relative error |\n|---|---|---|---|---|")
     for name in seconds:
         ratio = statistics.median(a / b for (a, _), (b, _) in zip(seconds[name], seconds["raw"], strict=True))
         cpu = min(each for _, each in seconds[name]) / len(frames) * 1e3
@@ -171,9 +163,7 @@ def runs(plan: Plan, folder: Path, rounds: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenario", default="stratus")
     parser.add_argument("--frames", type=int, default=8)
     parser.add_argument("--rounds", type=int, default=9)

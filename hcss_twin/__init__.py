@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
-    from hcss_twin.comparison.choice import EvaluationChoice
-    from hcss_twin.comparison.evaluate import evaluate
-    from hcss_twin.cube.reader import open_cube
-    from hcss_twin.errors import (
+    from hcss_twin.analysis.comparison.evaluate import evaluate
+    from hcss_twin.analysis.comparison.footage import EvaluationChoice
+    from hcss_twin.analysis.uncertainty.fit import fit, fit_dimension
+    from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
+    from hcss_twin.core.errors import (
         CatalogError,
         CubeError,
         HcssError,
@@ -29,21 +30,19 @@ if TYPE_CHECKING:
         ScenarioError,
         SweepError,
     )
-    from hcss_twin.export.cube_export import export_cube
-    from hcss_twin.propagation.dataset import open_propagation
-    from hcss_twin.propagation.propagate import propagate
-    from hcss_twin.registry.hookspecs import hookimpl
-    from hcss_twin.registry.specs import ProviderSpec
-    from hcss_twin.reporting.report import report
+    from hcss_twin.cube.export.cube_export import export_cube
+    from hcss_twin.cube.reader import open_cube
+    from hcss_twin.engine.sensing.sense import sense
+    from hcss_twin.engine.simulate import simulate
+    from hcss_twin.plan.make_plan import make_plan
+    from hcss_twin.providers.registry.specs import ProviderSpec, hookimpl
+    from hcss_twin.report.report import report
     from hcss_twin.scenario.scenario import Scenario
-    from hcss_twin.scene.make_plan import make_plan
-    from hcss_twin.scene.sensing.sense import sense
-    from hcss_twin.scene.simulate import simulate
-    from hcss_twin.sweeps.reader import open_sweep
+    from hcss_twin.sweeps.dataset import open_sweep
+    from hcss_twin.sweeps.propagation.dataset import open_propagation
+    from hcss_twin.sweeps.propagation.propagate import propagate
     from hcss_twin.sweeps.run import sweep
-    from hcss_twin.uncertainty.fit import fit
-    from hcss_twin.uncertainty.fit_dimension import fit_dimension
-    from hcss_twin.uncertainty.posterior_file import read_posterior
+
 
 __all__ = [
     "CatalogError",
@@ -79,32 +78,32 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     homes = {
-        "CatalogError": "errors",
-        "CubeError": "errors",
-        "EvaluationChoice": "comparison.choice",
-        "HcssError": "errors",
-        "ImageError": "errors",
-        "PosteriorError": "errors",
-        "PropagationError": "errors",
-        "ProviderError": "errors",
-        "ScenarioError": "errors",
-        "SweepError": "errors",
-        "ProviderSpec": "registry.specs",
-        "evaluate": "comparison.evaluate",
-        "export_cube": "export.cube_export",
-        "fit": "uncertainty.fit",
-        "fit_dimension": "uncertainty.fit_dimension",
-        "hookimpl": "registry.hookspecs",
-        "read_posterior": "uncertainty.posterior_file",
+        "CatalogError": "core.errors",
+        "CubeError": "core.errors",
+        "EvaluationChoice": "analysis.comparison.footage",
+        "HcssError": "core.errors",
+        "ImageError": "core.errors",
+        "PosteriorError": "core.errors",
+        "PropagationError": "core.errors",
+        "ProviderError": "core.errors",
+        "ScenarioError": "core.errors",
+        "SweepError": "core.errors",
+        "ProviderSpec": "providers.registry.specs",
+        "evaluate": "analysis.comparison.evaluate",
+        "export_cube": "cube.export.cube_export",
+        "fit": "analysis.uncertainty.fit",
+        "fit_dimension": "analysis.uncertainty.fit",
+        "hookimpl": "providers.registry.specs",
+        "read_posterior": "analysis.uncertainty.posterior_file",
         "Scenario": "scenario.scenario",
-        "make_plan": "scene.make_plan",
+        "make_plan": "plan.make_plan",
         "open_cube": "cube.reader",
-        "open_propagation": "propagation.dataset",
-        "open_sweep": "sweeps.reader",
-        "report": "reporting.report",
-        "propagate": "propagation.propagate",
-        "sense": "scene.sensing.sense",
-        "simulate": "scene.simulate",
+        "open_propagation": "sweeps.propagation.dataset",
+        "open_sweep": "sweeps.dataset",
+        "report": "report.report",
+        "propagate": "sweeps.propagation.propagate",
+        "sense": "engine.sensing.sense",
+        "simulate": "engine.simulate",
         "sweep": "sweeps.run",
     }
     if name not in homes:

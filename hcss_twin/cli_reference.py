@@ -14,7 +14,7 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli import cli
+from hcss_twin.cli.main import cli
 
 _INTRODUCTION = """# Command line
 
@@ -39,9 +39,7 @@ def markdown() -> str:
     return "\n".join(_page()) + "\n"
 
 
-def commands(
-    group: click.Group = cli, words: tuple[str, ...] = ("hcss",)
-) -> Iterator[tuple[str, click.Command]]:
+def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> Iterator[tuple[str, click.Command]]:
     """Every command that does something, with all its words, sorted by name."""
     for name, command in sorted(group.commands.items()):
         if isinstance(command, click.Group):

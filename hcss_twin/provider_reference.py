@@ -85,9 +85,7 @@ def _items(body: str) -> str:
         name, _, kind = first.partition(" : ")
         named = ", ".join(f"`{word}`" for word in name.split(", "))
         told = " ".join(line.strip() for line in rest)
-        found.append(
-            f"* {named}" + (f" ({_prose(kind)})" if kind else "") + (f": {_prose(told)}" if told else "")
-        )
+        found.append(f"* {named}" + (f" ({_prose(kind)})" if kind else "") + (f": {_prose(told)}" if told else ""))
     return "\n".join(found)
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from cheap import CHEAP_OPTIONS
 from click.testing import CliRunner
 
-from hcss_twin.cli import cli
-from hcss_twin.evaluation.fractional_brownian_surface import fractional_brownian_surface
+from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
+from hcss_twin.cli.main import cli
 
 FOUR = ("EV", "Den, printed", "Den", "DP, printed", "DP", "FD")
 

@@ -25,9 +25,7 @@ class Reader(HTMLParser):
         attributes = dict(attrs)
         assert len(attributes) == len(attrs), f"an attribute of <{tag}> is there twice"
         self.elements.append((tag, attributes))
-        self.addresses += [
-            value for name, value in attrs if name in {"src", "href", "srcset", "action", "data"}
-        ]
+        self.addresses += [value for name, value in attrs if name in {"src", "href", "srcset", "action", "data"}]
         self.ids += [attributes["id"]] if "id" in attributes else []
         if tag not in VOID:
             self.open.append(tag)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hcss_twin.uncertainty.posterior_file import Diagnostic, write_posterior
+from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, write_posterior
 
 TOLD = Diagnostic("parameter", "uniform:0:1", 30.0, 1200.0, 1.004)
 

@@ -74,9 +74,7 @@ class Run:
             "".join(f"{value:5d}" for value in first) + f"{0.0:8.3f}{self.ground_albedo:7.2f}",
             "".join(f"{value:5d}" for value in (self.haze, 0, 0, 0, 0, 0))
             + "".join(f"{value:10.3f}" for value in (self.visibility_km, 0.0, 0.0, 0.0, 0.0)),
-            "".join(
-                _field(value) for value in (self.observer_km, self.end_km, self.zenith_deg, 0.0, 0.0, 0.0)
-            )
+            "".join(_field(value) for value in (self.observer_km, self.end_km, self.zenith_deg, 0.0, 0.0, 0.0))
             + f"{0:5d}",
         ]
         if self.mode == 2:
@@ -84,16 +82,7 @@ class Run:
             lines.append(
                 "".join(
                     _field(value)
-                    for value in (
-                        self.sun_azimuth_deg,
-                        self.sun_zenith_deg,
-                        0.0,
-                        0.0,
-                        0.0,
-                        0.0,
-                        0.0,
-                        self.asymmetry,
-                    )
+                    for value in (self.sun_azimuth_deg, self.sun_zenith_deg, 0.0, 0.0, 0.0, 0.0, 0.0, self.asymmetry)
                 )
             )
         lines.append(f"{self.low_cm1:10.3f}{self.high_cm1:10.3f}{STEP_CM1:10.3f}")
@@ -172,13 +161,7 @@ def _in_child(case: Run, probe: Callable[[Any], dict[str, Any]] | None) -> Outco
         # Both per micrometre; the sun's irradiance is in W m-2, the radiance in W cm-2.
         sun = np.array([fortran.sun(float(v)) for v in wavenumber], dtype=float)
         scattered = 1e4 * out[6][:, 2].astype(float) / sun
-    return Outcome(
-        out[0][:, 0].astype(float),
-        radiance,
-        solar if solar is not None else empty,
-        scattered,
-        state,
-    )
+    return Outcome(out[0][:, 0].astype(float), radiance, solar if solar is not None else empty, scattered, state)
 
 
 def _solar_transmittance(tape7: Path, wavenumber: Array) -> Array:

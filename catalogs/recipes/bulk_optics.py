@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from _table_file import CATALOGS
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.optics.bulk_table import Accuracy, BulkTable
-from hcss_twin.optics.parameters import BulkParameters, MieParameters
-from hcss_twin.optics.table_file import write
-from hcss_twin.refractive_index import load_refractive_index
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics.bulk_table import Accuracy, BulkTable
+from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.models.optics.table_store import write
+from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
 
@@ -60,9 +60,7 @@ def make(name: str) -> None:
     accuracy = Accuracy(
         parameters.radius_nodes, parameters.spectral_step, parameters.moments if shipped.has_moments else 2
     )
-    table = BulkTable(
-        cloud_type.microphysics.particles(phase), load_refractive_index(catalog, index_name), accuracy
-    )
+    table = BulkTable(cloud_type.microphysics.particles(phase), load_refractive_index(catalog, index_name), accuracy)
     table.complete(table.properties.nodes, _quietly)
     write(
         table,

@@ -163,9 +163,7 @@ def main(folder: Path) -> None:
             variable.scale_factor = STEP
             variable.add_offset = field.offset
             variable[:] = packed(values, field.offset)
-        mask = out.createVariable(
-            "sea", "u1", ("sea_latitude", "sea_longitude"), compression="zlib", complevel=9
-        )
+        mask = out.createVariable("sea", "u1", ("sea_latitude", "sea_longitude"), compression="zlib", complevel=9)
         mask.long_name = "1 where the mean elevation of the cell is below sea level"
         mask[:] = sea
     print(f"{OUTPUT.name}: {OUTPUT.stat().st_size / 1e6:.2f} MB")

@@ -31,18 +31,18 @@ import netCDF4
 import numpy as np
 from _table_file import CATALOGS, require_version
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.drafts import draft_of
-from hcss_twin.errors import CatalogError
-from hcss_twin.optics.bulk import bulk_properties
-from hcss_twin.optics.size_distribution import gamma_distribution, water_content_kg_m3
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.files import atomic_write
+from hcss_twin.models.optics.bulk import bulk_properties
+from hcss_twin.models.optics.size_distribution import gamma_distribution, water_content_kg_m3
+from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index
 from hcss_twin.physics.planck import planck
-from hcss_twin.refractive_index import RefractiveIndex, load_refractive_index
 
 VARIANCE = 0.1
 VISIBLE_CM1 = (16000.0, 22650.0)
 NODES, ROUNDS = 12, 40
-LEAST_CO_ALBEDO = 1e-4
+MIN_CO_ALBEDO = 1e-4
 """Below it single precision of the albedo leaves too few digits of the absorption."""
 
 
@@ -84,9 +84,7 @@ class _Spectra:
         extinction, absorption = factor[0] * self.extinction, factor[1] * self.absorption
         scattering = self.weight * (extinction - absorption)
         sideways = np.sum(scattering * factor[2] * (1.0 - self.asymmetry), axis=1) / scattering.sum(axis=1)
-        return np.stack(
-            [np.sum(self.weight * extinction, axis=1), np.sum(self.weight * absorption, axis=1), sideways]
-        )
+        return np.stack([np.sum(self.weight * extinction, axis=1), np.sum(self.weight * absorption, axis=1), sideways])
 
     centres: np.ndarray
 
@@ -102,13 +100,7 @@ def _spheres(limits: np.ndarray, diameter_um: float, index: RefractiveIndex) -> 
         bulk = bulk_properties(cloud, index, 1e4 / wavenumber, 100 if thermal else 20)
         weight = gauss * planck(wavenumber, 245.0 if thermal else 5778.0)
         rows.append(
-            (
-                wavenumber,
-                weight / weight.sum(),
-                bulk.extinction_m1 / mass,
-                bulk.absorption_m1 / mass,
-                bulk.asymmetry,
-            )
+            (wavenumber, weight / weight.sum(), bulk.extinction_m1 / mass, bulk.absorption_m1 / mass, bulk.asymmetry)
         )
     columns = (np.array(each) for each in zip(*rows, strict=True))
     return _Spectra(*columns, centres=np.sqrt(limits[:, 0] * limits[:, 1]))
@@ -138,16 +130,14 @@ def main() -> None:
     diameter = np.empty_like(data["size"])
     ratios = np.empty((3, *data["ext"].shape))
     published = np.stack([data["ext"], data["ext"] * (1.0 - data["ssa"]), 1.0 - data["asy"]])
-    weak = 1.0 - data["ssa"] < LEAST_CO_ALBEDO
+    weak = 1.0 - data["ssa"] < MIN_CO_ALBEDO
     published[1][weak] = 1e-9
     for column, label in enumerate(data["size"]):
         at_label = _spheres(data["limits"][visible : visible + 1], label, index)
         diameter[column] = label * at_label.means(np.ones((3, 1)))[0, 0] / data["ext"][2, visible, column]
         spheres = _spheres(data["limits"], diameter[column], index)
         for rough in range(3):
-            ratios[:, rough, :, column] = _ratios(
-                spheres, published[:, rough, :, column], weak[rough, :, column]
-            )
+            ratios[:, rough, :, column] = _ratios(spheres, published[:, rough, :, column], weak[rough, :, column])
             left = spheres.means(ratios[:, rough, :, column]) / published[:, rough, :, column] - 1.0
             left[1, weak[rough, :, column]] = 0.0
             print(f"{diameter[column]:.1f} um: band means within {np.abs(left).max(axis=1)}")
@@ -161,7 +151,7 @@ def main() -> None:
     }
     path = CATALOGS / "optics" / "ice-yang-2013.nc"
     path.parent.mkdir(exist_ok=True)
-    with draft_of(path, CatalogError) as draft, netCDF4.Dataset(draft, "w") as out:
+    with atomic_write(path, CatalogError) as draft, netCDF4.Dataset(draft, "w") as out:
         out.format, out.format_version = "hcss-ice-optics", 1
         out.title = "Bulk optics of ice crystals relative to spheres of equal volume and projected area"
         out.source = (

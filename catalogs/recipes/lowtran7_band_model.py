@@ -70,9 +70,7 @@ def channel_exponents(source: str) -> tuple[list[str], Array, Array]:
     ValueError
         If the source does not define every channel once.
     """
-    pattern = re.compile(
-        r"^ {6}DENSTY\((\d+),I\)=CON(\w+?) *\*PSS\*\*([\d.]+)\*TSS\*\*\( *(-?[\d.]+)\)", re.MULTILINE
-    )
+    pattern = re.compile(r"^ {6}DENSTY\((\d+),I\)=CON(\w+?) *\*PSS\*\*([\d.]+)\*TSS\*\*\( *(-?[\d.]+)\)", re.MULTILINE)
     found = {int(k): (gas, float(n), float(m)) for k, gas, n, m in pattern.findall(source)}
     wanted = range(FIRST_CHANNEL, LAST_CHANNEL + 1)
     if sorted(found) != list(wanted):
@@ -107,12 +105,7 @@ def spectra(fortran: Any, wavenumber: Array) -> dict[str, Array]:
         absorption = fortran.tran.abb
         continuum[:7, column] = [absorption[k - 1] for k in (4, 5, 9, 10, 6, 8, 11)]
     continuum[7:] = oxygen_continuum(fortran.o2c, wavenumber)
-    return {
-        "strength": strength,
-        "channel": channel,
-        "exponent": exponent[FIRST_CHANNEL:],
-        "continuum": continuum,
-    }
+    return {"strength": strength, "channel": channel, "exponent": exponent[FIRST_CHANNEL:], "continuum": continuum}
 
 
 def oxygen_continuum(block: Any, wavenumber: Array) -> Array:
@@ -276,9 +269,7 @@ def global_attributes(gases: list[str]) -> dict[str, Any]:
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", type=Path)
     write(parser.parse_args().output)
 

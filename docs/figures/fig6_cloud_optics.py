@@ -13,8 +13,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.reporting.cloud_optics_plot import cloud_optics_figure
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.report.cloud_optics_plot import cloud_optics_figure
 
 
 def main() -> None:

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.catalog import catalog_root
+from hcss_twin.core.catalog import catalog_root
 
 PAGE = Path(__file__).parents[1] / "physical.md"
 BEGIN, END = "<!-- made by docs/figures/radiance_modes.py -->\n", "<!-- end -->\n"

@@ -16,9 +16,9 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from hcss_twin.reproduction.index import heading
-from hcss_twin.reproduction.item import Row
-from hcss_twin.reproduction.run import relative
+from hcss_twin.paper.index import heading
+from hcss_twin.paper.item import Row
+from hcss_twin.paper.run import relative
 
 PAGE = Path(__file__).parents[1] / "reproduction.md"
 BEGIN, END = "<!-- made by docs/figures/reproduction_verdicts.py -->\n", "<!-- end -->\n"
@@ -50,9 +50,7 @@ def largest(item: dict[str, Any]) -> str:
 
 def main() -> None:
     """Print the table, or write it into the page."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("found", type=Path)
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()

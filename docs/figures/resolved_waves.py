@@ -22,7 +22,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.scene.compile import compile_tables
+from hcss_twin.engine.compile import compile_tables
 
 PICTURE = Path(__file__).parents[1] / "images" / "resolved_waves.png"
 SCENE: dict[str, Any] = {
@@ -42,17 +42,13 @@ PANELS = (("mwir", 20.0, "3-5 um, toward the glint"), ("lwir", 200.0, "8-14 um, 
 
 
 def scene(band: str, azimuth: float, **overrides: Any) -> Scenario:
-    return Scenario.from_dict(
-        SCENE, {"bands": [band], "view.azimuth": azimuth, "sea.waves": "resolved", **overrides}
-    )
+    return Scenario.from_dict(SCENE, {"bands": [band], "view.azimuth": azimuth, "sea.waves": "resolved", **overrides})
 
 
 def main() -> None:
     target = Path(sys.argv[1]) if len(sys.argv) > 1 else PICTURE
     figure, axes = plt.subplots(2, 2, figsize=(10, 7), constrained_layout=True)
-    print(
-        "| band | pixel, m | relative spread | 98.9 % of the pixels change at most by | bound in the plan |"
-    )
+    print("| band | pixel, m | relative spread | 98.9 % of the pixels change at most by | bound in the plan |")
     print("|---|---|---|---|---|")
     for row, (band, azimuth, title) in zip(axes, PANELS, strict=True):
         limits: dict[str, float] = {}
@@ -80,9 +76,7 @@ def main() -> None:
             took = time.perf_counter() - started
             assert tables.waves is not None
             factors = zip(plan.model.terms, tables.waves.level[0][:, 0], strict=True)
-            changed = ", ".join(
-                f"{name} {factor:.4f}" for name, factor in factors if abs(factor - 1.0) > 5e-5
-            )
+            changed = ", ".join(f"{name} {factor:.4f}" for name, factor in factors if abs(factor - 1.0) > 5e-5)
             print(f"{band} {size:g} m, compiled in {took:.0f} s, {tables.estimated_error:.0e} off: {changed}")
 
 

@@ -61,9 +61,7 @@ def main() -> int:
     for axis, (title, each) in zip(axes, cubes.items(), strict=True):
         x, y = each.x.values / 1000, each.y.values / 1000
         extent = (x[0], x[-1], y[0], y[-1])
-        shown = axis.imshow(
-            each.radiance[0, 0], origin="lower", extent=extent, cmap="gray", vmin=low, vmax=high
-        )
+        shown = axis.imshow(each.radiance[0, 0], origin="lower", extent=extent, cmap="gray", vmin=low, vmax=high)
         axis.set(title=title, xlabel="east, km")
     axes[0].set_ylabel("north, km")
     figure.colorbar(shown, ax=axes, label="radiance 3-5 um, W m-2 sr-1", shrink=0.9)

@@ -52,8 +52,7 @@ ENTRIES = (
     ),
     Entry(
         "push-broom",
-        "The footprint runs east at 1 km/s; the clouds drift and change beneath it. All frames share one "
-        "scale.",
+        "The footprint runs east at 1 km/s; the clouds drift and change beneath it. All frames share one scale.",
         tuple(_frames(0, *(f"{second} s" for second in range(8)))),
         4,
         (0,) * 8,
@@ -71,11 +70,7 @@ ENTRIES = (
         "statistics of each pixel. The slopes are "
         "truth layers.",
         tuple(
-            _layers(
-                ("radiance 3-5 um", "radiance"),
-                ("slope along x", "sea_slope_x"),
-                ("slope along y", "sea_slope_y"),
-            )
+            _layers(("radiance 3-5 um", "radiance"), ("slope along x", "sea_slope_x"), ("slope along y", "sea_slope_y"))
         ),
     ),
     Entry(
@@ -83,10 +78,7 @@ ENTRIES = (
         "No sun. Droplets emit less in 3.7 um than in 10.8 um, so the difference of both is more negative "
         "over thick low cloud than over the sea: what "
         "weather services use to find fog at night. Asked for with an accuracy in kelvin.",
-        (
-            *_bands("brightness_temperature", "3.7 um", "10.8 um"),
-            ("3.7 um - 10.8 um", "difference", {}),
-        ),
+        (*_bands("brightness_temperature", "3.7 um", "10.8 um"), ("3.7 um - 10.8 um", "difference", {})),
         None,
         (0, 0, 1),
     ),
@@ -108,10 +100,7 @@ ENTRIES = (
         "Streaks of ice crystals. Ice absorbs more in 12.0 um than in 10.8 um, so thin cloud lets less of "
         "the warm sea through there: the "
         "difference tells it from the sea beneath.",
-        (
-            *_bands("brightness_temperature", "10.8 um", "12.0 um"),
-            ("10.8 um - 12.0 um", "difference", {}),
-        ),
+        (*_bands("brightness_temperature", "10.8 um", "12.0 um"), ("10.8 um - 12.0 um", "difference", {})),
         None,
         (0, 0, 1),
     ),
@@ -126,17 +115,7 @@ ENTRIES = (
         "From the window at 3.7 um to the core of the CO2 band at 4.3 um, where the air hides everything "
         "(mind the scale), and through the "
         "ozone band at 9.7 um.",
-        tuple(
-            _bands(
-                "brightness_temperature",
-                "3.7 um",
-                "4.2-4.4 um",
-                "4.5-4.8 um",
-                "8.5 um",
-                "9.7 um",
-                "12.0 um",
-            )
-        ),
+        tuple(_bands("brightness_temperature", "3.7 um", "4.2-4.4 um", "4.5-4.8 um", "8.5 um", "9.7 um", "12.0 um")),
         3,
     ),
     Entry(

@@ -11,9 +11,7 @@ LOADED = re.compile(
     r"|<object\b[^>]*?\bdata\s*=\s*[\"']?((?:https?:)?//[^\s\"'>]+)",
     re.IGNORECASE,
 )
-LOADED_BY_STYLE = re.compile(
-    r"(?:@import\s+|url\()\s*(?:url\()?[\"']?((?:https?:)?//[^\s\"')]+)", re.IGNORECASE
-)
+LOADED_BY_STYLE = re.compile(r"(?:@import\s+|url\()\s*(?:url\()?[\"']?((?:https?:)?//[^\s\"')]+)", re.IGNORECASE)
 
 
 def outside(folder: Path) -> Iterator[tuple[str, str]]:

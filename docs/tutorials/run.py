@@ -88,9 +88,7 @@ def run(page: str, folder: Path, environment: dict[str, str]) -> Iterator[Ran]:
                 check=False,
             )
             if done.returncode:
-                raise RuntimeError(
-                    f"exit code {done.returncode} of\n{block.text}\n{done.stdout}{done.stderr}"
-                )
+                raise RuntimeError(f"exit code {done.returncode} of\n{block.text}\n{done.stdout}{done.stderr}")
             after = every[place + 1] if place + 1 < len(every) else None
             shown = after if after and after.language == "text" and after.file is None else None
             yield Ran(block, done.stdout, shown)
@@ -102,8 +100,7 @@ def same(shown: str, printed: str) -> bool:
         return False
     pairs = zip(NUMBER.findall(shown), NUMBER.findall(printed), strict=True)
     return all(
-        abs(float(one) - float(other)) <= TOLERANCE * max(abs(float(one)), abs(float(other)))
-        for one, other in pairs
+        abs(float(one) - float(other)) <= TOLERANCE * max(abs(float(one)), abs(float(other))) for one, other in pairs
     )
 
 

@@ -33,18 +33,13 @@ class AttributeSpec:
 
 PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec(
-        FORMAT_ATTRIBUTE,
-        "integer",
-        ALWAYS,
-        f"{FORMAT_VERSION}; written last, so that a file that has it is finished.",
+        FORMAT_ATTRIBUTE, "integer", ALWAYS, f"{FORMAT_VERSION}; written last, so that a file that has it is finished."
     ),
     AttributeSpec(
         SCENARIO_ATTRIBUTE, "JSON", ALWAYS, "The scenario with every default filled in; it can be run again."
     ),
     AttributeSpec("hcss_seed", "text", ALWAYS, "The scenario's seed."),
-    AttributeSpec(
-        "hcss_versions", "JSON", ALWAYS, "Versions of hcss-twin, Python and the libraries, by name."
-    ),
+    AttributeSpec("hcss_versions", "JSON", ALWAYS, "Versions of hcss-twin, Python and the libraries, by name."),
     AttributeSpec(
         "hcss_providers",
         "JSON",
@@ -52,17 +47,9 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "`name`, `distribution` and `version` of each provider by kind; clouds of several layers are numbered.",
     ),
     AttributeSpec(
-        "hcss_files_sha256",
-        "JSON",
-        ALWAYS,
-        "SHA-256 of each file read: by its name in the catalog, or its path.",
+        "hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read: by its name in the catalog, or its path."
     ),
-    AttributeSpec(
-        "hcss_filled_in",
-        "JSON",
-        ALWAYS,
-        "List of `field`, `value` and `why`: what the scenario left open.",
-    ),
+    AttributeSpec("hcss_filled_in", "JSON", ALWAYS, "List of `field`, `value` and `why`: what the scenario left open."),
     AttributeSpec(
         "hcss_skipped",
         "JSON",
@@ -71,10 +58,7 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "relative to that of the band ([left out](skipped.md)).",
     ),
     AttributeSpec(
-        "hcss_notes",
-        "JSON",
-        ALWAYS,
-        "List of what users should know about the providers, as they say themselves.",
+        "hcss_notes", "JSON", ALWAYS, "List of what users should know about the providers, as they say themselves."
     ),
     AttributeSpec(
         "hcss_particles",
@@ -84,16 +68,10 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "`number_density_m3` and `large_particle_extinction_m1`, from the lowest.",
     ),
     AttributeSpec(
-        "hcss_significant_wave_height_m",
-        "number",
-        "the sea model knows it",
-        "Significant height of the waves, m.",
+        "hcss_significant_wave_height_m", "number", "the sea model knows it", "Significant height of the waves, m."
     ),
     AttributeSpec(
-        "hcss_accuracy_requested",
-        "number",
-        _RADIANCE,
-        "The error asked for, relative to the radiance of every band.",
+        "hcss_accuracy_requested", "number", _RADIANCE, "The error asked for, relative to the radiance of every band."
     ),
     AttributeSpec(
         "hcss_accuracy_requested_kelvin",
@@ -115,9 +93,7 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "approximated.",
     ),
     AttributeSpec("hcss_wavenumbers_used", "integer", _RADIANCE, "Weighted wavenumbers that were computed."),
-    AttributeSpec(
-        "hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the whole grid that they stand for."
-    ),
+    AttributeSpec("hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the whole grid that they stand for."),
     AttributeSpec(
         "hcss_certificate",
         "text",

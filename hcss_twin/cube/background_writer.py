@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.cube.streamed_writer import StreamedWriter
 
-MOST_WAITING = 2
+MAX_WAITING = 2
 """Frames handed over and not yet on their way to the disk, the one being written included."""
 
-MOST_WAITING_BYTES = 256 * 2**20
+MAX_WAITING_BYTES = 256 * 2**20
 """Larger frames wait alone, so that memory stays that of two frames: one made and one written."""
 
 
@@ -51,17 +51,13 @@ class BackgroundWriter:
         """
         self._hand_over(arrays, self._writer.write_frame, index, arrays)
 
-    def write_tile(
-        self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]
-    ) -> None:
+    def write_tile(self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Hand over a part of a frame, as :meth:`write_frame` does a whole one."""
         self._hand_over(arrays, self._writer.write_tile, index, place, arrays)
 
-    def _hand_over(
-        self, arrays: Mapping[str, NDArray[Any]], write: Callable[..., None], *arguments: Any
-    ) -> None:
+    def _hand_over(self, arrays: Mapping[str, NDArray[Any]], write: Callable[..., None], *arguments: Any) -> None:
         size = sum(array.nbytes for array in arrays.values())
-        most = MOST_WAITING if size * MOST_WAITING <= MOST_WAITING_BYTES else 1
+        most = MAX_WAITING if size * MAX_WAITING <= MAX_WAITING_BYTES else 1
         while self._waiting and (len(self._waiting) >= most or self._waiting[0].done()):
             self._waiting[0].result()
             self._waiting.popleft()

@@ -1,18 +1,58 @@
-"""The table of coordinate variables and their values."""
+"""The clock of a cube: seconds since the scenario's start.
+
+The table of coordinate variables and their values.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.footprint import footprint
-from hcss_twin.cube.geometry import pixel_centres_m
+from hcss_twin.core.errors import CubeError
+from hcss_twin.cube.geometry import footprint, pixel_centres_m
 from hcss_twin.cube.geometry_variables import STANDS_FOR
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.variables import LAYER, VariableSpec
-from hcss_twin.physics.ellipsoid import INVERSE_FLATTENING, SEMI_MAJOR_AXIS_M
+from hcss_twin.physics.geodesy import INVERSE_FLATTENING, SEMI_MAJOR_AXIS_M
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+_UNITS = "seconds since "
+
+
+def start_of(dataset: xr.Dataset) -> np.datetime64:
+    """Return the scenario's start (UTC) of an open cube, from which its file counts seconds.
+
+    Raises
+    ------
+    CubeError
+        If the file counts time in another way.
+    """
+    units = str(dataset["time"].encoding.get("units", ""))
+    try:
+        if units.startswith(_UNITS):
+            return np.datetime64(units.removeprefix(_UNITS).strip(), "ns")
+    except ValueError:
+        pass
+    raise CubeError(f"time is in '{units}'; a cube has '{_UNITS}' and a date")
+
+
+def frame_times_s(dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Return the time of each frame in seconds since the scenario's start, to the nanosecond.
+
+    Raises
+    ------
+    CubeError
+        If the file counts time in another way.
+    """
+    since = dataset["time"].to_numpy().astype("datetime64[ns]") - start_of(dataset)
+    seconds: NDArray[np.float64] = since / np.timedelta64(1, "s")
+    return seconds
+
 
 BOUND = "bound"
 VERTEX = "vertex"
@@ -35,9 +75,7 @@ def _coordinate(
     dtype: str = "float64",
     **attributes: str,
 ) -> VariableSpec:
-    return VariableSpec(
-        name, dims, dtype, units, long_name, "coordinate", description, standard_name, attributes
-    )
+    return VariableSpec(name, dims, dtype, units, long_name, "coordinate", description, standard_name, attributes)
 
 
 COORDINATES: tuple[VariableSpec, ...] = (
@@ -248,10 +286,7 @@ def auxiliary_names(header: CubeHeader, dims: tuple[str, ...]) -> list[str]:
     centre = [
         spec.name
         for spec in COORDINATES
-        if spec.name not in dims
-        and not is_bounds(spec)
-        and spec.name not in instead
-        and set(spec.dims) <= set(dims)
+        if spec.name not in dims and not is_bounds(spec) and spec.name not in instead and set(spec.dims) <= set(dims)
     ]
     return [*centre, *own]
 

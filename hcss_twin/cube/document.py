@@ -15,7 +15,7 @@ from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.metadata import DEFAULTS
-from hcss_twin.cube.sensor_variables import MEASURED_RADIANCE, SENSOR_ATTRIBUTE, SENSOR_VARIABLES
+from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, SENSOR_ATTRIBUTE, SENSOR_VARIABLES
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES, VariableSpec, term_variable
 
 _INTRODUCTION = f"""# The cube
@@ -156,9 +156,7 @@ def main(arguments: Iterable[str] = ()) -> None:
     path.write_text(markdown(), encoding="utf-8")
 
 
-_HEADER = (
-    "| name | dimensions | type | units | kind | standard name | meaning |\n|---|---|---|---|---|---|---|"
-)
+_HEADER = "| name | dimensions | type | units | kind | standard name | meaning |\n|---|---|---|---|---|---|---|"
 
 _ATTRIBUTE_HEADER = "| attribute | type | in cubes where | holds |\n|---|---|---|---|"
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.errors import CubeError
 
 Place = tuple[slice, slice]
 """Rows and columns of a part of a frame."""
@@ -65,18 +65,14 @@ class WrittenFrames:
         missing = sorted(set(range(self._header.frames)) - self._complete)
         if missing:
             listed = ", ".join(map(str, missing[:10])) + (", ..." if len(missing) > 10 else "")
-            raise CubeError(
-                f"{path}: {len(missing)} of {self._header.frames} frames were not written: {listed}"
-            )
+            raise CubeError(f"{path}: {len(missing)} of {self._header.frames} frames were not written: {listed}")
 
 
 def _meet(one: Place, other: Place) -> bool:
     return all(a.start < b.stop and b.start < a.stop for a, b in zip(one, other, strict=True))
 
 
-def check_frame(
-    header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any]], place: Place | None = None
-) -> None:
+def check_frame(header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any]], place: Place | None = None) -> None:
     """Check that a frame, or a part of it, has exactly the header's variables and that each array obeys its spec.
 
     Raises

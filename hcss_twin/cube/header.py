@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.variables import LAYER, VariableSpec
-from hcss_twin.errors import CubeError
 
 FORMAT_ATTRIBUTE = "hcss_cube_format"
 FORMAT_VERSION = 1
@@ -171,9 +171,7 @@ def _check_ranges(header: CubeHeader) -> None:
     times = header.frame_times_s
     for index, value in enumerate(times):
         if not math.isfinite(value) or (index > 0 and value <= times[index - 1]):
-            raise CubeError(
-                f"frame_times_s[{index}]: {value}; times are finite and increase from frame to frame"
-            )
+            raise CubeError(f"frame_times_s[{index}]: {value}; times are finite and increase from frame to frame")
     ranges = {
         "pixel_size_m": (header.pixel_size_m, math.nextafter(0.0, 1.0), math.inf),
         "latitude": (header.latitude, -90.0, 90.0),

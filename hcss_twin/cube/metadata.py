@@ -8,9 +8,9 @@ import os
 from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
 
-from hcss_twin.cube.footprint import Footprint, footprint
+from hcss_twin.core.errors import CubeError
+from hcss_twin.cube.geometry import Footprint, footprint
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE, Attribute, CubeHeader
-from hcss_twin.errors import CubeError
 
 UNKNOWN = "unknown"
 
@@ -81,9 +81,7 @@ def creation_time() -> datetime:
     try:
         return datetime.fromtimestamp(int(epoch), UTC)
     except (ValueError, OverflowError, OSError) as error:
-        raise CubeError(
-            f"SOURCE_DATE_EPOCH: '{epoch}' is not a whole number of seconds since 1970"
-        ) from error
+        raise CubeError(f"SOURCE_DATE_EPOCH: '{epoch}' is not a whole number of seconds since 1970") from error
 
 
 def window_attribute(header: CubeHeader) -> dict[str, Attribute]:

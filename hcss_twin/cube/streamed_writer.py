@@ -16,10 +16,10 @@ from typing import Any, ClassVar, Self
 
 from numpy.typing import NDArray
 
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.frames import WrittenFrames, check_frame, plain_bytes
 from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, Attribute, CubeHeader, check_attributes
-from hcss_twin.errors import CubeError
 
 
 class StreamedWriter(ABC):
@@ -98,9 +98,7 @@ class StreamedWriter(ABC):
         """
         self.write_tile(index, None, arrays)
 
-    def write_tile(
-        self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]
-    ) -> None:
+    def write_tile(self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Write a part of one frame; parts may come in any order, each pixel once.
 
         Parameters
@@ -119,9 +117,7 @@ class StreamedWriter(ABC):
         """
         with self._turn:
             if not self._is_open:
-                raise CubeError(
-                    f"{self.path}: not open for writing; frames are written inside a 'with' block"
-                )
+                raise CubeError(f"{self.path}: not open for writing; frames are written inside a 'with' block")
             window = self._written.room_for(index, place)
             check_frame(self.header, index, arrays, place)
             with self._explained():
@@ -182,8 +178,7 @@ class StreamedWriter(ABC):
         if self.compression is None and needed > free:
             self._discard()
             raise CubeError(
-                f"cannot write {self.path}: it needs {needed / 1e6:.1f} MB, "
-                f"the disk has {free / 1e6:.1f} MB free"
+                f"cannot write {self.path}: it needs {needed / 1e6:.1f} MB, the disk has {free / 1e6:.1f} MB free"
             )
 
     @contextlib.contextmanager

@@ -12,11 +12,11 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from hcss_twin.core.errors import choose_from
 from hcss_twin.cube.geometry_variables import DIRECTION, GEOMETRY, LOCATION, MOVING_LOCATION
 from hcss_twin.cube.spec import BAND_FRAME, FRAME, LAYER_FRAME
 from hcss_twin.cube.spec import LAYER as LAYER
 from hcss_twin.cube.spec import VariableSpec as VariableSpec
-from hcss_twin.errors import choose_from
 
 TERM_PREFIX = "radiance_"
 SHADOW_MASK = "shadow_mask"
@@ -70,8 +70,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="cloudy part of the pixel",
         kind="truth",
-        description="Part of the pixel's points that hold cloud of any layer; with one point per pixel the "
-        "cloud mask.",
+        description="Part of the pixel's points that hold cloud of any layer; with one point per pixel the cloud mask.",
         standard_name="cloud_area_fraction",
         lowest=0.0,
         highest=1.0,
@@ -85,10 +84,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         kind="truth",
         description="1 where the sun's path to the sea crosses cloud of any thickness on some part of the pixel that "
         "is seen clear; 0 elsewhere, where the whole pixel is cloudy, and with the sun below the horizon.",
-        attributes={
-            "flag_values": np.array([0, 1], dtype=np.uint8),
-            "flag_meanings": "not_shadowed shadowed",
-        },
+        attributes={"flag_values": np.array([0, 1], dtype=np.uint8), "flag_meanings": "not_shadowed shadowed"},
         lowest=0.0,
         highest=1.0,
     ),
@@ -182,9 +178,7 @@ def term_variable(name: str, description: str) -> VariableSpec:
         If ``name`` is not made of lower-case letters, digits and underscores.
     """
     if not _TERM.match(name):
-        raise ValueError(
-            f"radiance term '{name}': a term is named with lower-case letters, digits and underscores"
-        )
+        raise ValueError(f"radiance term '{name}': a term is named with lower-case letters, digits and underscores")
     return VariableSpec(
         name=TERM_PREFIX + name,
         dims=BAND_FRAME,
@@ -263,9 +257,7 @@ def expand(
         if name in WAVE_VARIABLES and not waves:
             raise ValueError(f"'{name}': the scene draws no waves; allowed: with sea.waves = \"resolved\"")
         if name in directions and not altitude:
-            raise ValueError(
-                f"'{name}': the altitude of the sensor is not known; allowed: with platform.altitude"
-            )
+            raise ValueError(f"'{name}': the altitude of the sensor is not known; allowed: with platform.altitude")
         wanted |= groups.get(name, {name})
     if not wanted:
         raise ValueError(f"no output variable is asked for; {choose_from('', [*groups, *known])}")

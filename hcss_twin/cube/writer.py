@@ -1,8 +1,18 @@
-"""Writing of a cube, frame by frame, so that the final name only ever holds a finished one."""
+"""Rounding of numbers to fewer significant bits, so that they compress: the algorithm ``bitround`` of CF-1.12.
+
+The mantissa is rounded to its leading bits and the rest is 0. That is what the netCDF library calls BitRound, to the
+bit; it is done here because the library only does it on the way to the disk, and what checks a cube needs the numbers
+that the cube has (D. A. Hassell and others, CF Conventions 1.12, section 8.4, *Lossy compression via quantization*).
+
+Dimensions and attributes of the variables of a cube, whatever format it is written in.
+
+Writing of a cube, frame by frame, so that the final name only ever holds a finished one.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -11,21 +21,107 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.bit_rounding import INFO
-from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values, grid_mapping_attributes
-from hcss_twin.cube.durable import flush
-from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute
-from hcss_twin.cube.layout import (
-    QUANTIZATION_ATTRIBUTES,
-    coordinate_attributes,
-    dimensions,
-    links,
-    variable_attributes,
+from hcss_twin.core.errors import CubeError
+from hcss_twin.core.files import flush
+from hcss_twin.cube.coordinates import (
+    BOUND,
+    COORDINATES,
+    GRID_MAPPING,
+    VERTEX,
+    auxiliary_names,
+    coordinate_values,
+    grid_mapping_attributes,
+    is_bounds,
+    time_units,
 )
+from hcss_twin.cube.geometry import footprint
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, CubeHeader
 from hcss_twin.cube.metadata import global_attributes
 from hcss_twin.cube.streamed_writer import StreamedWriter
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.errors import CubeError
+from hcss_twin.version import __version__
+
+MANTISSA_BITS = 23
+"""Of single precision, in which cubes are written."""
+
+INFO = "quantization_info"
+"""Variable of the cube that names the algorithm."""
+
+
+def bits_for(error: float) -> int:
+    """Return the fewest explicit bits of the mantissa, at most all, whose rounding errs by no more, relatively.
+
+    Parameters
+    ----------
+    error : float
+        Greater than 0 and less than 1.
+    """
+    return min(MANTISSA_BITS, max(1, math.ceil(-math.log2(error) - 1.0)))
+
+
+def largest_error(bits: int) -> float:
+    """Return the largest relative error of rounding to so many bits: half a step of the smallest mantissa."""
+    return 0.0 if bits >= MANTISSA_BITS else 2.0 ** -(bits + 1)
+
+
+def round_bits(values: NDArray[np.float32], bits: int) -> None:
+    """Round in place, halves away from zero. Zeros, infinities and NaN stay as they are.
+
+    Parameters
+    ----------
+    values : ndarray of float32
+    bits : int
+        Explicit bits of the mantissa that are kept, 1 to 23.
+    """
+    dropped = MANTISSA_BITS - bits
+    if dropped <= 0:
+        return
+    numbers = values.view(np.uint32)
+    # NaN may have any bits, and would not always survive the sum.
+    known = ~np.isnan(values)
+    np.add(numbers, np.uint32(1 << (dropped - 1)), out=numbers, where=known)
+    np.bitwise_and(numbers, np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF), out=numbers, where=known)
+
+
+QUANTIZATION_ATTRIBUTES: Mapping[str, str] = {
+    "algorithm": "bitround",
+    "implementation": f"hcss_twin version {__version__}",
+}
+"""Of the variable that says how others were rounded."""
+
+
+def dimensions(header: CubeHeader) -> dict[str, int]:
+    """Return the length of every dimension."""
+    return {**header.sizes, BOUND: 2, VERTEX: len(footprint(header).outline)}
+
+
+def coordinate_attributes(spec: VariableSpec, header: CubeHeader) -> dict[str, Any]:
+    """Return the attributes of a coordinate variable; boundary variables have none."""
+    found = {} if is_bounds(spec) else variable_attributes(spec)
+    return {**found, "units": time_units(header)} if spec.name == "time" else found
+
+
+def variable_attributes(spec: VariableSpec) -> dict[str, Any]:
+    """Return the attributes of a variable but its links to others."""
+    found: dict[str, Any] = {"long_name": spec.long_name, "comment": spec.description}
+    if spec.standard_name is not None:
+        found["standard_name"] = spec.standard_name
+    if spec.units is not None:
+        found["units"] = spec.units
+    content = "coordinate" if spec.kind in ("coordinate", "geometry") else "modelResult"
+    if spec.significant_bits is not None:
+        found["quantization"] = INFO
+        found["quantization_nsb"] = np.int32(spec.significant_bits)
+        found["quantization_maximum_relative_error"] = np.float32(largest_error(spec.significant_bits))
+    return {**found, "coverage_content_type": content, **spec.attributes}
+
+
+def links(spec: VariableSpec, header: CubeHeader) -> dict[str, str]:
+    """Return the attributes of a variable that name others; coordinates of pixels, which others name, have none."""
+    if spec.kind == "geometry":
+        return {}
+    return {"coordinates": " ".join(auxiliary_names(header, spec.dims)), "grid_mapping": GRID_MAPPING}
+
 
 _LARGEST_CHUNK_BYTES = 2**26
 
@@ -117,10 +213,7 @@ class CubeWriter(StreamedWriter):
 
     def _define_coordinate(self, spec: VariableSpec, values: NDArray[Any]) -> None:
         variable = self._dataset.createVariable(
-            spec.name,
-            str if spec.dtype == "str" else spec.dtype,
-            spec.dims,
-            fill_value=False if spec.units else None,
+            spec.name, str if spec.dtype == "str" else spec.dtype, spec.dims, fill_value=False if spec.units else None
         )
         variable.setncatts(coordinate_attributes(spec, self.header))
         if spec.dims:

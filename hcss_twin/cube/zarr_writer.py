@@ -15,15 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.bit_rounding import INFO
+from hcss_twin.core.errors import CubeError
+from hcss_twin.core.files import flush
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values, grid_mapping_attributes
-from hcss_twin.cube.durable import flush
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute
-from hcss_twin.cube.layout import QUANTIZATION_ATTRIBUTES, coordinate_attributes, links, variable_attributes
 from hcss_twin.cube.metadata import global_attributes
 from hcss_twin.cube.streamed_writer import StreamedWriter
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.errors import CubeError
+from hcss_twin.cube.writer import INFO, QUANTIZATION_ATTRIBUTES, coordinate_attributes, links, variable_attributes
 
 DIMENSIONS = "_ARRAY_DIMENSIONS"
 """Attribute of a variable in which readers look for the names of its dimensions."""

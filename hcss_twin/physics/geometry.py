@@ -14,9 +14,7 @@ def relative_azimuth_rad(view_azimuth_deg: float, sun_azimuth_deg: float) -> flo
     return min(difference, math.tau - difference)
 
 
-def wind_azimuths(
-    sensor_azimuth_deg: float, sun_azimuth_deg: float, wind_from_deg: float
-) -> tuple[float, float]:
+def wind_azimuths(sensor_azimuth_deg: float, sun_azimuth_deg: float, wind_from_deg: float) -> tuple[float, float]:
     """Return (relative_azimuth, wind_azimuth) in radians for bearings in degrees clockwise from north.
 
     The slopes are mirror-symmetric about the wind, so that the sense of counting may be turned until the sun
@@ -38,11 +36,7 @@ def _turn_deg(sensor_azimuth_deg: float, sun_azimuth_deg: float) -> float:
 
 
 def sun_zenith_along(
-    view_zenith_deg: float,
-    sun_zenith_deg: float,
-    relative_azimuth: float,
-    altitude_m: float,
-    earth_radius_m: float,
+    view_zenith_deg: float, sun_zenith_deg: float, relative_azimuth: float, altitude_m: float, earth_radius_m: float
 ) -> float:
     """Zenith angle of the sun where a straight line of sight from the surface reaches an altitude, degrees.
 

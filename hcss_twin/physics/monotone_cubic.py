@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hcss_twin.core.arrays import Array
 
 WINDOW = 4
 
@@ -89,9 +89,7 @@ def _interior(step0: Array, step1: Array, secant0: Array, secant1: Array) -> Arr
     """Weighted harmonic mean of the secants; 0 at an extremum."""
     weight0, weight1 = 2 * step1 + step0, step1 + 2 * step0
     # Far below any meaning a secant would overflow when inverted; so would the product of large ones.
-    same_sign = (np.sign(secant0) * np.sign(secant1) > 0) & (
-        np.minimum(np.abs(secant0), np.abs(secant1)) > 1e-300
-    )
+    same_sign = (np.sign(secant0) * np.sign(secant1) > 0) & (np.minimum(np.abs(secant0), np.abs(secant1)) > 1e-300)
     safe0, safe1 = np.where(same_sign, secant0, 1.0), np.where(same_sign, secant1, 1.0)
     mean = (weight0 + weight1) / (weight0 / safe0 + weight1 / safe1)
     result: Array = np.where(same_sign, mean, 0.0)

@@ -1,13 +1,18 @@
-"""Black-body radiance."""
+"""Constants of nature that define the SI since 2019, exact (BIPM, *The International System of Units*, 9th edition).
+
+Black-body radiance.
+"""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcss_twin.physics.constants import BOLTZMANN_J_K, PLANCK_J_S, SPEED_OF_LIGHT_M_S
+from hcss_twin.core.arrays import Array
 
-Array = NDArray[np.float64]
+PLANCK_J_S = 6.62607015e-34
+SPEED_OF_LIGHT_M_S = 299792458.0
+BOLTZMANN_J_K = 1.380649e-23
+
 
 FIRST_RADIATION = 2.0 * PLANCK_J_S * SPEED_OF_LIGHT_M_S**2 * 1e8
 """2 h c^2 for wavenumbers in cm-1 and radiance per cm-1, W m-2 sr-1 (cm-1)-4."""

@@ -6,16 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.physics.paths import Leg, Path
 
 EARTH_RADIUS_M = 6_371_230.0
 """Radius LOWTRAN7 uses for mid-latitude and US standard atmospheres, kept so that paths agree with it."""
 
 GASES = ("h2o", "co2", "o3", "n2o", "co", "ch4", "o2")
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -55,9 +53,7 @@ class Profile:
         altitude = np.asarray(altitude_m, dtype=np.float64)
         low, high = self.altitude_m[0], self.altitude_m[-1]
         if np.any(altitude < low) or np.any(altitude > high):
-            raise ValueError(
-                f"altitude {altitude.min():g}..{altitude.max():g} m: allowed {low:g}..{high:g} m"
-            )
+            raise ValueError(f"altitude {altitude.min():g}..{altitude.max():g} m: allowed {low:g}..{high:g} m")
         result: Array = np.interp(altitude, self.altitude_m, self.temperature_K)
         return result
 

@@ -9,9 +9,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hcss_twin.core.arrays import Array
 
 SEA_LEVEL_PRESSURE_HPA = 1013.25
 AIR_TEMPERATURE_C = 12.0

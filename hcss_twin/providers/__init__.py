@@ -31,6 +31,7 @@ sun, clockwise from north; ``relative_azimuth`` in [0, pi] is 0 with the sensor 
 side and pi toward the glint. View zenith angles are those at the surface point.
 """
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.providers.atmosphere import AtmosphereInputs, TransmittanceOptions, TransmittanceProvider
 from hcss_twin.providers.clouds import (
     CloudGenerator,
@@ -41,16 +42,9 @@ from hcss_twin.providers.clouds import (
     Microphysics,
     Motion,
 )
-from hcss_twin.providers.common import Array, Declares
+from hcss_twin.providers.common import Declares
 from hcss_twin.providers.optics import Optics, OpticsInputs, SingleScattering
-from hcss_twin.providers.radiance import (
-    RadianceInputs,
-    RadianceModel,
-    RadianceModelOptions,
-    SolarIrradiance,
-    Sun,
-    View,
-)
+from hcss_twin.providers.radiance import RadianceInputs, RadianceModel, RadianceModelOptions, SolarIrradiance, Sun, View
 from hcss_twin.providers.sea import SeaInputs, SeaModel, SeaModelOptions, WaveShapes
 from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorInputs, SensorOptions
 

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.physics.paths import Path
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers.common import Array, Declares
+from hcss_twin.providers.common import Declares
 
 
 @dataclass(frozen=True)
@@ -51,11 +52,7 @@ class TransmittanceOptions(Protocol):
         ...
 
     def solar_path_radiance(
-        self,
-        wavenumber_cm1: Array,
-        paths: Sequence[Path],
-        sun_zenith_deg: float,
-        relative_azimuth_deg: float,
+        self, wavenumber_cm1: Array, paths: Sequence[Path], sun_zenith_deg: float, relative_azimuth_deg: float
     ) -> Array:
         """Return sunlight scattered once into single legs to space, over the sun's irradiance: (P, V) in sr-1.
 

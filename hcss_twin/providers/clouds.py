@@ -9,8 +9,9 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.providers.common import Array, Declares
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.providers.common import Declares
 
 
 @dataclass(frozen=True)
@@ -196,15 +197,11 @@ class CloudGeneratorOptions(Protocol):
         """
         ...
 
-    def thickness_in_frame_m(
-        self, time_s: float, rows: slice, columns: slice, summary: Any
-    ) -> NDArray[np.float32]:
+    def thickness_in_frame_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> NDArray[np.float32]:
         """Return the thickness (y, x) of a window, to the bit what ``thickness_m`` has there in the whole frame."""
         ...
 
-    def thickness_around_m(
-        self, time_s: float, rows: slice, columns: slice, summary: Any
-    ) -> NDArray[np.float32]:
+    def thickness_around_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> NDArray[np.float32]:
         """Return the thickness (y, x) of a window that may reach outside the image, to negative rows and columns too.
 
         For generators whose sky has no edge: sensors whose optics blur see clouds beyond the image. Inside it pixels

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers.clouds import Microphysics
-from hcss_twin.providers.common import Array, Declares
+from hcss_twin.providers.common import Declares
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers.atmosphere import TransmittanceProvider
 from hcss_twin.providers.clouds import CloudLayer
-from hcss_twin.providers.common import Array, Declares
+from hcss_twin.providers.common import Declares
 from hcss_twin.providers.optics import Optics
 from hcss_twin.providers.sea import SeaModel
 

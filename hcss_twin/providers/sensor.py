@@ -9,9 +9,10 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers.clouds import Grid
-from hcss_twin.providers.common import Array, Declares
+from hcss_twin.providers.common import Declares
 
 
 @dataclass(frozen=True)

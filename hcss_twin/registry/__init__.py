@@ -1,9 +1,5 @@
-"""Discovery of providers: hook specifications, provider specs, isolation of broken plugins."""
+"""Specs and hooks, at the import path that the provider API promises; see :mod:`hcss_twin.providers.registry`."""
 
-from hcss_twin.registry.discovery import BrokenPlugin, Entry, Origin
-from hcss_twin.registry.hookspecs import hookimpl
-from hcss_twin.registry.kinds import Kind
-from hcss_twin.registry.registry import Registry
-from hcss_twin.registry.specs import API_VERSION, ProviderSpec
+from hcss_twin.providers.registry import API_VERSION, Kind, ProviderSpec, hookimpl
 
-__all__ = ["API_VERSION", "BrokenPlugin", "Entry", "Kind", "Origin", "ProviderSpec", "Registry", "hookimpl"]
+__all__ = ["API_VERSION", "Kind", "ProviderSpec", "hookimpl"]

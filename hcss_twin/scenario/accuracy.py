@@ -8,12 +8,12 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.scenario.wording import shown
+from hcss_twin.core.errors import shown
 
-LEAST, MOST = 1e-6, 0.1
-LEAST_K, MOST_K = 1e-3, 10.0
+MIN, MAX = 1e-6, 0.1
+MIN_K, MAX_K = 1e-3, 10.0
 
-_ALLOWED = f"allowed: a number from {LEAST:g} to {MOST:g}, or text with one of the units %, K, mK"
+_ALLOWED = f"allowed: a number from {MIN:g} to {MAX:g}, or text with one of the units %, K, mK"
 _TEXT = re.compile(r"\s*(\+?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*")
 _FACTORS = {"": 1.0, "%": 0.01, "K": 1.0, "mK": 1e-3}
 
@@ -50,13 +50,13 @@ def parse_accuracy(value: Any) -> float | str:
     except OverflowError:  # a whole number beyond all others
         plain = float("inf") if number > 0 else -float("inf")
     kelvin = unit.endswith("K")
-    least, most = (LEAST_K, MOST_K) if kelvin else (LEAST, MOST)
+    least, most = (MIN_K, MAX_K) if kelvin else (MIN, MAX)
     if not least <= plain <= most:
         nearest = most if plain > most else least
         raise PydanticCustomError(
             "accuracy_range",
-            f"{shown(value)} is out of range; allowed: {LEAST:g} to {MOST:g} of the radiance, or text from "
-            f"'{LEAST_K:g} K' to '{MOST_K:g} K'; closest valid choice is "
+            f"{shown(value)} is out of range; allowed: {MIN:g} to {MAX:g} of the radiance, or text from "
+            f"'{MIN_K:g} K' to '{MAX_K:g} K'; closest valid choice is "
             + (f"'{nearest:g} K'" if kelvin else f"{nearest:g}"),
         )
     return f"{plain:g} K" if kelvin else plain
@@ -68,7 +68,7 @@ Accuracy = Annotated[
     WithJsonSchema(
         {
             "anyOf": [
-                {"type": "number", "minimum": LEAST, "maximum": MOST},
+                {"type": "number", "minimum": MIN, "maximum": MAX},
                 {"type": "string", "pattern": r"^\s*[+0-9.eE-]+\s*(%|K|mK)?\s*$"},
             ]
         }

@@ -10,13 +10,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.models import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import problems_from
-from hcss_twin.scenario.section import Section
+from hcss_twin.scenario.section_types import Section
 from hcss_twin.scenario.units import Length, Number, Whole
 
 
@@ -26,18 +26,14 @@ class TypeLayer(Section):
     phase: Literal["water", "ice"] = Field(description="Phase of the particles.")
     base: Length = Field(ge=0, le=20_000, description="Altitude of the cloud base, m.")
     top: Length = Field(gt=0, le=20_000, description="Altitude of the highest cloud top, m.")
-    anchor: Literal["base", "top"] = Field(
-        "base", description="Side of a thin cloud that stays at its altitude."
-    )
+    anchor: Literal["base", "top"] = Field("base", description="Side of a thin cloud that stays at its altitude.")
     thickness_min: Length = Field(gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m.")
 
     @model_validator(mode="after")
     def _room(self) -> TypeLayer:
         depth = self.top - self.base
         if depth <= 0:
-            raise PydanticCustomError(
-                "top", f"top {self.top:g} m is not above the base; allowed: above {self.base:g}"
-            )
+            raise PydanticCustomError("top", f"top {self.top:g} m is not above the base; allowed: above {self.base:g}")
         if self.thickness_min > depth:
             raise PydanticCustomError(
                 "thickness_min",
@@ -158,14 +154,11 @@ def altitude_problems(section: Layer, cloud_type: CloudType | None, field: str) 
             key, message = "top", f"{top:g} m is not above the base; allowed: above {base:g}{whose}"
         yield Problem(f"{field}.{key}", message)
         return
-    thinnest = (
-        usual.thickness_min if usual is not None and section.thickness_min is None else section.thickness_min
-    )
+    thinnest = usual.thickness_min if usual is not None and section.thickness_min is None else section.thickness_min
     if thinnest is not None and thinnest > depth:
         whose = f" (that of type '{section.type}')" if section.thickness_min is None else ""
         message = (
-            f"{thinnest:g} m{whose} exceeds top - base; allowed: up to {depth:g}; "
-            f"closest valid choice is {depth:g}"
+            f"{thinnest:g} m{whose} exceeds top - base; allowed: up to {depth:g}; closest valid choice is {depth:g}"
         )
         yield Problem(f"{field}.thickness_min", message)
 

@@ -7,26 +7,26 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.atmosphere.profile_file import STANDARD
-from hcss_twin.errors import closest
-from hcss_twin.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.core.errors import closest, shown
+from hcss_twin.models.atmosphere.profile_file import STANDARD
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.accuracy import Accuracy
-from hcss_twin.scenario.band_entries import Bands
-from hcss_twin.scenario.band_entries import ResponseBand as ResponseBand
-from hcss_twin.scenario.image_window import ImageWindow
-from hcss_twin.scenario.instant import Instant
-from hcss_twin.scenario.particle_limits import LARGEST_UM, MOST_WATER_KG_M3, NARROWEST, WIDEST
-from hcss_twin.scenario.platform import Platform, PlatformSpeed
-from hcss_twin.scenario.section import Section
+from hcss_twin.scenario.bands import Bands
+from hcss_twin.scenario.bands import ResponseBand as ResponseBand
+from hcss_twin.scenario.section_types import (
+    LARGEST_UM,
+    MAX_WATER_KG_M3,
+    NARROWEST,
+    WIDEST,
+    ImageWindow,
+    Instant,
+    Platform,
+    PlatformSpeed,
+    Section,
+)
 from hcss_twin.scenario.sensor import Sensor
 from hcss_twin.scenario.units import (
     Angle,
@@ -41,7 +41,6 @@ from hcss_twin.scenario.units import (
     Whole,
     parse_quantity,
 )
-from hcss_twin.scenario.wording import shown
 
 
 def selected(section: Section, key: str) -> str:
@@ -70,22 +69,19 @@ class View(Section):
 
     zenith: Angle = Field(0.0, ge=0, le=85, description="Zenith angle at the surface point, degrees.")
     azimuth: Angle = Field(
-        0.0,
-        ge=0,
-        lt=360,
-        description="Bearing from the surface point toward the sensor, degrees clockwise from north.",
+        0.0, ge=0, lt=360, description="Bearing from the surface point toward the sensor, degrees clockwise from north."
     )
 
 
-MOST_PIXELS = 100_000
+MAX_PIXELS = 100_000
 """Rows, and columns, of the largest image."""
 
 
 class Image(Section):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
-    rows: Whole = Field(800, ge=1, le=MOST_PIXELS, description="Number of rows (y).")
-    columns: Whole = Field(800, ge=1, le=MOST_PIXELS, description="Number of columns (x).")
+    rows: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
+    columns: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of columns (x).")
     pixel_size: Length = Field(20.0, gt=0, le=100_000, description="Side of the square ground pixel, m.")
     samples_per_pixel: Whole = Field(
         1,
@@ -123,9 +119,7 @@ def _evolution_time(value: object) -> object:
         return value
     allowed = 'allowed: 0.001 to 1e12 s, or "frozen"'
     if isinstance(value, str) and closest(value, ("frozen",)):
-        raise PydanticCustomError(
-            "evolution_time", f"{shown(value)} is not a duration; {allowed}; closest is 'frozen'"
-        )
+        raise PydanticCustomError("evolution_time", f"{shown(value)} is not a duration; {allowed}; closest is 'frozen'")
     number = parse_quantity(value, "duration")
     if isinstance(number, bool) or not isinstance(number, int | float):
         raise PydanticCustomError("evolution_time", f"{shown(value)} is not a duration; {allowed}")
@@ -153,8 +147,7 @@ class Motion(Section):
     )
     evolution_time: EvolutionTime = Field(
         1800.0,
-        description="Time in which the largest cloud structures change, s, 0.001 to 1e12; "
-        '"frozen" keeps every shape.',
+        description='Time in which the largest cloud structures change, s, 0.001 to 1e12; "frozen" keeps every shape.',
     )
 
 
@@ -168,8 +161,7 @@ class Atmosphere(Section):
         "atmosphere for place and date.",
     )
     profile_above: str = Field(
-        STANDARD,
-        description="Profile that completes a file: the air above its last level and the gases it leaves out.",
+        STANDARD, description="Profile that completes a file: the air above its last level and the gases it leaves out."
     )
     water_vapour_scale: Number | None = Field(
         None, ge=0, le=10, description="Factor on the profile's water vapour, at all levels."
@@ -229,10 +221,7 @@ class Layer(Section):
         None, description="Phase of the particles; default: the type's. The mass per volume stays."
     )
     effective_radius: ParticleRadius | None = Field(
-        None,
-        gt=0,
-        le=LARGEST_UM,
-        description="Area-weighted mean radius of the particles, um; default: the type's.",
+        None, gt=0, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um; default: the type's."
     )
     effective_variance: Number | None = Field(
         None,
@@ -243,13 +232,13 @@ class Layer(Section):
     water_content: WaterContent | None = Field(
         None,
         gt=0,
-        le=1000.0 * MOST_WATER_KG_M3,
+        le=1000.0 * MAX_WATER_KG_M3,
         description="Liquid water or ice per volume of cloud, g m-3; default: the type's.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the generator.")
 
 
-MOST_LAYERS = 2
+MAX_LAYERS = 2
 """Cloud layers that a scene can have."""
 
 
@@ -258,7 +247,7 @@ class Clouds(Section):
 
     layers: tuple[Layer, ...] = Field(
         (),
-        max_length=MOST_LAYERS,
+        max_length=MAX_LAYERS,
         description="`[[clouds.layers]]`: up to two layers, one above the other, in either order.",
     )
 
@@ -287,8 +276,7 @@ def single_layer(data: Any) -> Any:
     if not isinstance(data, dict):
         hint = f"; closest valid choice is {{type = {shown(data)}}}" if isinstance(data, str) else ""
         raise PydanticCustomError(
-            "clouds",
-            f"{shown(data)} is not a table; allowed: a table with the keys {', '.join(keys)}{hint}",
+            "clouds", f"{shown(data)} is not a table; allowed: a table with the keys {', '.join(keys)}{hint}"
         )
     if not has_single_layer(data):
         return data
@@ -315,12 +303,10 @@ class Slant(Section):
     """
 
     shadows: bool = Field(
-        False,
-        description="Clouds between sun and sea take the direct sunlight from clear points in their shadow.",
+        False, description="Clouds between sun and sea take the direct sunlight from clear points in their shadow."
     )
     parallax: bool = Field(
-        False,
-        description="Clouds appear where the slant line of sight meets them, displaced from the sea below them.",
+        False, description="Clouds appear where the slant line of sight meets them, displaced from the sea below them."
     )
 
 
@@ -329,16 +315,10 @@ class Sea(Section):
 
     model: str = Field("rough-sea", description="Sea model (see `hcss plugins`).")
     temperature: Temperature | None = Field(
-        None,
-        ge=260,
-        le=330,
-        description="Skin temperature, K; default: the climatology's for place and date.",
+        None, ge=260, le=330, description="Skin temperature, K; default: the climatology's for place and date."
     )
     wind_speed: Speed | None = Field(
-        None,
-        ge=0,
-        le=60,
-        description="Wind speed over the sea, m/s; default: the climatology's for place and date.",
+        None, ge=0, le=60, description="Wind speed over the sea, m/s; default: the climatology's for place and date."
     )
     wind_from: Angle = Field(
         270.0, ge=0, lt=360, description="Bearing the sea wind comes from, degrees clockwise from north."
@@ -373,9 +353,7 @@ class Output(Section):
         min_length=1,
         description='Output variables, or the groups "terms", "truth", "geometry" and "all".',
     )
-    compression: Whole = Field(
-        0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest."
-    )
+    compression: Whole = Field(0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest.")
     quantization: Fraction = Field(
         0.0,
         ge=0,
@@ -403,9 +381,7 @@ class ScenarioModel(Section):
         description="Error allowed to the engine: a share of the total radiance of the band (1e-6 to 0.1), or text "
         'with a unit: % of the radiance, or K or mK of its brightness temperature (`"0.1 K"`; 0.001 to 10 K).',
     )
-    time: Instant = Field(
-        description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00."
-    )
+    time: Instant = Field(description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00.")
     place: Place = Field(
         description="Where the first image centre lies, for example {latitude = 35.0, longitude = 150.0}."
     )
@@ -423,19 +399,13 @@ class ScenarioModel(Section):
         description="Bands: catalog names, [shortest_um, longest_um], {name, response}, {name, limits} or "
         "{name, center_um, fwhm_um}.",
     )
-    atmosphere: Atmosphere = Field(
-        default_factory=lambda: Atmosphere.model_validate({}), description="Atmosphere."
-    )
-    clouds: Clouds = Field(
-        default_factory=lambda: Clouds.model_validate({}), description="Clouds; none by default."
-    )
+    atmosphere: Atmosphere = Field(default_factory=lambda: Atmosphere.model_validate({}), description="Atmosphere.")
+    clouds: Clouds = Field(default_factory=lambda: Clouds.model_validate({}), description="Clouds; none by default.")
     slant: Slant = Field(
         default_factory=lambda: Slant.model_validate({}), description="Shadows and parallax of clouds."
     )
     sea: Sea = Field(default_factory=lambda: Sea.model_validate({}), description="Sea.")
     optics: Optics = Field(default_factory=lambda: Optics.model_validate({}), description="Cloud optics.")
-    radiance: Radiance = Field(
-        default_factory=lambda: Radiance.model_validate({}), description="Radiance model."
-    )
+    radiance: Radiance = Field(default_factory=lambda: Radiance.model_validate({}), description="Radiance model.")
     output: Output = Field(default_factory=lambda: Output.model_validate({}), description="Output.")
     sensor: Sensor | None = Field(None, description="Sensor; none by default.")

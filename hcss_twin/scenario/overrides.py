@@ -9,9 +9,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from hcss_twin.errors import Problem
+from hcss_twin.core.errors import Problem, shown
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.wording import shown
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
@@ -44,9 +43,7 @@ def key_parts(key: str) -> list[str]:
 PROVIDER_KEYS = frozenset({"provider", "model", "generator"})
 
 
-def apply_overrides(
-    raw: Mapping[str, Any], overrides: Mapping[str, Any]
-) -> tuple[dict[str, Any], list[Problem]]:
+def apply_overrides(raw: Mapping[str, Any], overrides: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     """Return a copy of ``raw`` with dotted keys replaced, and the keys that could not be placed.
 
     ``clouds.KEY`` reaches into the single cloud layer; a number selects a list element

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.providers import Microphysics
-from hcss_twin.scenario.particle_limits import LARGEST_UM, MOST_WATER_KG_M3, NARROWEST, WIDEST
-from hcss_twin.scenario.section import Section
+from hcss_twin.scenario.section_types import LARGEST_UM, MAX_WATER_KG_M3, NARROWEST, WIDEST, Section
 from hcss_twin.scenario.units import Number
 
 if TYPE_CHECKING:
     from hcss_twin.scenario.models import Layer
+
 
 Phase = Literal["water", "ice"]
 
@@ -35,26 +35,16 @@ class TypeMicrophysics(Section):
     nu: Number | None = Field(None, gt=0, le=10, description="Exponent in the exponential.")
     number_density: Number | None = Field(None, gt=0, le=1e12, description="Particles per m3.")
     effective_radius_um: Number | None = Field(
-        None,
-        gt=0,
-        le=LARGEST_UM,
-        description="Area-weighted mean radius, um; instead of alpha, b, nu, number_density.",
+        None, gt=0, le=LARGEST_UM, description="Area-weighted mean radius, um; instead of alpha, b, nu, number_density."
     )
     effective_variance: Number | None = Field(
-        None,
-        ge=NARROWEST,
-        le=WIDEST,
-        description="Width of the area-weighted distribution; with effective_radius_um.",
+        None, ge=NARROWEST, le=WIDEST, description="Width of the area-weighted distribution; with effective_radius_um."
     )
     water_content_kg_m3: Number | None = Field(
-        None,
-        gt=0,
-        le=MOST_WATER_KG_M3,
-        description="Liquid water or ice per volume, kg m-3; with effective_radius_um.",
+        None, gt=0, le=MAX_WATER_KG_M3, description="Liquid water or ice per volume, kg m-3; with effective_radius_um."
     )
     radius_range_um: tuple[Number, Number] | None = Field(
-        None,
-        description="Limits of integration, um; by default, with effective_radius_um, 0.01 to 10 times it.",
+        None, description="Limits of integration, um; by default, with effective_radius_um, 0.01 to 10 times it."
     )
     source: str = Field(description="Where the numbers come from.")
 
@@ -74,9 +64,7 @@ class TypeMicrophysics(Section):
         size = [name for name in _BY_SIZE if getattr(self, name) is not None]
         both = f"allowed: either {', '.join(_BY_SHAPE)}, or {', '.join(_BY_SIZE)}"
         if shape and size:
-            raise PydanticCustomError(
-                "two_ways", f"{', '.join(shape)} given together with {', '.join(size)}; {both}"
-            )
+            raise PydanticCustomError("two_ways", f"{', '.join(shape)} given together with {', '.join(size)}; {both}")
         wanted = _BY_SIZE if size else _BY_SHAPE
         missing = [name for name in wanted if getattr(self, name) is None]
         if missing:
@@ -92,16 +80,12 @@ class TypeMicrophysics(Section):
             If a given range of radii changes the effective radius or variance noticeably.
         """
         if self.effective_radius_um is not None:
-            from hcss_twin.optics.size_distribution import gamma_distribution
+            from hcss_twin.models.optics.size_distribution import gamma_distribution
 
             assert self.effective_variance is not None
             assert self.water_content_kg_m3 is not None
             return gamma_distribution(
-                phase,
-                self.effective_radius_um,
-                self.effective_variance,
-                self.water_content_kg_m3,
-                self.radius_range_um,
+                phase, self.effective_radius_um, self.effective_variance, self.water_content_kg_m3, self.radius_range_um
             )
         assert self.alpha is not None
         assert self.b is not None
@@ -118,7 +102,8 @@ MICROPHYSICAL = ("phase", "effective_radius", "effective_variance", "water_conte
 def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field: str) -> Microphysics:
     """Merge a layer's microphysics with that of its type.
 
-    A radius or variance makes a gamma distribution, :func:`hcss_twin.optics.size_distribution.gamma_distribution`,
+    A radius or variance makes a gamma distribution,
+    :func:`hcss_twin.models.optics.size_distribution.gamma_distribution`,
     over 0.01 to 10 effective radii; what it needs and the layer does not give is the type's, computed from its
     distribution where the type states it by shape and number. A water content or a phase alone keeps the type's
     distribution and changes the number of particles; a phase alone keeps the mass per volume.
@@ -145,7 +130,7 @@ def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field
         raise ScenarioError([Problem(f"{field}.type", f"'{section.type}', microphysics: {error}")]) from error
     if all(getattr(section, key) is None for key in MICROPHYSICAL):
         return particles
-    from hcss_twin.optics.size_distribution import (
+    from hcss_twin.models.optics.size_distribution import (
         effective_radius_um,
         effective_variance,
         gamma_distribution,

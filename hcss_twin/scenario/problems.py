@@ -10,9 +10,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from hcss_twin.errors import Problem, choose_from
+from hcss_twin.core.errors import Problem, choose_from, count, listed, shown
 from hcss_twin.scenario.units import in_plain_units
-from hcss_twin.scenario.wording import count, listed, shown
 
 Location = tuple[int | str, ...]
 
@@ -22,17 +21,10 @@ REPEATED = ("layers",)
 ZERO_CELSIUS_K = 273.15
 
 _BOUNDS = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
-_RANGE_KINDS = {
-    "greater_than_equal": "ge",
-    "greater_than": "gt",
-    "less_than_equal": "le",
-    "less_than": "lt",
-}
+_RANGE_KINDS = {"greater_than_equal": "ge", "greater_than": "gt", "less_than_equal": "le", "less_than": "lt"}
 
 
-def problems_from(
-    error: ValidationError, model: type[BaseModel], prefix: str = "", raw: Any = None
-) -> list[Problem]:
+def problems_from(error: ValidationError, model: type[BaseModel], prefix: str = "", raw: Any = None) -> list[Problem]:
     """Translate every error of one pydantic validation.
 
     Parameters
@@ -86,9 +78,7 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
         return "is not a key; keys are text"
     if kind in _RANGE_KINDS:
         typed, number = _typed(value, location, raw)
-        celsius = (
-            _from_celsius(location, number, _bounds(model, location)) if typed == shown(number) else None
-        )
+        celsius = _from_celsius(location, number, _bounds(model, location)) if typed == shown(number) else None
         return f"{typed} is out of range; {_range(model, location, number, detail, celsius)}"
     if kind == "finite_number":
         return "; ".join(filter(None, (f"{shown(value)} is not a finite number", _range(model, location))))
@@ -114,9 +104,7 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
 
 def _unknown_key(model: type[BaseModel], location: Location) -> str:
     key = str(location[-1])
-    keys = list(
-        dict.fromkeys(name for owner in _models_at(model, location[:-1]) for name in owner.model_fields)
-    )
+    keys = list(dict.fromkeys(name for owner in _models_at(model, location[:-1]) for name in owner.model_fields))
     # The right key in the wrong section is nearer than another key of this section that is spelt alike.
     known = [repr(home) for home in dict.fromkeys(homes(model, key))]
     if not known:
@@ -138,12 +126,9 @@ def homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
 
 
 def _wrong_type(kind: str, value: object, model: type[BaseModel], location: Location) -> str:
-    wanted = {
-        "float": "a number",
-        "int": "a whole number",
-        "string": "text",
-        "bool": "true or false",
-    }.get(kind.split("_")[0], kind.split("_")[0])
+    wanted = {"float": "a number", "int": "a whole number", "string": "text", "bool": "true or false"}.get(
+        kind.split("_")[0], kind.split("_")[0]
+    )
     allowed = _range(model, location)
     if isinstance(value, int) and not isinstance(value, bool) and kind.startswith("float"):
         wanted = "in the range of numbers"
@@ -206,9 +191,7 @@ def _from_celsius(location: Location, value: object, bounds: Mapping[str, float]
     return f"{kelvin:.6g}, which is {value:g} degC" if low <= kelvin <= high else None
 
 
-def _nearest(
-    bounds: Mapping[str, float], value: object, detail: ErrorDetails | None, whole: bool
-) -> str | None:
+def _nearest(bounds: Mapping[str, float], value: object, detail: ErrorDetails | None, whole: bool) -> str | None:
     broken = _RANGE_KINDS.get(detail["type"]) if detail else None
     if broken is None or broken not in bounds:
         return None
@@ -289,9 +272,7 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
     return tuple(kept)
 
 
-def _model_at(
-    model: type[BaseModel], location: Location, key: int | str | None = None
-) -> type[BaseModel] | None:
+def _model_at(model: type[BaseModel], location: Location, key: int | str | None = None) -> type[BaseModel] | None:
     """Model found by walking the keys of a location; list indices stay inside their element's model.
 
     Of several that may stand there, the first that has ``key``, or the first.

@@ -11,18 +11,16 @@ from typing import Any, Self
 
 from pydantic import PrivateAttr, ValidationError
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError, Problem, ScenarioError, choose_from
-from hcss_twin.registry.registry import Registry
-from hcss_twin.scenario.misplaced import misplaced_parameters
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from, shown
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.models import ScenarioModel, has_single_layer, selected
-from hcss_twin.scenario.names import name_problems, normalise
+from hcss_twin.scenario.names import misplaced_parameters, name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.sensor import fill_bands
 from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
-from hcss_twin.scenario.wording import shown
-from hcss_twin.shelf import Shelf
 
 SWEEP = "sweep"
 """Section that makes a file that of many scenarios."""
@@ -94,9 +92,7 @@ class Scenario(ScenarioModel):
         return cls.from_dict(raw, overrides, base=base, origin=str(source))
 
     @classmethod
-    def from_toml(
-        cls, text: str, overrides: Mapping[str, Any] | None = None, base: Path | None = None
-    ) -> Self:
+    def from_toml(cls, text: str, overrides: Mapping[str, Any] | None = None, base: Path | None = None) -> Self:
         """Validate a scenario given as TOML text; raises :class:`ScenarioError`."""
         return cls.from_dict(_parse_toml(text, "scenario"), overrides, base=base)
 
@@ -108,7 +104,7 @@ class Scenario(ScenarioModel):
         base: Path | None = None,
         origin: str = "scenario",
         *,
-        shelf: Shelf | None = None,
+        shelf: ResultCache | None = None,
     ) -> Self:
         """Validate a scenario given as nested mappings; raises :class:`ScenarioError`.
 
@@ -135,15 +131,14 @@ class Scenario(ScenarioModel):
         # Names are checked even where other keys are wrong, so that the user sees all at once.
         catalog = Catalog(base=base)
         catalog.shelf = shelf or catalog.shelf
-        registry = catalog.shelf.once("registry", Registry.discover)
+        registry = catalog.shelf.get_or_compute("registry", Registry.discover)
         names = name_problems(data, registry, catalog)
         problems += [problem for problem in names if problem.field not in reported]
         if problems or scenario is None:
             typed = _short_fields(short, overrides or {})
             better = {each.field: each.message for each in misplaced_parameters(data, registry, typed)}
             raise ScenarioError(
-                [Problem(typed(each.field), better.get(each.field, each.message)) for each in problems],
-                origin,
+                [Problem(typed(each.field), better.get(each.field, each.message)) for each in problems], origin
             )
         scenario = with_viewing(scenario)
         scenario._base = base
@@ -152,9 +147,7 @@ class Scenario(ScenarioModel):
         return scenario
 
     @classmethod
-    def from_cube(
-        cls, path: str | Path, overrides: Mapping[str, Any] | None = None, base: Path | None = None
-    ) -> Self:
+    def from_cube(cls, path: str | Path, overrides: Mapping[str, Any] | None = None, base: Path | None = None) -> Self:
         """Read back the scenario a cube was made from; ``base`` is where its relative paths lead."""
         from hcss_twin.cube.reader import scenario_text
 
@@ -177,12 +170,7 @@ class Scenario(ScenarioModel):
         return json.dumps(data, indent=1)
 
 
-_PROVIDER_KEYS = {
-    "atmosphere": ("provider",),
-    "sea": ("model",),
-    "optics": ("provider",),
-    "radiance": ("model",),
-}
+_PROVIDER_KEYS = {"atmosphere": ("provider",), "sea": ("model",), "optics": ("provider",), "radiance": ("model",)}
 
 
 def _short_fields(short: bool, overrides: Mapping[str, Any]) -> Callable[[str], str]:
@@ -199,9 +187,7 @@ def _short_fields(short: bool, overrides: Mapping[str, Any]) -> Callable[[str], 
     return typed
 
 
-def read_scenario_file(
-    source: str | Path, folders: tuple[str, ...] = ("scenarios",)
-) -> tuple[dict[str, Any], Path]:
+def read_scenario_file(source: str | Path, folders: tuple[str, ...] = ("scenarios",)) -> tuple[dict[str, Any], Path]:
     """Read the keys of a scenario, unchecked, and the folder from which its relative paths lead.
 
     Parameters

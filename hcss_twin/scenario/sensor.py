@@ -9,12 +9,12 @@ from typing import Any, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError, ScenarioError
-from hcss_twin.registry.registry import OWN_DISTRIBUTION
-from hcss_twin.scenario.band_entries import Bands
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, ScenarioError
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.problems import problems_from
-from hcss_twin.scenario.section import Section
+from hcss_twin.scenario.section_types import Section
 from hcss_twin.scenario.units import Whole
 
 DEFAULT_MODEL = "radiometer"
@@ -36,8 +36,7 @@ class Sensor(Section):
         "name or a TOML file of the same form.",
     )
     model: str | None = Field(
-        None,
-        description=f"Sensor model (see `hcss plugins`); default: that of the named sensor, or `{DEFAULT_MODEL}`.",
+        None, description=f"Sensor model (see `hcss plugins`); default: that of the named sensor, or `{DEFAULT_MODEL}`."
     )
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters of the model; they go before those of the named sensor."
@@ -48,10 +47,7 @@ class Sensor(Section):
         '"saturated", or "all" that the sensor gives.',
     )
     seed: Whole | None = Field(
-        None,
-        ge=0,
-        lt=2**63,
-        description="Seed of the sensor's random numbers; default: that of the scenario.",
+        None, ge=0, lt=2**63, description="Seed of the sensor's random numbers; default: that of the scenario."
     )
 
 
@@ -63,9 +59,7 @@ class NamedSensor(Section):
     model: str = Field(DEFAULT_MODEL, description="Sensor model.")
     bands: Bands | None = Field(None, min_length=1, max_length=100, description="As `bands` of a scenario.")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
-    sources: dict[str, str] = Field(
-        description="Where each number comes from, by its key; 'bands' for the bands."
-    )
+    sources: dict[str, str] = Field(description="Where each number comes from, by its key; 'bands' for the bands.")
 
     @model_validator(mode="after")
     def _every_number_has_its_source(self) -> Self:

@@ -10,8 +10,7 @@ from typing import Annotated
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.errors import closest
-from hcss_twin.scenario.wording import shown
+from hcss_twin.core.errors import closest, shown
 
 # unit -> (factor, offset): SI value = factor * value + offset. The first unit is the plain number's.
 UNITS: dict[str, dict[str, tuple[float, float]]] = {
@@ -52,8 +51,7 @@ def parse_quantity(value: object, dimension: str) -> object:
         guess = _closest_unit(unit, dimension)
         hint = f"; closest is '{guess}'" if guess else ""
         raise PydanticCustomError(
-            "wrong_unit",
-            f"{shown(value)}: {shown(unit)} is not a unit of {dimension}; {_allowed(dimension)}{hint}",
+            "wrong_unit", f"{shown(value)}: {shown(unit)} is not a unit of {dimension}; {_allowed(dimension)}{hint}"
         )
     factor, offset = units[unit]
     return factor * float(number) + offset

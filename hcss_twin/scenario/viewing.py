@@ -6,12 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
-from hcss_twin.errors import Problem
+from hcss_twin.core.errors import Problem, shown
+from hcss_twin.physics.viewing import ground_speed_m_s, off_nadir_deg, slant_range_m, view_zenith_deg
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.platform import ORBIT, Platform
-from hcss_twin.scenario.wording import shown
-from hcss_twin.viewing.circular_orbit import ground_speed_m_s
-from hcss_twin.viewing.look_angle import off_nadir_deg, slant_range_m, view_zenith_deg
+from hcss_twin.scenario.section_types import ORBIT, Platform
 
 _Model = TypeVar("_Model", bound=ScenarioModel)
 
@@ -28,13 +26,9 @@ def viewing_problems(scenario: ScenarioModel) -> Iterator[Problem]:
     if altitude is None:
         given = [name for name in Platform.model_fields if getattr(platform, name) is not None]
         if given:
-            yield Problem(
-                "platform.altitude", f"is missing beside {', '.join(given)}; allowed: 100 km to 42000 km"
-            )
+            yield Problem("platform.altitude", f"is missing beside {', '.join(given)}; allowed: 100 km to 42000 km")
         elif scenario.motion.platform_speed == ORBIT:
-            yield Problem(
-                "motion.platform_speed", f"'{ORBIT}' without platform.altitude; allowed: with it, or a speed"
-            )
+            yield Problem("motion.platform_speed", f"'{ORBIT}' without platform.altitude; allowed: with it, or a speed")
         return
     yield from _look_angle(scenario, altitude)
     yield from _pixels(scenario, altitude)
@@ -69,9 +63,7 @@ def as_given(scenario: ScenarioModel, data: dict[str, Any]) -> dict[str, Any]:
         del data["view"]["zenith"]
     if platform.detector_pitch is not None:
         del data["image"]["pixel_size"]
-    if platform.altitude is not None and data["motion"]["platform_speed"] == ground_speed_m_s(
-        platform.altitude
-    ):
+    if platform.altitude is not None and data["motion"]["platform_speed"] == ground_speed_m_s(platform.altitude):
         data["motion"]["platform_speed"] = ORBIT
     return data
 
@@ -126,14 +118,11 @@ def _pixels(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
         return
     if missing:
         (other,) = set(pair) - set(missing)
-        yield Problem(
-            f"platform.{missing[0]}", f"is missing beside {other}; allowed: both, or image.pixel_size alone"
-        )
+        yield Problem(f"platform.{missing[0]}", f"is missing beside {other}; allowed: both, or image.pixel_size alone")
         return
     if "pixel_size" in scenario.image.model_fields_set:
         yield Problem(
-            "platform.detector_pitch",
-            f"beside image.pixel_size {scenario.image.pixel_size:g} m; allowed: one of them",
+            "platform.detector_pitch", f"beside image.pixel_size {scenario.image.pixel_size:g} m; allowed: one of them"
         )
         return
     zenith = scenario.view.zenith
@@ -156,9 +145,7 @@ def _motion(scenario: ScenarioModel) -> Iterator[Problem]:
         return
     speed = motion.platform_speed
     if mode == "staring" and speed != 0.0:
-        yield Problem(
-            "platform.mode", f"'staring' beside motion.platform_speed {shown(speed)}; allowed: speed 0"
-        )
+        yield Problem("platform.mode", f"'staring' beside motion.platform_speed {shown(speed)}; allowed: speed 0")
     if mode == "push-broom" and speed == 0.0:
         yield Problem(
             "platform.mode",

@@ -1,21 +1,100 @@
-"""One swept key and its values: a list, a range, a distribution or an ensemble of seeds."""
+"""The values between two ends: numbers, quantities with a unit, or instants.
+
+One swept key and its values: a list, a range, a distribution or an ensemble of seeds.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.errors import choose_from
-from hcss_twin.scenario.wording import shown
-from hcss_twin.sweeps.spans import Span, span_of
+from hcss_twin.core.errors import choose_from, shown
 
-MOST_VALUES = 100_000
+DIGITS = 12
+"""Significant digits of computed values, so that 0.1 to 0.9 in steps of 0.2 has 0.3 and not 0.30000000000000004."""
+
+_WITH_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(\S+)\s*")
+
+
+@dataclass(frozen=True)
+class Span:
+    """Two or more given values as plain numbers, and the way back.
+
+    Attributes
+    ----------
+    numbers : tuple of float
+    value : callable
+        What a scenario takes for a number: a number, text with the unit, or an instant.
+    is_time : bool
+    """
+
+    numbers: tuple[float, ...]
+    value: Callable[[float], Any]
+    is_time: bool = False
+
+
+def span_of(*given: Any) -> Span:
+    """Read values that belong together: all numbers, all with the same unit, or all instants with a zone.
+
+    Raises
+    ------
+    ValueError
+        With what is wrong, if they are none of these.
+    """
+    instants = tuple(map(_read_instant, given))
+    if all(isinstance(each, datetime) for each in instants):
+        return _instants(instants)
+    if all(isinstance(each, int | float) and not isinstance(each, bool) for each in given):
+        whole = all(isinstance(each, int) for each in given)
+        return Span(tuple(map(float, given)), lambda number: _plain(number, whole))
+    matches = [_WITH_UNIT.fullmatch(each) if isinstance(each, str) else None for each in given]
+    units = {match.group(2) for match in matches if match is not None}
+    if None in matches or len(units) != 1:
+        listed = ", ".join(map(shown, given))
+        raise ValueError(
+            f"{listed}: allowed: numbers, texts with one and the same unit, or dates and times with a zone"
+        )
+    (unit,) = units
+    numbers = tuple(float(match.group(1)) for match in matches if match is not None)
+    return Span(numbers, lambda number: f"{_plain(number, False):.{DIGITS}g} {unit}")
+
+
+def _read_instant(value: Any) -> Any:
+    """Read ISO 8601 text, as JSON has it; leave everything else as it is."""
+    if isinstance(value, str) and "T" in value:
+        with suppress(ValueError):
+            return datetime.fromisoformat(value)
+    return value
+
+
+def _plain(number: float, whole: bool) -> float | int:
+    rounded = float(f"{number:.{DIGITS}g}")
+    return int(rounded) if whole and rounded.is_integer() else rounded
+
+
+def _instants(given: tuple[Any, ...]) -> Span:
+    first: datetime = given[0]
+    for each in given:
+        if each.utcoffset() is None:
+            closest = f"{each.isoformat()}+00:00"
+            raise ValueError(f"{each.isoformat()} has no zone; closest valid choice is {closest}")
+
+    def instant(number: float) -> datetime:
+        return first + timedelta(seconds=round(number, 6))
+
+    return Span(tuple((each - first).total_seconds() for each in given), instant, True)
+
+
+MAX_VALUES = 100_000
 """Values that one key can take."""
 
 FORMS = (
@@ -57,7 +136,7 @@ def axis_of(key: str, given: Any) -> Axis:
     elif isinstance(given, Mapping) and "count" in given:
         _check_names(given, _ENSEMBLE)
         first = _whole(given, "first", 0, 2**63 - 1, 0)
-        values = tuple(range(first, first + _whole(given, "count", 1, MOST_VALUES)))
+        values = tuple(range(first, first + _whole(given, "count", 1, MAX_VALUES)))
     elif isinstance(given, Mapping):
         _check_names(given, _RANGE)
         values = _range(given)
@@ -65,13 +144,13 @@ def axis_of(key: str, given: Any) -> Axis:
         raise ValueError(f"{shown(given)} is no set of values; allowed: {FORMS}")
     if not values:
         raise ValueError("the list is empty; allowed: at least one value")
-    if len(values) > MOST_VALUES:
-        raise ValueError(f"{len(values)} values; allowed: at most {MOST_VALUES}")
+    if len(values) > MAX_VALUES:
+        raise ValueError(f"{len(values)} values; allowed: at most {MAX_VALUES}")
     return Axis(key, values)
 
 
 def _range(given: Mapping[str, Any]) -> tuple[Any, ...]:
-    steps = _whole(given, "steps", 2, MOST_VALUES)
+    steps = _whole(given, "steps", 2, MAX_VALUES)
     scale = _chosen(given, "scale", _SCALES, "linear")
     span = span_of(given["from"], given["to"])
     low, high = span.numbers
@@ -91,7 +170,7 @@ def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
     parameters = _OF_DISTRIBUTION[name]
     optional = ("from", "to") if name == "normal" else ()
     _check_names(given, ("distribution", *parameters, "samples", "seed"), optional)
-    samples = _whole(given, "samples", 1, MOST_VALUES)
+    samples = _whole(given, "samples", 1, MAX_VALUES)
     # Axes with the same seed must not rise and fall together.
     own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big")
     seed = np.random.SeedSequence(_whole(given, "seed", 0, 2**63 - 1, 0), spawn_key=(own,))
@@ -102,9 +181,7 @@ def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
     return tuple(span.value(float(number)) for number in numbers)
 
 
-def _quantiles(
-    name: str, of: Mapping[str, float], share: NDArray[np.float64], span: Span
-) -> NDArray[np.float64]:
+def _quantiles(name: str, of: Mapping[str, float], share: NDArray[np.float64], span: Span) -> NDArray[np.float64]:
     """Values (N,) below which the shares (N,) of a distribution lie."""
     low, high = of.get("from", -math.inf), of.get("to", math.inf)
     if not low < high:

@@ -13,11 +13,11 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from hcss_twin.errors import SweepError
-from hcss_twin.sweeps.record import Outcome
-from hcss_twin.sweeps.schedule import Schedule
+from hcss_twin.core.errors import SweepError
+from hcss_twin.core.versions import versions
+from hcss_twin.sweeps.folder import Outcome
+from hcss_twin.sweeps.points import Schedule
 from hcss_twin.sweeps.work import Task
-from hcss_twin.versions import versions
 
 IN_HAND = 2
 """Points that a worker has: one that it computes and one that it need not wait for."""
@@ -104,11 +104,7 @@ class Cluster:
         """
         mine = versions()
         for address, theirs in self._client.run(versions).items():
-            other = [
-                f"{name} {theirs.get(name)}, here {own}"
-                for name, own in mine.items()
-                if theirs.get(name) != own
-            ]
+            other = [f"{name} {theirs.get(name)}, here {own}" for name, own in mine.items() if theirs.get(name) != own]
             if other:
                 raise SweepError(
                     f"the worker at {address} has other versions, which may round otherwise: {'; '.join(other)}"
@@ -125,11 +121,7 @@ _OF_OUR_PROCESSES = {
     "distributed.scheduler.allowed-failures": 0,
     # Dask's own has workers give back every freed 64 kB, which many arrays then ask the system for again, and
     # watches what they do a hundred times a second.
-    "distributed.nanny.pre-spawn-environ": {
-        "OMP_NUM_THREADS": 1,
-        "MKL_NUM_THREADS": 1,
-        "OPENBLAS_NUM_THREADS": 1,
-    },
+    "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1},
     "distributed.worker.profile.enabled": False,
 }
 
@@ -236,9 +228,7 @@ def _outcome(future: Any, task: Task) -> Outcome | None:
     from distributed.scheduler import KilledWorker
 
     if future.status in ("cancelled", "lost"):
-        raise SweepError(
-            "the connection to the Dask scheduler is lost; run the sweep again to go on where it was"
-        )
+        raise SweepError("the connection to the Dask scheduler is lost; run the sweep again to go on where it was")
     error = future.exception()
     if error is None:
         outcome: Outcome = future.result()

@@ -1,32 +1,81 @@
-"""One dataset of all points: the swept keys as dimensions in front of those of a cube."""
+"""Opening of the dataset of a sweep.
+
+One dataset of all points: the swept keys as dimensions in front of those of a cube.
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
 
-from hcss_twin.cube.coordinates import GRID_MAPPING
+from hcss_twin.core.errors import CubeError, SweepError
+from hcss_twin.core.files import atomic_write
+from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.metadata import creation_time
-from hcss_twin.drafts import draft_of
-from hcss_twin.errors import SweepError
-from hcss_twin.sweeps.cube_differences import NOT_COMPARED, Differences, differences
-from hcss_twin.sweeps.dataset_layout import dimension_of
-from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.folder import INDEX, LOG, is_cube_name
-from hcss_twin.sweeps.reader import MARK
-from hcss_twin.sweeps.record import PointRecord
-from hcss_twin.sweeps.swept_coordinates import (
+from hcss_twin.cube.variables import LAYER
+from hcss_twin.sweeps.dataset_layout import (
     ELAPSED_TIME,
     FRAME_TIME,
+    NOT_COMPARED,
+    Differences,
+    differences,
+    dimension_of,
     elapsed_attributes,
     frame_time_attributes,
     seconds_since_epoch,
     swept_coordinate,
 )
+from hcss_twin.sweeps.design import Design
+from hcss_twin.sweeps.folder import INDEX, LOG, PointRecord, is_cube_name
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+MARK = "hcss_sweep"
+"""Global attribute of a dataset, with the hash of the sweep."""
+
+
+def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Open the dataset of a sweep; values are read from the file when they are used.
+
+    Swept keys, bands and cloud layers are selected by value or name:
+    ``open_sweep(path).radiance.sel(view_zenith=30, band="mwir")``. Close the dataset after use.
+
+    Raises
+    ------
+    CubeError
+        If the file is missing or is no dataset of a sweep.
+    """
+    import xarray as xr
+
+    if not os.path.isfile(path):
+        raise CubeError(f"cannot read {os.fspath(path)}: there is no such file")
+    try:
+        dataset = xr.open_dataset(path, engine="netcdf4", decode_coords="all", cache=False)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise CubeError(f"cannot read {os.fspath(path)}: {error}") from error
+    if MARK not in dataset.attrs:
+        dataset.close()
+        raise CubeError(f"cannot read {os.fspath(path)}: it is no dataset of a sweep; open_cube reads cubes")
+    described = [spec.name for spec in COORDINATES if spec.name in dataset]
+    of_points = [str(name) for name in dataset.variables if str(name).startswith("point_")]
+    named = dataset.set_coords([*described, *of_points])
+    names = {
+        dim: f"{dim}_name"
+        for dim in ("band", LAYER)
+        if f"{dim}_name" in dataset and dataset[f"{dim}_name"].dims == (dim,)
+    }
+    named = named.assign_coords({dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()})
+    # a dataset made from another one does not close its file
+    named.set_close(dataset.close)
+    return named
+
 
 _MISSING_INTEGER = 255
 
@@ -41,9 +90,7 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
     """
     own = path.absolute().parent == folder.absolute()
     if own and (path.name in (INDEX, LOG) or is_cube_name(path.name)):
-        raise SweepError(
-            f"cannot write {path}: the sweep has another file of that name; allowed: another name"
-        )
+        raise SweepError(f"cannot write {path}: the sweep has another file of that name; allowed: another name")
     if not own and not path.absolute().parent.is_dir():
         raise SweepError(f"cannot write {path}: there is no folder {path.absolute().parent}")
     if path.is_dir():
@@ -59,9 +106,7 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
         raise SweepError(f"{path} exists and is no dataset of this sweep; allowed: another name, or --force")
 
 
-def write_dataset(
-    path: Path, design: Design, digest: str, folder: Path, records: Sequence[PointRecord]
-) -> None:
+def write_dataset(path: Path, design: Design, digest: str, folder: Path, records: Sequence[PointRecord]) -> None:
     """Write the dataset from the cubes, one frame in memory at a time; it appears when it is complete.
 
     Points without a cube are missing values: NaN, or ``_FillValue`` of whole numbers.
@@ -75,18 +120,13 @@ def write_dataset(
     if not cubes:
         raise SweepError(f"cannot write {path}: no point has a cube")
     found = differences(cubes)
-    with draft_of(path, SweepError) as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as target:
+    with atomic_write(path, SweepError) as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as target:
         _Writer(target, design, records, cubes, found).write(digest)
 
 
 class _Writer:
     def __init__(
-        self,
-        target: Any,
-        design: Design,
-        records: Sequence[PointRecord],
-        cubes: Mapping[int, Path],
-        found: Differences,
+        self, target: Any, design: Design, records: Sequence[PointRecord], cubes: Mapping[int, Path], found: Differences
     ) -> None:
         self._target, self._design, self._records = target, design, records
         self._cubes, self._found = cubes, found
@@ -169,9 +209,7 @@ class _Writer:
             attributes.pop("grid_mapping", None)
         if found.starts and "time" in variable.dimensions and "coordinates" in attributes:
             attributes["coordinates"] += f" {ELAPSED_TIME} {FRAME_TIME}"
-        dims = (
-            (*self._dims, *variable.dimensions) if is_data or name in found.variables else variable.dimensions
-        )
+        dims = (*self._dims, *variable.dimensions) if is_data or name in found.variables else variable.dimensions
         kind = str if variable.dtype is str else variable.dtype
         fill: Any = variable.getncattr("_FillValue") if "_FillValue" in variable.ncattrs() else False
         if is_data and len(self._cubes) < len(self._records):
@@ -183,9 +221,7 @@ class _Writer:
             layout = {"compression": "zlib", "complevel": filters["complevel"], "chunksizes": chunk}
         elif kind is not str:
             layout = {"contiguous": True}
-        made = self._target.createVariable(
-            name, kind, dims, fill_value=None if kind is str else fill, **layout
-        )
+        made = self._target.createVariable(name, kind, dims, fill_value=None if kind is str else fill, **layout)
         made.set_auto_maskandscale(False)
         made.setncatts(attributes)
         if not is_data and name not in found.variables:
@@ -219,9 +255,7 @@ class _Writer:
             if not is_of_points or name in self._dims or name.startswith("point_"):
                 continue
             missing = _nothing(variable.dtype)
-            for frame in (
-                range(variable.shape[len(self._dims)]) if "time" in variable.dimensions else (Ellipsis,)
-            ):
+            for frame in range(variable.shape[len(self._dims)]) if "time" in variable.dimensions else (Ellipsis,):
                 self._set(name, (*index, frame), missing)
         for name, kind in self._found.attributes.items():
             self._set(_of_point(name), index, _nothing(kind))

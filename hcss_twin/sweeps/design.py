@@ -9,17 +9,16 @@ from itertools import product
 from pathlib import Path
 from typing import Any, Self
 
-from hcss_twin.errors import Problem, ScenarioError, closest
+from hcss_twin.core.errors import Problem, ScenarioError, closest, shown
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
-from hcss_twin.scenario.wording import shown
 from hcss_twin.sweeps.axis import FORMS, Axis, axis_of
 
 FOLDERS = ("sweeps", "scenarios")
 """Of the catalog, in which names are looked up."""
 
-MOST_POINTS = 100_000
+MAX_POINTS = 100_000
 
 _COMBINATIONS = ("product", "zip")
 _OPTIONS = ("combine", "dataset")
@@ -141,9 +140,9 @@ class Design:
         if problems:
             raise ScenarioError(problems, origin)
         made = cls(raw, overrides, base, origin, tuple(axes), combine, options.get("dataset"))
-        if made.count > MOST_POINTS:
+        if made.count > MAX_POINTS:
             shape = " x ".join(map(str, made.shape))
-            told = f"{shape} = {made.count} points; allowed: at most {MOST_POINTS}"
+            told = f"{shape} = {made.count} points; allowed: at most {MAX_POINTS}"
             raise ScenarioError([Problem(SWEEP, told)], origin)
         return made
 
@@ -174,9 +173,7 @@ def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
     if combine not in _COMBINATIONS:
         guess = closest(str(combine), _COMBINATIONS)
         hint = f"; closest is '{guess}'" if guess else ""
-        yield Problem(
-            f"{SWEEP}.combine", f"{shown(combine)}; allowed: {', '.join(map(repr, _COMBINATIONS))}{hint}"
-        )
+        yield Problem(f"{SWEEP}.combine", f"{shown(combine)}; allowed: {', '.join(map(repr, _COMBINATIONS))}{hint}")
     is_name = (
         isinstance(dataset, str)
         and dataset == Path(dataset).name
@@ -185,8 +182,7 @@ def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
     )
     if dataset is not None and not is_name:
         yield Problem(
-            f"{SWEEP}.dataset",
-            f"{shown(dataset)}; allowed: a name in the sweep's folder, *.nc but not point-*",
+            f"{SWEEP}.dataset", f"{shown(dataset)}; allowed: a name in the sweep's folder, *.nc but not point-*"
         )
 
 
@@ -195,14 +191,10 @@ def _key_problems(given: Mapping[str, Any], overrides: Mapping[str, Any]) -> Ite
     for place, key in enumerate(keys):
         for other in keys[:place]:
             if keys_overlap(key, other):
-                yield Problem(
-                    f"{SWEEP}.{key}", f"overlaps {other}, which is swept, too; allowed: one of both"
-                )
+                yield Problem(f"{SWEEP}.{key}", f"overlaps {other}, which is swept, too; allowed: one of both")
         for other in overrides:
             if keys_overlap(key, other):
-                yield Problem(
-                    f"{SWEEP}.{key}", f"is swept, but {other} is set to one value; allowed: one of both"
-                )
+                yield Problem(f"{SWEEP}.{key}", f"is swept, but {other} is set to one value; allowed: one of both")
         first = key.partition(".")[0]
         if first not in ScenarioModel.model_fields:
             guess = closest(first, (*ScenarioModel.model_fields, *_OPTIONS))
@@ -222,8 +214,6 @@ def _repeated(axes: list[Axis]) -> Iterator[Problem]:
         for value in axis.values:
             text = f"{type(value).__name__} {value!r}"
             if text in seen:
-                yield Problem(
-                    f"{SWEEP}.{axis.key}", f"{shown(value)} is given twice; allowed: each value once"
-                )
+                yield Problem(f"{SWEEP}.{axis.key}", f"{shown(value)} is given twice; allowed: each value once")
                 break
             seen.add(text)

@@ -1,20 +1,98 @@
-"""The folder of a sweep: its cubes, what is known of each point, and whose sweep it is."""
+"""What is known about one point of a sweep.
+
+The folder of a sweep: its cubes, what is known of each point, and whose sweep it is.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from hcss_twin.drafts import draft_of
-from hcss_twin.errors import CubeError, SweepError
+from hcss_twin.core.errors import CubeError, SweepError
+from hcss_twin.core.files import atomic_write
 from hcss_twin.sweeps.points import Point, ranges
-from hcss_twin.sweeps.record import Outcome, PointRecord, sha256_of
+
+State = Literal["pending", "done", "failed"]
+
+
+@dataclass(frozen=True)
+class PointRecord:
+    """One row of the index.
+
+    Attributes
+    ----------
+    point : int
+        Number, from 0.
+    values : mapping
+        The swept keys with their values, SI numbers or what JSON has for others.
+    state : str
+        ``pending``, ``done`` or ``failed``.
+    file : str or None
+        Name of the cube in the sweep's folder; one whose certificate failed is kept.
+    bytes, sha256 : int, str or None
+        Of the cube.
+    seconds : float or None
+        That computing took.
+    error : str or None
+        Why it failed.
+    """
+
+    point: int
+    values: Mapping[str, Any]
+    state: State = "pending"
+    file: str | None = None
+    bytes: int | None = None
+    sha256: str | None = None
+    seconds: float | None = None
+    error: str | None = None
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether computing it again would give the same: it is done, or its cube misses its accuracy."""
+        return self.state != "pending" and self.file is not None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values."""
+        return {**asdict(self), "values": dict(self.values)}
+
+    def with_outcome(self, outcome: Outcome) -> PointRecord:
+        """Return it with what came of computing it."""
+        return replace(
+            self,
+            state="failed" if outcome.error else "done",
+            file=outcome.file,
+            bytes=outcome.bytes,
+            sha256=outcome.sha256,
+            seconds=outcome.seconds,
+            error=outcome.error,
+        )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of computing one point; fields as in :class:`PointRecord`."""
+
+    point: int
+    file: str | None = None
+    bytes: int | None = None
+    sha256: str | None = None
+    seconds: float | None = None
+    error: str | None = None
+
+
+def sha256_of(path: Path) -> str:
+    """Return the hash of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
 
 INDEX = "index.json"
 LOG = "points.jsonl"
@@ -128,7 +206,7 @@ class SweepFolder:
             },
             indent=1,
         )
-        with draft_of(self.path / INDEX, SweepError) as draft:
+        with atomic_write(self.path / INDEX, SweepError) as draft:
             draft.write_text(text + "\n", encoding="utf-8")
         self._written_s = time.monotonic()
 

@@ -7,8 +7,8 @@ from threading import Lock
 
 from distributed import Worker, WorkerPlugin, get_worker
 
-from hcss_twin.shelf import Shelf
-from hcss_twin.sweeps.record import Outcome
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.sweeps.folder import Outcome
 from hcss_twin.sweeps.work import Task, compute
 
 
@@ -31,7 +31,7 @@ class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no typ
 
     def setup(self, worker: Worker) -> None:
         """Make what the threads of a worker share."""
-        self.turn, self.shelf = Lock(), Shelf()
+        self.turn, self.shelf = Lock(), ResultCache()
         if self._is_ours:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
 

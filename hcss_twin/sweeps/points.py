@@ -1,22 +1,26 @@
-"""The points of a sweep: scenarios, all of them checked before the first is computed."""
+"""The points of a sweep: scenarios, all of them checked before the first is computed.
+
+The order of points: one of those that share tables goes first, so that the tables are compiled once.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import heapq
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from itertools import groupby
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-from hcss_twin.errors import Problem, ScenarioError
+from hcss_twin.core.errors import Problem, ScenarioError, shown
+from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.wording import shown
-from hcss_twin.shelf import Shelf
 from hcss_twin.sweeps.design import Design
 
-_MOST_TOLD = 5
+_MAX_TOLD = 5
 
 
 @dataclass(frozen=True)
@@ -47,16 +51,12 @@ def points_of(design: Design) -> tuple[Point, ...]:
     points: list[Point] = []
     wrong: dict[Problem, list[int]] = {}
     typed: list[Mapping[str, Any]] = []
-    shelf = Shelf()
+    shelf = ResultCache()
     for number, values in enumerate(design.values()):
         typed.append(values)
         try:
             scenario = Scenario.from_dict(
-                design.scenario,
-                {**design.overrides, **values},
-                base=design.base,
-                origin=design.origin,
-                shelf=shelf,
+                design.scenario, {**design.overrides, **values}, base=design.base, origin=design.origin, shelf=shelf
             )
         except ScenarioError as error:
             for problem in error.problems:
@@ -109,5 +109,73 @@ def ranges(numbers: Iterable[int]) -> str:
     for _, run in groupby(enumerate(numbers), key=lambda each: each[1] - each[0]):
         members = [number for _, number in run]
         texts.append(f"{members[0]}" if len(members) == 1 else f"{members[0]} to {members[-1]}")
-    more = f" and {len(texts) - _MOST_TOLD} more" if len(texts) > _MOST_TOLD else ""
-    return ", ".join(texts[:_MOST_TOLD]) + more
+    more = f" and {len(texts) - _MAX_TOLD} more" if len(texts) > _MAX_TOLD else ""
+    return ", ".join(texts[:_MAX_TOLD]) + more
+
+
+_T = TypeVar("_T")
+
+_OF_THE_FIELD = ("coverage", "coverage_mode", "edge_taper", "generator", "parameters")
+"""Keys of a cloud layer that say where clouds are, which tables do not know; whether there are any they do."""
+
+
+def shared_tables(scenario: Scenario) -> str:
+    """Return a name that points with the same tables have in common.
+
+    It knows the scenario only and decides nothing but the order of points: where it separates scenes with the same
+    tables, or joins others, tables are found or missed by their own key all the same.
+    """
+    plain = json.loads(scenario.to_json())
+    drawn = scenario.sea.waves != "averaged" or scenario.slant.shadows
+    for name in ("title", "seed", "output", *(() if drawn else ("image",))):
+        del plain[name]
+    for layer in plain["clouds"]["layers"]:
+        layer["is_there"] = layer["coverage"] > 0.0
+        for name in _OF_THE_FIELD:
+            del layer[name]
+    return sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+
+
+class Schedule(Generic[_T]):
+    """Things to do, the first of each group before its others.
+
+    Parameters
+    ----------
+    things : iterable
+        In the order wanted.
+    group_of : callable
+        Name of the group of a thing.
+    open_groups : iterable of str
+        Groups none of which needs to go first.
+    """
+
+    def __init__(self, things: Sequence[_T], group_of: Callable[[_T], str], open_groups: Iterable[str] = ()) -> None:
+        self._things = things
+        self._groups = [group_of(each) for each in things]
+        self._open = set(open_groups)
+        self._ready: list[int] = []
+        self._waiting: dict[str, list[int]] = {}
+        for index, group in enumerate(self._groups):
+            if group in self._open or group not in self._waiting:
+                heapq.heappush(self._ready, index)
+                self._waiting.setdefault(group, [])
+            else:
+                self._waiting[group].append(index)
+
+    def next(self) -> tuple[int, _T] | None:
+        """Return the next thing that can be done now, with its index; None if none can."""
+        if not self._ready:
+            return None
+        index = heapq.heappop(self._ready)
+        return index, self._things[index]
+
+    def finished(self, index: int, succeeded: bool) -> None:
+        """Take note that a thing was done: its group follows, or, if it failed, the next of its group goes first."""
+        group = self._groups[index]
+        waiting = self._waiting.get(group, [])
+        if succeeded:
+            self._open.add(group)
+        count = len(waiting) if group in self._open else 1
+        for follower in waiting[:count]:
+            heapq.heappush(self._ready, follower)
+        del waiting[:count]

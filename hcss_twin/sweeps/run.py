@@ -1,25 +1,37 @@
-"""A sweep from its file to a folder of cubes: the order of things, and nothing else."""
+"""Points computed one after the other in this process.
+
+A sweep from its file to a folder of cubes: the order of things, and nothing else.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hcss_twin.errors import SweepError
+from hcss_twin.core.errors import SweepError
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.core.versions import versions
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.dataset_layout import require_one_layout
 from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.folder import INDEX, SweepFolder, cube_name
-from hcss_twin.sweeps.points import Point, digest_of, points_of
-from hcss_twin.sweeps.record import Outcome, PointRecord
-from hcss_twin.sweeps.schedule import Schedule, shared_tables
-from hcss_twin.sweeps.serial import compute_here
-from hcss_twin.sweeps.work import DATE, Task
-from hcss_twin.versions import versions
+from hcss_twin.sweeps.folder import INDEX, Outcome, PointRecord, SweepFolder, cube_name
+from hcss_twin.sweeps.points import Point, Schedule, digest_of, points_of, shared_tables
+from hcss_twin.sweeps.work import DATE, Task, compute
+
+
+def compute_here(schedule: Schedule[Task]) -> Iterator[Outcome]:
+    """Yield the outcome of each point."""
+    shelf = ResultCache()
+    while (following := schedule.next()) is not None:
+        index, task = following
+        outcome = compute(task, shelf)
+        schedule.finished(index, outcome.error is None)
+        yield outcome
+
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
@@ -162,9 +174,7 @@ def _require_workers(workers: int, scheduler: str | None, origin: str) -> None:
     if workers < 1:
         raise SweepError(f"workers = {workers}; allowed: 1 or more")
     if scheduler is not None and workers != 1:
-        raise SweepError(
-            f"{workers} workers beside the scheduler {scheduler}, which has its own; allowed: one of both"
-        )
+        raise SweepError(f"{workers} workers beside the scheduler {scheduler}, which has its own; allowed: one of both")
 
 
 def _schedule(kept: SweepFolder, points: Iterable[Point], missing: list[Point]) -> Schedule[Task]:
@@ -173,10 +183,7 @@ def _schedule(kept: SweepFolder, points: Iterable[Point], missing: list[Point]) 
     date = os.environ.get(DATE)
     tasks = [
         Task(
-            point.number,
-            point.scenario,
-            str((kept.path / cube_name(point.number, len(kept.records))).resolve()),
-            date,
+            point.number, point.scenario, str((kept.path / cube_name(point.number, len(kept.records))).resolve()), date
         )
         for point in missing
     ]
@@ -196,8 +203,6 @@ def _outcomes(
 
     with ExitStack() as stack:
         opened = (
-            local_cluster(min(workers, count))
-            if scheduler is None
-            else remote_cluster(scheduler, folder.resolve())
+            local_cluster(min(workers, count)) if scheduler is None else remote_cluster(scheduler, folder.resolve())
         )
         yield from stack.enter_context(opened).compute(schedule)

@@ -9,13 +9,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from hcss_twin.errors import HcssError, ScenarioError
+from hcss_twin.core.errors import HcssError, ScenarioError
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.engine.simulate import run
+from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.certificate.certificate import Certificate
-from hcss_twin.scene.make_plan import make_plan
-from hcss_twin.scene.simulate import run
-from hcss_twin.shelf import Shelf
-from hcss_twin.sweeps.record import Outcome, sha256_of
+from hcss_twin.sweeps.folder import Outcome, sha256_of
 
 DATE = "SOURCE_DATE_EPOCH"
 """Environment variable that fixes the date of creation, and with it every byte of a cube."""
@@ -41,14 +41,14 @@ class Task:
     date: str | None
 
 
-def compute(task: Task, shelf: Shelf) -> Outcome:
+def compute(task: Task, shelf: ResultCache) -> Outcome:
     """Compute a point and write its cube; whatever is wrong with the point becomes its error.
 
     Only an interrupt is let through.
 
     Parameters
     ----------
-    shelf : Shelf
+    shelf : ResultCache
         What the points of one process share.
     """
     start, path = time.perf_counter(), Path(task.path)

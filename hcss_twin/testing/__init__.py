@@ -22,10 +22,12 @@ pytest.register_assert_rewrite(
 from hcss_twin.testing.atmosphere import TransmittanceContract  # noqa: E402
 from hcss_twin.testing.clouds import CloudGeneratorContract  # noqa: E402
 from hcss_twin.testing.optics import OpticsContract  # noqa: E402
-from hcss_twin.testing.plain import PlainGas, PlainOptics, PlainSea  # noqa: E402
 from hcss_twin.testing.radiance import RadianceModelContract  # noqa: E402
 from hcss_twin.testing.registration import assert_registered  # noqa: E402
-from hcss_twin.testing.samples import (  # noqa: E402
+from hcss_twin.testing.samples import (  # noqa: E402  # noqa: E402
+    PlainGas,
+    PlainOptics,
+    PlainSea,
     sample_atmosphere_inputs,
     sample_cloud_inputs,
     sample_grid,

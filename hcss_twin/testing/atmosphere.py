@@ -12,7 +12,7 @@ import pytest
 from hcss_twin.physics.paths import Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, AtmosphereInputs, TransmittanceProvider
-from hcss_twin.registry.declared import check_declares, check_options
+from hcss_twin.providers.registry.declared import check_declares, check_options
 from hcss_twin.testing.samples import sample_atmosphere_inputs, sample_wavenumbers
 
 
@@ -82,9 +82,7 @@ class TransmittanceContract:
         """T does not grow with zenith angle, nor when the path begins lower."""
         slants = provider.transmittance(wavenumber_cm1, [to_space(0.0, zenith) for zenith in (0, 25, 50, 70)])
         assert np.all(np.diff(slants, axis=0) <= self.tolerance)
-        heights = provider.transmittance(
-            wavenumber_cm1, [to_space(base, 30) for base in (0, 500, 2000, 6000)]
-        )
+        heights = provider.transmittance(wavenumber_cm1, [to_space(base, 30) for base in (0, 500, 2000, 6000)])
         assert np.all(np.diff(heights, axis=0) >= -self.tolerance)
 
     def test_every_layer_of_air_only_takes_away(
@@ -104,16 +102,12 @@ class TransmittanceContract:
         one, other = provider.transmittance(wavenumber_cm1, [first + second, second + first])
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=0)
 
-    def test_result_does_not_depend_on_batching(
-        self, provider: Any, wavenumber_cm1: Array, paths: list[Path]
-    ) -> None:
+    def test_result_does_not_depend_on_batching(self, provider: Any, wavenumber_cm1: Array, paths: list[Path]) -> None:
         """Each path and each wavenumber alone give what they give together."""
         together = provider.transmittance(wavenumber_cm1, paths)
         one_by_one = np.concatenate([provider.transmittance(wavenumber_cm1, [path]) for path in paths])
         np.testing.assert_allclose(one_by_one, together, rtol=1e-12, atol=1e-15)
-        columns = [
-            provider.transmittance(wavenumber_cm1[i : i + 1], paths) for i in range(wavenumber_cm1.size)
-        ]
+        columns = [provider.transmittance(wavenumber_cm1[i : i + 1], paths) for i in range(wavenumber_cm1.size)]
         np.testing.assert_allclose(np.concatenate(columns, axis=1), together, rtol=1e-10, atol=1e-15)
 
     def test_amounts_add_over_legs_and_stand_for_paths(self, provider: Any, wavenumber_cm1: Array) -> None:
@@ -155,9 +149,7 @@ class TransmittanceContract:
         legs = [to_space(base, zenith) for base in (0.0, 1500.0) for zenith in (0.0, 60.0)]
         _same_in_parts(provider.path_radiance, wavenumber_cm1, legs)
 
-    def test_scattered_sunlight_is_not_less_from_a_longer_leg(
-        self, provider: Any, wavenumber_cm1: Array
-    ) -> None:
+    def test_scattered_sunlight_is_not_less_from_a_longer_leg(self, provider: Any, wavenumber_cm1: Array) -> None:
         """0 <= solar path radiance, not falling as the leg begins lower, where the provider has it."""
         if not hasattr(provider, "solar_path_radiance"):
             pytest.skip("the provider scatters no sunlight")
@@ -173,9 +165,7 @@ class TransmittanceContract:
             _same_in_parts(asked, wavenumber_cm1, legs)
 
 
-def _same_in_parts(
-    radiance: Callable[[Array, list[Path]], Array], wavenumber_cm1: Array, legs: list[Path]
-) -> None:
+def _same_in_parts(radiance: Callable[[Array, list[Path]], Array], wavenumber_cm1: Array, legs: list[Path]) -> None:
     together = radiance(wavenumber_cm1, legs)
     one_by_one = np.concatenate([radiance(wavenumber_cm1, [leg]) for leg in legs])
     np.testing.assert_allclose(one_by_one, together, rtol=1e-10, atol=1e-15)

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
-from hcss_twin.registry.declared import check_declares, check_options
+from hcss_twin.providers.registry.declared import check_declares, check_options
 from hcss_twin.testing.samples import sample_cloud_inputs, still
 
 
@@ -101,9 +101,7 @@ class CloudGeneratorContract:
         for time_s, field in zip(times, parallel, strict=True):
             np.testing.assert_array_equal(field, whole(provider, inputs, time_s))
 
-    def test_returned_field_belongs_to_the_caller(
-        self, provider: CloudGenerator, inputs: CloudInputs
-    ) -> None:
+    def test_returned_field_belongs_to_the_caller(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """A later call does not overwrite what an earlier one returned."""
         first = whole(provider, inputs)
         kept = first.copy()
@@ -160,10 +158,7 @@ class CloudGeneratorContract:
             (2.0 * step, (step, -step), 3, 3),
         ):
             motion = Motion(
-                platform_speed_m_s=platform,
-                cloud_velocity_m_s=wind,
-                evolution_time_s=np.inf,
-                frame_interval_s=1.0,
+                platform_speed_m_s=platform, cloud_velocity_m_s=wind, evolution_time_s=np.inf, frame_interval_s=1.0
             )
             moving = dataclasses.replace(inputs, motion=motion)
             provider = self.make_provider(moving)

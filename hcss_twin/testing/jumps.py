@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hcss_twin.core.arrays import Array
 
 NODES = 33
 """Thicknesses, evenly spaced in the logarithm, among which the bends are looked for."""

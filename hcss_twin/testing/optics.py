@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, Microphysics, Optics, OpticsInputs
-from hcss_twin.registry.declared import check_declares, check_options
+from hcss_twin.providers.registry.declared import check_declares, check_options
 from hcss_twin.testing.samples import sample_microphysics, sample_optics_inputs, sample_wavenumbers
 
 
@@ -96,9 +96,7 @@ class OpticsContract:
         np.testing.assert_allclose(some.albedo, together.albedo[1::3], rtol=1e-10)
         # the number of moments may follow the largest particle parameter asked for
         common = min(some.moments.shape[0], together.moments.shape[0])
-        np.testing.assert_allclose(
-            some.moments[:common], together.moments[:common, 1::3], rtol=1e-9, atol=1e-12
-        )
+        np.testing.assert_allclose(some.moments[:common], together.moments[:common, 1::3], rtol=1e-9, atol=1e-12)
 
     def test_result_does_not_depend_on_earlier_calls(
         self, provider: Optics, inputs: OpticsInputs, cloud: Microphysics, wavenumber_cm1: Array

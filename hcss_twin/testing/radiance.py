@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import Array, CloudLayer, RadianceInputs, RadianceModel, Sun
-from hcss_twin.registry.declared import check_declares, check_options
+from hcss_twin.providers.registry.declared import check_declares, check_options
 from hcss_twin.testing.jumps import largest_jump
 from hcss_twin.testing.samples import (
     frozen,
@@ -22,9 +22,7 @@ from hcss_twin.testing.samples import (
 )
 
 _THICKNESS_M = frozen([[50.0], [120.0], [400.0], [800.0]])
-_TWO_LAYERS_M = frozen(
-    [[50.0, 0.0], [800.0, 0.0], [0.0, 100.0], [0.0, 2000.0], [50.0, 2000.0], [400.0, 150.0]]
-)
+_TWO_LAYERS_M = frozen([[50.0, 0.0], [800.0, 0.0], [0.0, 100.0], [0.0, 2000.0], [50.0, 2000.0], [400.0, 150.0]])
 
 
 class RadianceModelContract:
@@ -73,9 +71,7 @@ class RadianceModelContract:
         assert provider.terms
         assert provider.solar_terms <= set(provider.terms)
 
-    def test_every_term_of_every_column(
-        self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
-    ) -> None:
+    def test_every_term_of_every_column(self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None) -> None:
         """All terms, no others, finite, of shapes (V,) and (N, V)."""
         clear = provider.clear(wavenumber_cm1, sun)
         cloudy = provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)
@@ -86,9 +82,7 @@ class RadianceModelContract:
             assert np.all(np.isfinite(clear[name]))
             assert np.all(np.isfinite(cloudy[name]))
 
-    def test_radiance_is_positive(
-        self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
-    ) -> None:
+    def test_radiance_is_positive(self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None) -> None:
         """The terms sum to a radiance greater than 0."""
         assert np.all(total(provider.clear(wavenumber_cm1, sun)) > 0.0)
         assert np.all(total(provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)) > 0.0)
@@ -177,15 +171,11 @@ class RadianceModelContract:
     def two_layers(self, inputs: RadianceInputs) -> RadianceModel:
         """Provider of a scene with a low and a high layer; a model that takes only one says so when it is made."""
         try:
-            return self.make_provider(
-                dataclasses.replace(inputs, layers=(sample_layer(), sample_high_layer()))
-            )
+            return self.make_provider(dataclasses.replace(inputs, layers=(sample_layer(), sample_high_layer())))
         except ProviderError as error:
             pytest.skip(str(error))
 
-    def test_columns_of_two_layers(
-        self, two_layers: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
-    ) -> None:
+    def test_columns_of_two_layers(self, two_layers: RadianceModel, wavenumber_cm1: Array, sun: Sun | None) -> None:
         """All terms (N, V), finite, with a sum greater than 0 that does not depend on batching."""
         together = two_layers.cloudy(wavenumber_cm1, _TWO_LAYERS_M, sun)
         assert set(together) == set(two_layers.terms)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from hcss_twin import providers
-from hcss_twin.catalog import Catalog
-from hcss_twin.registry import Entry, Kind, Registry
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.providers.registry import Entry, Kind, Registry
 
 
 def assert_registered(kind: Kind | str, name: str, distribution: str) -> Entry:

@@ -1,14 +1,19 @@
-"""Ready-made inputs on which any provider can be tried."""
+"""Providers in closed form: partners for trying one provider without depending on the others.
+
+Ready-made inputs on which any provider can be tried.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.physics.paths import Path
 from hcss_twin.physics.profile import GASES, Profile
 from hcss_twin.providers import (
     Array,
@@ -24,9 +29,60 @@ from hcss_twin.providers import (
     SeaInputs,
     SensorBand,
     SensorInputs,
+    SingleScattering,
     View,
 )
-from hcss_twin.testing.plain import PlainGas, PlainOptics, PlainSea
+
+
+class PlainSea:
+    """A grey Lambertian sea: BRDF (1 - emissivity) / pi."""
+
+    def __init__(self, emissivity: float = 0.98) -> None:
+        self._emissivity = emissivity
+        self.declares = Declares()
+
+    def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
+        """Return the same emissivity (M, V) everywhere."""
+        return np.full((mu.size, wavenumber_cm1.size), self._emissivity)
+
+    def brdf(self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, relative_azimuth: Array) -> Array:
+        """Return the same BRDF (M, V) in sr-1 everywhere."""
+        return np.full((mu_out.size, wavenumber_cm1.size), (1.0 - self._emissivity) / np.pi)
+
+
+class PlainOptics:
+    """Grey particles of a given extinction cross-section, albedo and asymmetry (Henyey-Greenstein)."""
+
+    def __init__(self, cross_section_m2: float = 1e-10, albedo: float = 0.6, asymmetry: float = 0.8) -> None:
+        self._cross_section_m2 = cross_section_m2
+        self._albedo = albedo
+        self._asymmetry = asymmetry
+        self.declares = Declares()
+
+    def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
+        """Return extinction in proportion to the number of particles, the same at all wavenumbers."""
+        ones = np.ones(wavenumber_cm1.size)
+        return SingleScattering(
+            extinction_m1=cloud.number_density_m3 * self._cross_section_m2 * ones,
+            albedo=self._albedo * ones,
+            moments=np.stack((ones, self._asymmetry * ones)),
+        )
+
+
+class PlainGas:
+    """A grey gas, well mixed: T = exp(-depth m) with the pressure-weighted air mass m of the whole path."""
+
+    def __init__(self, profile: Profile, vertical_depth: float = 0.3) -> None:
+        self._profile = profile
+        self._weights = -np.diff(profile.pressure_Pa) / (profile.pressure_Pa[0] - profile.pressure_Pa[-1])
+        self._vertical_depth = vertical_depth
+        self.declares = Declares(depends_on=frozenset({"view_zenith", "sun_zenith"}))
+
+    def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return transmittance (P, V), the same at all wavenumbers."""
+        mass = np.array([self._profile.airmass(path) @ self._weights for path in paths])
+        return np.repeat(np.exp(-self._vertical_depth * mass)[:, None], wavenumber_cm1.size, axis=1)
+
 
 _WELL_MIXED = {"co2": 4.2e-4, "n2o": 3.3e-7, "co": 1.5e-7, "ch4": 1.9e-6, "o2": 0.2095}
 """Mole fractions of gases that do not change with altitude here."""
@@ -120,21 +176,14 @@ def sample_grid() -> Grid:
 def sample_motion() -> Motion:
     """Return a moving platform, a wind and evolving shapes."""
     return Motion(
-        platform_speed_m_s=100.0,
-        cloud_velocity_m_s=(6.0, -3.0),
-        evolution_time_s=1800.0,
-        frame_interval_s=2.0,
+        platform_speed_m_s=100.0, cloud_velocity_m_s=(6.0, -3.0), evolution_time_s=1800.0, frame_interval_s=2.0
     )
 
 
 def sample_cloud_inputs(coverage: float = 0.5, seed: int = 1, **changes: Any) -> CloudInputs:
     """Return inputs of a cloud generator; ``changes`` replace fields of ``CloudInputs``."""
     inputs = CloudInputs(
-        layer=sample_layer(coverage),
-        grid=sample_grid(),
-        motion=sample_motion(),
-        seed=seed,
-        catalog=Catalog(),
+        layer=sample_layer(coverage), grid=sample_grid(), motion=sample_motion(), seed=seed, catalog=Catalog()
     )
     return dataclasses.replace(inputs, **changes)
 
@@ -146,9 +195,7 @@ def still(inputs: CloudInputs) -> CloudInputs:
 
 def sample_sea_inputs(wind_speed_m_s: float = 8.0) -> SeaInputs:
     """Return a sea of 290 K under a westerly wind."""
-    return SeaInputs(
-        wind_speed_m_s=wind_speed_m_s, wind_from_deg=270.0, temperature_K=290.0, catalog=Catalog()
-    )
+    return SeaInputs(wind_speed_m_s=wind_speed_m_s, wind_from_deg=270.0, temperature_K=290.0, catalog=Catalog())
 
 
 def sample_optics_inputs() -> OpticsInputs:

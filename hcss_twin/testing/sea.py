@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, SeaInputs, SeaModel
-from hcss_twin.registry.declared import check_declares, check_options
+from hcss_twin.providers.registry.declared import check_declares, check_options
 from hcss_twin.testing.samples import frozen, sample_sea_inputs, sample_wavenumbers
 
 _MU_OUT = frozen([1.0, 0.95, 0.9, 0.7, 0.5, 0.8])
@@ -76,9 +76,7 @@ class SeaModelContract:
         other = provider.brdf(wavenumber_cm1, _MU_IN, _MU_OUT, _AZIMUTH)
         np.testing.assert_allclose(one, other, rtol=self.reciprocity, atol=1e-9)
 
-    def test_no_more_is_reflected_than_is_not_emitted(
-        self, provider: SeaModel, wavenumber_cm1: Array
-    ) -> None:
+    def test_no_more_is_reflected_than_is_not_emitted(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """The hemispherical integral of the BRDF does not exceed 1 - emissivity (Kirchhoff), within 2 %."""
         for view in (1.0, 0.8, 0.5):
             left = 1.0 - provider.emissivity(wavenumber_cm1, np.array([view]))[0]
@@ -118,15 +116,11 @@ class SeaModelContract:
             np.testing.assert_allclose(alone[0], brdf[i], rtol=1e-10, atol=1e-15)
         for i in range(wavenumber_cm1.size):
             nu = wavenumber_cm1[i : i + 1]
-            np.testing.assert_allclose(
-                provider.emissivity(nu, _MU_OUT)[:, 0], emissivity[:, i], rtol=1e-10, atol=1e-15
-            )
+            np.testing.assert_allclose(provider.emissivity(nu, _MU_OUT)[:, 0], emissivity[:, i], rtol=1e-10, atol=1e-15)
             alone = provider.brdf(nu, _MU_OUT, _MU_IN, _AZIMUTH)
             np.testing.assert_allclose(alone[:, 0], brdf[:, i], rtol=1e-10, atol=1e-15)
 
-    def test_what_the_sky_sends_and_what_the_sea_emits_is_all(
-        self, provider: SeaModel, wavenumber_cm1: Array
-    ) -> None:
+    def test_what_the_sky_sends_and_what_the_sea_emits_is_all(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """The reflection weights of a view sum to 1 - emissivity, where the model has them."""
         weights_of = getattr(provider, "reflection_weights", None)
         if weights_of is None:
@@ -146,9 +140,7 @@ class SeaModelContract:
             weights_of(wavenumber_cm1, _MU_OUT, nodes), weights_of(wavenumber_cm1, _MU_OUT, nodes, "lagrange")
         )
 
-    def test_anisotropic_brdf_is_reciprocal_at_every_bearing(
-        self, provider: SeaModel, wavenumber_cm1: Array
-    ) -> None:
+    def test_anisotropic_brdf_is_reciprocal_at_every_bearing(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """Exchanged directions are those of the mirror image, for a model that depends on the wind's bearing."""
         if not getattr(provider, "anisotropic", False):
             pytest.skip("the model does not depend on the bearing to the wind")
@@ -161,9 +153,7 @@ class SeaModelContract:
             emissivity = model.emissivity(wavenumber_cm1, _MU_OUT, wind)
             assert np.all((emissivity >= 0.0) & (emissivity <= 1.0))
 
-    def test_without_a_bearing_results_are_means_over_all(
-        self, provider: SeaModel, wavenumber_cm1: Array
-    ) -> None:
+    def test_without_a_bearing_results_are_means_over_all(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """Emissivity, BRDF and weights (M, N, V), for a model that depends on the wind's bearing."""
         if not getattr(provider, "anisotropic", False):
             pytest.skip("the model does not depend on the bearing to the wind")
@@ -185,9 +175,7 @@ class SeaModelContract:
 
     def _assert_mean(self, at_bearings: Any, mean: Array) -> None:
         scale = self.mean_over_bearings * np.abs(mean).max()
-        np.testing.assert_allclose(
-            np.mean(at_bearings, axis=0), mean, rtol=self.mean_over_bearings, atol=scale
-        )
+        np.testing.assert_allclose(np.mean(at_bearings, axis=0), mean, rtol=self.mean_over_bearings, atol=scale)
 
 
 def _integral(provider: SeaModel, wavenumber_cm1: Array, view: float) -> Array:

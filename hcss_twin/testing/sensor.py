@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
-from hcss_twin.registry.declared import check_declares, check_measured, check_options
+from hcss_twin.providers.registry.declared import check_declares, check_measured, check_options
 from hcss_twin.testing.samples import frozen, sample_sensor_inputs
 
 _FRAMES = 3
@@ -53,9 +53,7 @@ class SensorContract:
         check_options(provider)
         check_measured(provider.variables)
 
-    def test_shapes_types_and_what_was_promised(
-        self, provider: Sensor, inputs: SensorInputs, scene: Array
-    ) -> None:
+    def test_shapes_types_and_what_was_promised(self, provider: Sensor, inputs: SensorInputs, scene: Array) -> None:
         """Finite arrays of the frame's shape: radiance, and what ``variables`` names and nothing else."""
         for measured in _measured(provider, inputs, scene):
             for field in dataclasses.fields(Measured):

@@ -15,7 +15,8 @@ import numpy as np
 
 from hcss_twin import catalog, errors, providers, registry, testing
 from hcss_twin.physics import geometry, paths, planck, profile
-from hcss_twin.registry import declared, hookspecs
+from hcss_twin.providers.registry import specs as hookspecs
+from hcss_twin.registry import declared
 
 SNAPSHOT = Path(__file__).parents[1] / "data" / f"provider-api-{providers.API_VERSION}.txt"
 
@@ -49,9 +50,7 @@ def api():
         for name in names:
             lines += described(f"{module}.{name}", getattr(home, name))
     for kind in registry.Kind:
-        lines.append(
-            f"hook {kind.hook}{signature(getattr(hookspecs, kind.hook))} brings {kind.protocol} as '{kind}'"
-        )
+        lines.append(f"hook {kind.hook}{signature(getattr(hookspecs, kind.hook))} brings {kind.protocol} as '{kind}'")
     for name in testing.__all__:
         lines += kit(f"hcss_twin.testing.{name}", getattr(testing, name))
     return lines
@@ -102,9 +101,7 @@ def kit(name, value):
     for member, content in vars(value).items():
         if member.startswith(("_", "test_")):
             continue
-        if type(content).__name__ == "FixtureFunctionDefinition" or hasattr(
-            content, "_pytestfixturefunction"
-        ):
+        if type(content).__name__ == "FixtureFunctionDefinition" or hasattr(content, "_pytestfixturefunction"):
             lines.append(f"kit fixture {name}.{member}")
         elif inspect.isfunction(content):
             lines.append(f"kit method {name}.{member}{signature(content)}")
@@ -158,11 +155,7 @@ def signature(function):
 def annotation_text(annotation):
     if isinstance(annotation, str):
         return annotation
-    return (
-        annotation.__name__
-        if isinstance(annotation, type) and not typing.get_args(annotation)
-        else str(annotation)
-    )
+    return annotation.__name__ if isinstance(annotation, type) and not typing.get_args(annotation) else str(annotation)
 
 
 def plain(value):
@@ -188,11 +181,7 @@ def broken_promises(before, now):
     known = {line.split()[1].partition("(")[0] for line in before if line.startswith("class ")}
     added = [line for line in new if any(f" {name}." in line or f" {name} " in line for name in known)]
     demanded = [f"new, and demanded of everyone: {line}" for line in added if line.startswith("required")]
-    bare = [
-        f"new field without a default: {line}"
-        for line in added
-        if line.startswith("field") and " = " not in line
-    ]
+    bare = [f"new field without a default: {line}" for line in added if line.startswith("field") and " = " not in line]
     return gone + demanded + bare
 
 
@@ -209,10 +198,9 @@ def write(path=SNAPSHOT):
         broken = broken_promises(path.read_text(encoding="utf-8").splitlines(), lines)
         if broken:
             raise SystemExit(
-                "\n".join(broken)
-                + f"\nnot written: version {providers.API_VERSION} promises that this stays "
+                "\n".join(broken) + f"\nnot written: version {providers.API_VERSION} promises that this stays "
                 "(docs/provider-api.md). Undo it, or raise API_VERSION in hcss_twin/providers/__init__.py and "
-                "hcss_twin/registry/specs.py and run this again: every version has a snapshot of its own."
+                "hcss_twin/providers/registry/specs.py and run this again: every version has a snapshot of its own."
             )
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import hcss_twin
-from hcss_twin.benchmarking.regression import read_ratios, regressions
+from hcss_twin.report.benchmarking.regression import read_ratios, regressions
 
 FOLDER = Path(hcss_twin.__file__).parents[1] / "benchmarks"
 pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="not in an installed package")

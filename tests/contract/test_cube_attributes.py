@@ -32,9 +32,7 @@ def test_every_attribute_that_a_cube_carries_is_documented_and_no_other(all_that
     assert set(all_that_is_told) == set(SPECS) | REPLACEABLE
 
 
-def test_what_every_cube_is_said_to_have_is_there_without_radiance_and_nothing_about_radiance(
-    least_that_is_told,
-):
+def test_what_every_cube_is_said_to_have_is_there_without_radiance_and_nothing_about_radiance(least_that_is_told):
     always = {name for name, spec in SPECS.items() if spec.when == ALWAYS} | REPLACEABLE
     assert set(least_that_is_told) - {"hcss_significant_wave_height_m"} == always
 

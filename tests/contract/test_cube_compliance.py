@@ -11,9 +11,9 @@ pytest.importorskip("compliance_checker")
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.cube.example import example_frame, example_header
-from hcss_twin.cube.sensor_variables import is_replaced
+from hcss_twin.cube.sensor_cube import is_replaced
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.scene.plan import Plan
+from hcss_twin.plan.plan import Plan
 
 CONVENTIONS = ("cf:1.11", "acdd:1.3")
 RUN = f"""
@@ -69,9 +69,7 @@ def findings(header, tmp_path_factory):
     return {
         name: {
             level: [
-                f"{result['name']} {text}"
-                for result in report[name][f"{level}_priorities"]
-                for text in result["msgs"]
+                f"{result['name']} {text}" for result in report[name][f"{level}_priorities"] for text in result["msgs"]
             ]
             for level in ("high", "medium")
         }

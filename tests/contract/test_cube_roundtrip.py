@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.reader import open_cube, scenario_text
 from hcss_twin.cube.variables import VARIABLES, expand
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.errors import CubeError
 
 
 def write(path, header, order=None, compression=None):
@@ -141,10 +141,7 @@ def with_value(value):
 )
 def test_an_array_against_its_spec_is_refused_by_name_and_nothing_is_left(tmp_path, name, change, message):
     header, frame = broken(name, change)
-    with (
-        pytest.raises(CubeError, match=f"frame 0, {message}"),
-        CubeWriter(tmp_path / "c.nc", header) as writer,
-    ):
+    with pytest.raises(CubeError, match=f"frame 0, {message}"), CubeWriter(tmp_path / "c.nc", header) as writer:
         writer.write_frame(0, frame)
     assert list(tmp_path.iterdir()) == []
 
@@ -161,12 +158,7 @@ def test_missing_is_allowed_in_every_pixel_where_the_spec_says_so(tmp_path):
 
 @pytest.mark.parametrize(
     ("frames", "message"),
-    [
-        ([3], "frame 3: 0 to 2"),
-        ([-1], "frame -1: 0 to 2"),
-        ([0, 0], "frame 0: already"),
-        ([0, 2], "1 of 3 .*: 1$"),
-    ],
+    [([3], "frame 3: 0 to 2"), ([-1], "frame -1: 0 to 2"), ([0, 0], "frame 0: already"), ([0, 2], "1 of 3 .*: 1$")],
 )
 def test_every_frame_is_written_once(tmp_path, frames, message):
     with pytest.raises(CubeError, match=message):
@@ -222,9 +214,7 @@ def test_a_cube_that_is_closed_holds_no_file(tmp_path):
     path = write(tmp_path / "c.nc", example_header())
 
     def held():
-        return [
-            each for each in Path("/proc/self/fd").iterdir() if os.path.realpath(each) == str(path.resolve())
-        ]
+        return [each for each in Path("/proc/self/fd").iterdir() if os.path.realpath(each) == str(path.resolve())]
 
     with open_cube(path) as cube:
         cube["radiance"].isel(time=0).load()

@@ -15,13 +15,13 @@ from PIL import Image
 
 import hcss_twin
 from hcss_twin import Scenario, providers
-from hcss_twin.catalog import catalog_root
 from hcss_twin.cli_reference import commands
 from hcss_twin.cli_reference import markdown as command_line
-from hcss_twin.equations.document import markdown as equations
-from hcss_twin.equations.engine import ENGINE
-from hcss_twin.equations.entry import find, summary
-from hcss_twin.equations.paper import PAPER
+from hcss_twin.core.catalog import catalog_root
+from hcss_twin.paper.equations.document import markdown as equations
+from hcss_twin.paper.equations.engine import ENGINE
+from hcss_twin.paper.equations.entry import find, summary
+from hcss_twin.paper.equations.paper import PAPER
 from hcss_twin.provider_reference import markdown as provider_reference
 
 ROOT = catalog_root().parent
@@ -40,7 +40,7 @@ def module(path):
     ("name", "text", "command"),
     [
         ("cli", command_line, "hcss_twin.cli_reference"),
-        ("equations", equations, "hcss_twin.equations.document"),
+        ("equations", equations, "hcss_twin.paper.equations.document"),
         ("provider-reference", provider_reference, "hcss_twin.provider_reference"),
     ],
 )
@@ -77,9 +77,7 @@ def test_every_class_of_the_provider_api_and_each_of_its_methods_has_a_place_in_
 def test_every_page_has_one_place_in_the_navigation():
     listed = [
         page.split("<")[1].rstrip(">")
-        for _, pages in module(DOCS / "site" / "navigation.py").parts(
-            (DOCS / "index.md").read_text(encoding="utf-8")
-        )
+        for _, pages in module(DOCS / "site" / "navigation.py").parts((DOCS / "index.md").read_text(encoding="utf-8"))
         for page in pages
     ]
     assert len(listed) == len(set(listed))
@@ -184,9 +182,7 @@ def thumbnail(path):
 
 def test_what_a_page_would_load_from_elsewhere_is_found(tmp_path):
     outside = module(DOCS / "site" / "only_local_files.py").outside
-    (tmp_path / "good.html").write_text(
-        '<script src="a.js"></script><a href="https://example.org">read on</a>'
-    )
+    (tmp_path / "good.html").write_text('<script src="a.js"></script><a href="https://example.org">read on</a>')
     (tmp_path / "good.css").write_text("body { background: url(a.png) }")
     assert not list(outside(tmp_path))
     bad = {

@@ -14,11 +14,11 @@ from astropy.wcs import WCS
 from PIL import Image
 
 from hcss_twin.cube.example import example_frame, example_header
+from hcss_twin.cube.export.cube_export import export_cube
+from hcss_twin.cube.export.place import WGS84_INVERSE_FLATTENING, WGS84_SEMI_MAJOR_M, LocalPlane
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.export.cube_export import export_cube
-from hcss_twin.export.place import WGS84_INVERSE_FLATTENING, WGS84_SEMI_MAJOR_M, LocalPlane
-from hcss_twin.physics.local_plane import to_geographic
+from hcss_twin.physics.geodesy import to_geographic
 
 VARIABLES = ["radiance", "cloud_mask", "cloud_top_altitude", "cloud_layer_thickness"]
 """By band, whole numbers, with missing values, by layer."""
@@ -68,9 +68,7 @@ def test_numbers_of_other_types_are_kept_by_every_format(cube, tmp_path, kind):
         variable[:] = numbers
     wanted = {"variable": "digital_number", "bands": ["MWIR"], "frames": [1]}
     expected = numbers[1, 1]
-    np.testing.assert_array_equal(
-        fits.getdata(export_cube(path, "fits", tmp_path, **wanted).files[0])[0, 0], expected
-    )
+    np.testing.assert_array_equal(fits.getdata(export_cube(path, "fits", tmp_path, **wanted).files[0])[0, 0], expected)
     for to in ("envi", "geotiff"):
         with rasterio.open(export_cube(path, to, tmp_path, **wanted).files[0]) as file:
             np.testing.assert_array_equal(file.read(1), expected[::-1])
@@ -93,10 +91,7 @@ def test_an_image_without_time_or_bands_is_one_image(cube, tmp_path):
         variable = file.createVariable("latitude_of_pixel", "f8", ("y", "x"), fill_value=False)
         variable.units = "degrees_north"
         variable[:] = values
-    done = {
-        to: export_cube(path, to, tmp_path, variable="latitude_of_pixel")
-        for to in ("fits", "envi", "geotiff")
-    }
+    done = {to: export_cube(path, to, tmp_path, variable="latitude_of_pixel") for to in ("fits", "envi", "geotiff")}
     np.testing.assert_array_equal(fits.getdata(done["fits"].files[0]), values)
     for to in ("envi", "geotiff"):
         with rasterio.open(done[to].files[0]) as file:
@@ -215,12 +210,9 @@ def test_frames_in_several_places_have_none_in_one_envi_file(cube, tmp_path):
 
 @pytest.mark.parametrize("name", ["wgs84", "ellipsoid"])
 def test_geotiff_of_a_plane_on_an_ellipsoid_is_read_as_such(cube, tmp_path, name, monkeypatch):
-    figure = {
-        "wgs84": (WGS84_SEMI_MAJOR_M, WGS84_INVERSE_FLATTENING),
-        "ellipsoid": (6378388.0, 297.0),
-    }[name]
+    figure = {"wgs84": (WGS84_SEMI_MAJOR_M, WGS84_INVERSE_FLATTENING), "ellipsoid": (6378388.0, 297.0)}[name]
     plane = LocalPlane(35.0, -150.0, *figure)
-    monkeypatch.setattr("hcss_twin.export.selection.local_plane", lambda attributes: plane)
+    monkeypatch.setattr("hcss_twin.cube.export.selection.local_plane", lambda attributes: plane)
     for to in ("geotiff", "envi"):
         with rasterio.open(export_cube(cube, to, tmp_path, frames=[0]).files[0]) as file:
             read = file.crs.to_dict()
@@ -293,9 +285,7 @@ def test_memory_does_not_grow_with_the_number_of_frames(tmp_path, to):
         steps = np.arange(count) * 1.0
         angles = {"solar_zenith_deg": (20.0,) * count, "solar_azimuth_deg": (180.0,) * count}
         variables = tuple(spec for spec in example_header().variables if spec.name == "radiance")
-        header = example_header(
-            rows=200, columns=200, frame_times_s=tuple(steps), variables=variables, **angles
-        )
+        header = example_header(rows=200, columns=200, frame_times_s=tuple(steps), variables=variables, **angles)
         with CubeWriter(path, header) as writer:
             for index in range(count):
                 writer.write_frame(index, example_frame(header, index))

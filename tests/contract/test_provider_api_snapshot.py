@@ -10,7 +10,7 @@ from provider_api_text import COMMAND, SNAPSHOT, api, broken_promises, described
 
 import hcss_twin
 from hcss_twin import providers
-from hcss_twin.registry import Kind, declared
+from hcss_twin.providers.registry import Kind, declared
 from hcss_twin.testing import SeaModelContract
 
 
@@ -23,7 +23,7 @@ def test_the_provider_api_is_the_committed_one():
         "plugins that are installed somewhere:\n"
         + "\n".join([*broken, *new])
         + "\nUndo it. If it must be, it is a new "
-        f"version: raise API_VERSION in hcss_twin/providers/__init__.py and hcss_twin/registry/specs.py, then {COMMAND}"
+        f"version: raise API_VERSION in hcss_twin/providers/__init__.py and providers/registry/specs.py, then {COMMAND}"
     )
     assert before == now, (
         "the provider API has grown, which its version allows; it will have to stay:\n"
@@ -147,22 +147,13 @@ def test_the_snapshot_is_not_written_over_a_broken_promise(tmp_path):
 
 def options():
     protocols = [value for name, value in vars(providers).items() if name.endswith("Options")]
-    return {
-        name
-        for each in protocols
-        for name in (*each.__annotations__, *vars(each))
-        if not name.startswith("_")
-    }
+    return {name for each in protocols for name in (*each.__annotations__, *vars(each)) if not name.startswith("_")}
 
 
 def asked_for(path):
     """Names that are looked up on an object which may lack them."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if (
-            isinstance(node, ast.Call)
-            and isinstance(node.func, ast.Name)
-            and node.func.id in ("getattr", "hasattr")
-        ):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("getattr", "hasattr"):
             name = node.args[1]
             if isinstance(name, ast.Constant):
                 yield name.value

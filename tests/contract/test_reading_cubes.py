@@ -19,9 +19,7 @@ EXAMPLES = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), 
 def cube(tmp_path_factory):
     path = tmp_path_factory.mktemp("cube") / "cube.nc"
     small = {"image.rows": 12, "image.columns": 16, "frames.count": 2, **CHEAP}
-    simulate(
-        Scenario.load("stratus", {**small, "output.variables": ["radiance", "cloud_top_altitude"]}), path
-    ).close()
+    simulate(Scenario.load("stratus", {**small, "output.variables": ["radiance", "cloud_top_altitude"]}), path).close()
     return path
 
 

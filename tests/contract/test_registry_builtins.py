@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.database.entry_file import write_entry
-from hcss_twin.clouds.database.importing import ImportOptions, import_image
-from hcss_twin.clouds.database.segmentation import Cleaning
+from hcss_twin.analysis.cloud_import import ImportOptions, import_image
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.clouds.database.entry import write_entry
+from hcss_twin.models.clouds.database.segmentation import Cleaning
 from hcss_twin.providers import Motion
-from hcss_twin.registry import Kind, Registry
-from hcss_twin.registry.guard import guard
+from hcss_twin.providers.registry import Kind, Registry
+from hcss_twin.providers.registry.guard import guard
 from hcss_twin.testing import (
     CloudGeneratorContract,
     OpticsContract,
@@ -93,9 +93,7 @@ class TestImagery(CloudGeneratorContract):
         return sample_cloud_inputs(coverage, seed, catalog=Catalog(base=self.folder), motion=slow)
 
     def make_provider(self, inputs):
-        return create(
-            "clouds", "imagery", inputs, image="image.npy", method="coverage", reinterpret_pixel_size=True
-        )
+        return create("clouds", "imagery", inputs, image="image.npy", method="coverage", reinterpret_pixel_size=True)
 
 
 class TestScatteredClouds(CloudGeneratorContract):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import hcss_twin
-from hcss_twin.catalog import catalog_root
+from hcss_twin.core.catalog import catalog_root
 from hcss_twin.sweeps.dataset_layout import require_one_layout
 from hcss_twin.sweeps.design import Design
 from hcss_twin.sweeps.points import points_of

@@ -21,10 +21,10 @@ from stranger.sensor import Parameters as LaggingParameters
 
 import hcss_twin
 from hcss_twin import Scenario, make_plan
-from hcss_twin.errors import CubeError, ProviderError
+from hcss_twin.core.errors import CubeError, ProviderError
+from hcss_twin.engine.simulate import overlaps
 from hcss_twin.physics.paths import to_space
-from hcss_twin.registry import Kind, Origin, ProviderSpec, Registry, hookimpl
-from hcss_twin.scene.overlap import overlaps
+from hcss_twin.providers.registry import Kind, Origin, ProviderSpec, Registry, hookimpl
 from hcss_twin.testing import (
     CloudGeneratorContract,
     OpticsContract,
@@ -113,8 +113,7 @@ def test_frames_of_a_stranger_are_not_written_beside_the_computing_because_it_ma
 def test_the_plan_names_who_says_a_note(installed):
     made = make_plan(Scenario.load("stratus", {**CHEAP, "radiance.model": "absorbing"}))
     assert (
-        "radiance model absorbing: absorbing radiance: clouds do not scatter, and the sea reflects no sky"
-        in made.notes
+        "radiance model absorbing: absorbing radiance: clouds do not scatter, and the sea reflects no sky" in made.notes
     )
 
 

@@ -35,9 +35,7 @@ SMALL = CHEAP | {"image.rows": 4, "image.columns": 4, "frames.count": 2, "bands"
 )
 def test_a_dataset_passes_the_checker(tmp_path, over):
     sweep("stratus", tmp_path / "sweep", over=over, overrides=SMALL, dataset=tmp_path / "all.nc")
-    done = subprocess.run(
-        [sys.executable, "-c", RUN], cwd=tmp_path, capture_output=True, text=True, timeout=120
-    )
+    done = subprocess.run([sys.executable, "-c", RUN], cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert (tmp_path / "report.json").is_file(), done.stderr
     report = json.loads((tmp_path / "report.json").read_text())["cf:1.11"]
     messages = [

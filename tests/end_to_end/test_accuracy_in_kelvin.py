@@ -7,8 +7,8 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.scene.brightness import BrightnessTemperature
-from hcss_twin.scene.budget import SHARES, share_out
+from hcss_twin.models.radiance.brightness import BrightnessTemperature
+from hcss_twin.plan.accuracy import SHARES, share_out
 
 SMALL = {
     **CHEAP,
@@ -22,9 +22,7 @@ SMALL = {
 
 @pytest.mark.parametrize("kelvin", [1.0, 0.01])
 def test_cube_and_certificate_keep_the_kelvin_asked_for(kelvin):
-    made = simulate(
-        Scenario.load("stratus", {**SMALL, "accuracy": f"{kelvin:g} K", "output.certificate": 48})
-    )
+    made = simulate(Scenario.load("stratus", {**SMALL, "accuracy": f"{kelvin:g} K", "output.certificate": 48}))
     assert made.attrs["hcss_accuracy_requested_kelvin"] == kelvin
     assert made.attrs["hcss_certificate"].startswith("PASSED")
     achieved = json.loads(made.attrs["hcss_accuracy_achieved_kelvin"])
@@ -51,7 +49,7 @@ def test_a_stricter_kelvin_asks_for_a_smaller_share():
 
 
 def test_kelvin_that_cannot_be_kept_are_refused_with_some_that_can(monkeypatch):
-    monkeypatch.setattr("hcss_twin.scene.accuracy.LEAST", 1e-4)
+    monkeypatch.setattr("hcss_twin.plan.accuracy.MIN", 1e-4)
     with pytest.raises(ScenarioError, match=r"accuracy: '0.001 K' is .* closest valid choice is '0.\d+ K'"):
         make_plan(Scenario.load("stratus", {**SMALL, "accuracy": "1 mK"}))
 
@@ -60,10 +58,7 @@ def test_kelvin_that_cannot_be_kept_are_refused_with_some_that_can(monkeypatch):
     ("given", "told"),
     [
         ("0.05 mK", r"accuracy: '0.05 mK' is out of range; .* closest valid choice is '0.001 K'"),
-        (
-            0.5,
-            r"accuracy: 0.5 is out of range; allowed: 1e-06 to 0.1 .*'10 K'; closest valid choice is 0.1",
-        ),
+        (0.5, r"accuracy: 0.5 is out of range; allowed: 1e-06 to 0.1 .*'10 K'; closest valid choice is 0.1"),
         (10**400, r"is out of range; .* closest valid choice is 0.1"),
         (-(10**400), r"is out of range; .* closest valid choice is 1e-06"),
         (float("nan"), r"is out of range"),

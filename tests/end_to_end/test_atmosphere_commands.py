@@ -7,11 +7,11 @@ from click.testing import CliRunner
 from PIL import Image
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.atmosphere.table_file import read_atmosphere_table
-from hcss_twin.catalog import catalog_root
-from hcss_twin.cli import cli
-from hcss_twin.errors import CatalogError
-from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.cli.main import cli
+from hcss_twin.core.catalog import catalog_root
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
+from hcss_twin.plan.make_plan import make_plan
 
 SHIPPED = read_atmosphere_table(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
 HEIGHTS = [0.0, 500.0, 1000.0, 1500.0, 2000.0, 3000.0]
@@ -78,10 +78,7 @@ def test_import_lists_what_is_missing_and_writes_nothing(table, tmp_path):
 def test_import_refuses_to_overwrite_and_bad_options(table):
     output, _, files = table
     assert "exists" in invoke("atmosphere", "import", files[0], "-o", output).output
-    assert (
-        "expected [FILE=]H1_km"
-        in invoke("atmosphere", "import", files[0], "-o", "x.nc", "--geometry", "1,2").output
-    )
+    assert "expected [FILE=]H1_km" in invoke("atmosphere", "import", files[0], "-o", "x.nc", "--geometry", "1,2").output
 
 
 def test_simulation_with_an_imported_table_agrees_with_the_table_it_was_made_from(table):
@@ -124,17 +121,7 @@ def test_plot_compares_two_and_says_how_they_differ(table, tmp_path):
 
 def test_plot_of_a_table_with_one_height_and_angle(table, tmp_path):
     _, _, files = table
-    invoke(
-        "atmosphere",
-        "import",
-        files[2],
-        "-o",
-        tmp_path / "one.nc",
-        "--resolution",
-        20,
-        "--geometry",
-        "100,0,140",
-    )
+    invoke("atmosphere", "import", files[2], "-o", tmp_path / "one.nc", "--resolution", 20, "--geometry", "100,0,140")
     result = invoke("atmosphere", "plot", tmp_path / "one.nc", "-o", tmp_path / "one.png")
     assert result.exit_code == 0
     assert is_a_drawing(tmp_path / "one.png")
@@ -143,8 +130,6 @@ def test_plot_of_a_table_with_one_height_and_angle(table, tmp_path):
 def test_plot_names_what_there_is(tmp_path):
     with pytest.raises(CatalogError, match=r"neither a provider \(.*table.*\) nor an atmosphere table"):
         invoke("atmosphere", "plot", "tabel", "-o", tmp_path / "x.png")
-    assert (
-        "one is drawn, or two" in invoke("atmosphere", "plot", "a", "b", "c", "-o", tmp_path / "x.png").output
-    )
+    assert "one is drawn, or two" in invoke("atmosphere", "plot", "a", "b", "c", "-o", tmp_path / "x.png").output
     with pytest.raises(CatalogError, match="no common wavenumbers"):
         invoke("atmosphere", "plot", "table", "-o", tmp_path / "x.png", "--range-um", 100, 200)

@@ -7,8 +7,8 @@ from cheap import CHEAP_OPTIONS
 from click.testing import CliRunner
 from PIL import Image
 
-from hcss_twin.cli import cli
-from hcss_twin.errors import ScenarioError
+from hcss_twin.cli.main import cli
+from hcss_twin.core.errors import ScenarioError
 
 SMALL = [
     *CHEAP_OPTIONS,
@@ -62,15 +62,7 @@ def test_the_table_has_a_column_for_each_accuracy_and_names_every_stage(answer):
     _, printed, _ = answer
     lines = {line[:34].strip(): line[34:].split() for line in printed.splitlines()}
     assert lines["accuracy asked for"] == ["1e-02", "1e-04"]
-    for stage in (
-        "plan",
-        "compile tables",
-        "tables kept earlier",
-        "clouds",
-        "look-up",
-        "write",
-        "certificate",
-    ):
+    for stage in ("plan", "compile tables", "tables kept earlier", "clouds", "look-up", "write", "certificate"):
         assert len(lines[stage]) == 2
 
 
@@ -117,7 +109,7 @@ def test_wrong_options_are_named(tmp_path, monkeypatch, arguments, told):
 
 def test_every_accuracy_of_the_default_list_is_told_beside_the_scenarios_own(monkeypatch):
     from hcss_twin import Scenario
-    from hcss_twin.benchmarking.bench import ACCURACIES, asked_for
+    from hcss_twin.report.benchmarking.bench import ACCURACIES, asked_for
 
     def of(accuracy):
         return asked_for(Scenario.load("stratus", {"accuracy": accuracy}), None)
@@ -149,7 +141,7 @@ def test_kelvin_are_kept_the_scenarios_own_is_marked_and_progress_goes_to_stderr
 
 
 def test_an_accuracy_that_the_scene_cannot_have_is_refused_before_anything_is_measured(tmp_path, monkeypatch):
-    monkeypatch.setattr("hcss_twin.scene.accuracy.LEAST", 1e-4)
+    monkeypatch.setattr("hcss_twin.plan.accuracy.MIN", 1e-4)
     done = bench("--folder", str(tmp_path), "--accuracy", "1 mK")
     assert "'0.001 K'" in str(done.exception)
     assert isinstance(done.exception, ScenarioError)

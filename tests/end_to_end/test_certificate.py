@@ -10,29 +10,22 @@ from cheap import CHEAP
 from click.testing import CliRunner
 
 from hcss_twin import Scenario, make_plan, open_cube, simulate
-from hcss_twin.cli import cli
-from hcss_twin.errors import CertificateWarning, CubeError, ScenarioError
-from hcss_twin.radiance.reference import reference_radiance
-from hcss_twin.scene import simulate as simulation
-from hcss_twin.scene.certificate import kept_reference
-from hcss_twin.scene.certificate.certificate_pixels import PixelSample
-from hcss_twin.scene.certificate.certify import certify
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.stream import stream
+from hcss_twin.cli.main import cli
+from hcss_twin.core.errors import CertificateWarning, CubeError, ScenarioError
+from hcss_twin.engine import simulate as simulation
+from hcss_twin.engine.certificate import certify as certifying
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+from hcss_twin.engine.certificate.certify import certify
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.stream import stream
+from hcss_twin.models.radiance.reference import reference_radiance
 
-SMALL = CHEAP | {
-    "bands": ["mwir-3.7", "lwir-10.8"],
-    "image.rows": 40,
-    "image.columns": 50,
-    "frames.count": 3,
-}
+SMALL = CHEAP | {"bands": ["mwir-3.7", "lwir-10.8"], "image.rows": 40, "image.columns": 50, "frames.count": 3}
 NAMES = {"hcss_certificate", "hcss_accuracy_achieved", "hcss_certificate_pixels", "hcss_certificate_strata"}
 
 
 def cube(name="stratus", **changes):
-    return simulate(
-        Scenario.load(name, SMALL | {key.replace("__", "."): each for key, each in changes.items()})
-    )
+    return simulate(Scenario.load(name, SMALL | {key.replace("__", "."): each for key, each in changes.items()}))
 
 
 def found_strata(cube):
@@ -101,9 +94,7 @@ def test_a_wrong_table_fails_names_the_stratum_and_keeps_the_cube(tampered, tmp_
     path = tmp_path / "wrong.nc"
     done = CliRunner().invoke(cli, ["run", "stratus", "-o", str(path), *arguments()])
     assert done.exit_code == 1
-    assert re.search(
-        r"error: .*wrong.nc: certificate FAILED: .* thick \(\d+ of \d+, error up to 0\.00\d+", done.stderr
-    )
+    assert re.search(r"error: .*wrong.nc: certificate FAILED: .* thick \(\d+ of \d+, error up to 0\.00\d+", done.stderr)
     assert "in lwir-10.8" in done.stderr
     with open_cube(path) as made:
         text = made.attrs["hcss_certificate"]
@@ -218,9 +209,7 @@ def test_two_layers_have_strata_of_their_own():
 
 
 def test_single_precision_is_no_error_at_the_finest_accuracy():
-    assert (
-        cube(accuracy=1e-6, image__rows=12, image__columns=12).attrs["hcss_certificate"].startswith("PASSED")
-    )
+    assert cube(accuracy=1e-6, image__rows=12, image__columns=12).attrs["hcss_certificate"].startswith("PASSED")
 
 
 def test_pixels_in_the_shadow_of_clouds_are_left_out_and_told():
@@ -281,9 +270,7 @@ def test_attributes_that_a_cube_has_are_not_given_again(tmp_path):
 def test_terms_that_are_in_the_cube_are_checked_too():
     made = cube(output__variables=["radiance", "terms"])
     terms = json.loads(made.attrs["hcss_certificate_terms"])
-    assert set(terms) == {
-        name.removeprefix("radiance_") for name in made.data_vars if name.startswith("radiance_")
-    }
+    assert set(terms) == {name.removeprefix("radiance_") for name in made.data_vars if name.startswith("radiance_")}
     assert 0.0 < max(terms.values()) < 1e-3
     assert made.attrs["hcss_certificate"].startswith("PASSED")
 
@@ -307,9 +294,7 @@ def test_a_wrong_term_is_found_though_the_total_is_right(monkeypatch):
 
 
 def test_what_providers_say_of_their_own_errors_is_quoted_and_not_added():
-    plan = make_plan(
-        Scenario.load("stratus", {"image.rows": 16, "image.columns": 16, "bands": ["lwir-10.8"]})
-    )
+    plan = make_plan(Scenario.load("stratus", {"image.rows": 16, "image.columns": 16, "bands": ["lwir-10.8"]}))
     own = plan.assembly.own_errors
     assert [each.split(":")[0] for each in own] == ["band model", "sea", *["physical radiance"] * 2]
     told = certify(plan, tables := compile_tables(plan), [])
@@ -338,7 +323,7 @@ def test_a_band_that_nothing_lights_is_told():
 
 def test_a_scene_that_is_run_again_is_certified_from_the_same_columns(monkeypatch):
     first = cube(seed=4711)
-    monkeypatch.setattr(kept_reference, "reference_terms", None)
+    monkeypatch.setattr(certifying, "reference_terms", None)
     again = cube(seed=4711)
     assert again.attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
     with pytest.raises(TypeError):
@@ -348,7 +333,7 @@ def test_a_scene_that_is_run_again_is_certified_from_the_same_columns(monkeypatc
 def test_kept_columns_that_cannot_be_read_are_computed_again(monkeypatch, tmp_path):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path))
     first = cube()
-    (kept,) = (tmp_path / kept_reference.REFERENCES[0]).glob("*.npz")
+    (kept,) = (tmp_path / certifying.REFERENCES[0]).glob("*.npz")
     kept.write_bytes(b"")
     assert cube().attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
     assert kept.stat().st_size > 0
@@ -370,7 +355,5 @@ def test_kelvin_of_black_pixels_are_refused_before_anything_is_computed():
     every = ["cloud_emission", "cloud_reflected_sun", "sea_emission", "sea_reflected_sun", "path_emission"]
     every += ["reflected_air_emission", "path_scattered_sun"]
     black = {"radiance.model": "physical-two-stream", "radiance.parameters.leave_out": every}
-    with pytest.raises(
-        ScenarioError, match=r"accuracy: '0.5 K': pixels of band 'mwir-3.7' look colder than 60 K"
-    ):
+    with pytest.raises(ScenarioError, match=r"accuracy: '0.5 K': pixels of band 'mwir-3.7' look colder than 60 K"):
         make_plan(Scenario.load("stratus", SMALL | black | {"accuracy": "0.5 K"}))

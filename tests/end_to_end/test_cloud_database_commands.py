@@ -13,10 +13,10 @@ from click.testing import CliRunner
 from PIL import Image
 
 from hcss_twin import Scenario, open_cube
-from hcss_twin.cli import cli
-from hcss_twin.clouds.database.entry_file import read_entry
-from hcss_twin.errors import CatalogError, ScenarioError
-from hcss_twin.scene.make_plan import make_plan
+from hcss_twin.cli.main import cli
+from hcss_twin.core.errors import CatalogError, ScenarioError
+from hcss_twin.models.clouds.database.entry import read_entry
+from hcss_twin.plan.make_plan import make_plan
 
 
 def hcss(*arguments, catch=False):
@@ -102,9 +102,7 @@ def test_an_existing_entry_is_kept_unless_forced(here):
     ],
 )
 def test_a_wrong_command_line_exits_2_and_leaves_nothing(here, arguments, message):
-    done = hcss(
-        "import", "sea.png", *(() if "--pixel-size" in arguments else ("--pixel-size", "500")), *arguments
-    )
+    done = hcss("import", "sea.png", *(() if "--pixel-size" in arguments else ("--pixel-size", "500")), *arguments)
     assert done.exit_code == 2
     assert message in done.output
     assert not (here / "clouds").exists()
@@ -157,9 +155,7 @@ def test_scattered_clouds_of_an_entry_become_a_push_broom_scene(here):
 def test_an_entry_that_is_not_there_is_named_with_the_closest(here):
     hcss("import", "sea.png", "--pixel-size", "500")
     _scenario(here, 'entry = "see"')
-    with pytest.raises(
-        ScenarioError, match=r"clouds\.parameters\.entry: 'see' is neither .*closest is 'sea'"
-    ):
+    with pytest.raises(ScenarioError, match=r"clouds\.parameters\.entry: 'see' is neither .*closest is 'sea'"):
         make_plan(Scenario.load("scene.toml", CHEAP))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hcss_twin.catalog import catalog_root
+from hcss_twin.core.catalog import catalog_root
 
 SCRIPT = catalog_root().parent / "docs" / "figures" / "fig6_cloud_optics.py"
 

@@ -12,8 +12,8 @@ import pytest
 from cheap import CHEAP_OPTIONS
 from click.testing import CliRunner
 
-from hcss_twin.cli import cli
-from hcss_twin.compilation_notice import COMPILING
+from hcss_twin.cli.main import cli
+from hcss_twin.core.compilation import COMPILING
 
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
 DEFAULT = ["--set", "image.rows=24", "--set", "image.columns=24", "--set", "frames.count=2"]
@@ -130,9 +130,7 @@ def test_schema_is_json_schema(tmp_path):
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
     """Kernels in the cache: a signal inside the compiler's callbacks would end the process there and then."""
-    done = hcss(
-        "run", "stratus", "--set", "frames.count=1", *CHEAP_OPTIONS, cwd=tmp_path_factory.mktemp("compile")
-    )
+    done = hcss("run", "stratus", "--set", "frames.count=1", *CHEAP_OPTIONS, cwd=tmp_path_factory.mktemp("compile"))
     assert done.returncode == 0
 
 
@@ -161,7 +159,5 @@ def test_help_and_plugins_import_no_numpy(tmp_path):
             "try:\n    main()\nexcept SystemExit:\n    pass\n"
             "sys.exit('numpy' in sys.modules or 'pydantic' in sys.modules)"
         )
-        done = subprocess.run(
-            [sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True
-        )
+        done = subprocess.run([sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import hcss_twin
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.errors import CubeError
 
 SETUP = """
 import sys
@@ -138,7 +138,7 @@ def test_a_file_that_can_grow_no_further_is_an_error_that_names_path_and_space(t
     """A limit on file size fails writes as a full disk does; a cube of 1.3 MB meets it at several stages."""
     script = """
 import resource
-from hcss_twin.errors import CubeError
+from hcss_twin.core.errors import CubeError
 path, limit, compression = sys.argv[1], int(sys.argv[2]), eval(sys.argv[3])
 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 header = example_header(rows=100, columns=100)
@@ -193,7 +193,7 @@ def test_a_folder_without_permission_is_named_with_its_cause(tmp_path):
 @posix
 def test_memory_does_not_grow_with_the_number_of_frames(tmp_path):
     script = """
-from hcss_twin.benchmarking.peak_memory import peak_memory_mb
+from hcss_twin.report.benchmarking.regression import peak_memory_mb
 frames = int(sys.argv[2])
 base = example_header()
 header = example_header(

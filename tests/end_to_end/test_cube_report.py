@@ -12,14 +12,14 @@ from pages import ends, read_page, view_of
 
 import hcss_twin
 from hcss_twin import HcssError, Scenario, open_cube, sense, simulate
-from hcss_twin.cli import cli
+from hcss_twin.cli.main import cli
 from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.header import BandInfo
 from hcss_twin.cube.variables import expand
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.reporting.cube_report import choice, reading
-from hcss_twin.reporting.cube_report.reading import Reader, spread
-from hcss_twin.reporting.cube_report.scale import LEVELS
+from hcss_twin.report.cube_report import choice, content
+from hcss_twin.report.cube_report.content import Reader, spread
+from hcss_twin.report.cube_report.scale import LEVELS
 
 MASK = tuple(expand(["cloud_mask"], {}))
 """Of a cube without curves, for what is not about them."""
@@ -117,20 +117,14 @@ def test_frames_are_told_with_their_time_and_sun(cube, page):
     with open_cube(cube) as data:
         assert [each["number"] for each in frames] == [0, 1, 2]
         assert [each["time"] for each in frames] == ["t = 0 s", "t = 60 s", "t = 120 s"]
-        for each, time, zenith in zip(
-            frames, data.time.to_numpy(), data.solar_zenith_angle.to_numpy(), strict=True
-        ):
+        for each, time, zenith in zip(frames, data.time.to_numpy(), data.solar_zenith_angle.to_numpy(), strict=True):
             assert each["instant"].startswith(np.datetime_as_string(time, unit="s"))
             assert f"{zenith:.2f}°" in each["sun"]
 
 
 def test_without_a_script_the_first_frame_of_every_band_is_there(page):
     found = read_page(page)
-    stills = [
-        attributes
-        for tag, attributes in found.elements
-        if tag == "img" and "first frame" in attributes["alt"]
-    ]
+    stills = [attributes for tag, attributes in found.elements if tag == "img" and "first frame" in attributes["alt"]]
     assert [still["alt"] for still in stills] == ["radiance mwir, first frame", "radiance lwir, first frame"]
     assert ".viewer:not(.live) .controls" in page.read_text(encoding="utf-8")
 
@@ -140,9 +134,7 @@ def test_certificate_and_ledger_are_those_of_the_cube(cube, page):
     with open_cube(cube) as data:
         attributes = data.attrs
     achieved = json.loads(attributes["hcss_accuracy_achieved"])
-    asked, estimated = (
-        f"{attributes[f'hcss_{key}']:.3g}" for key in ("accuracy_requested", "table_error_estimated")
-    )
+    asked, estimated = (f"{attributes[f'hcss_{key}']:.3g}" for key in ("accuracy_requested", "table_error_estimated"))
     rows = found.table("band", "asked for", "estimated", "achieved")
     assert rows == [[band, asked, estimated, f"{error:.3g}"] for band, error in achieved.items()]
     assert "certificate passed" in found.text
@@ -150,9 +142,7 @@ def test_certificate_and_ledger_are_those_of_the_cube(cube, page):
         assert part in found.text
     strata = json.loads(attributes["hcss_certificate_strata"])
     kinds = found.table("kind of pixel")
-    assert [row[:3] for row in kinds] == [
-        [each["name"], str(each["pixels"]), str(each["checked"])] for each in strata
-    ]
+    assert [row[:3] for row in kinds] == [[each["name"], str(each["pixels"]), str(each["checked"])] for each in strata]
     skipped = json.loads(attributes["hcss_skipped"])
     ledger = {row[0]: row[1:] for row in found.table("what", "at most", "why")}
     assert set(ledger) == {each["what"] for each in skipped}
@@ -277,7 +267,7 @@ def test_spread_numbers_are_distinct_and_as_many_as_wanted(count, wanted):
 
 
 def test_of_large_frames_single_pixels_are_read_and_numbers_are_theirs(tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "READ_PIXELS", 100)
+    monkeypatch.setattr(content, "READ_PIXELS", 100)
     path = written(tmp_path / "c.nc", rows=50, columns=70)
     largest = []
     read = Reader._read
@@ -294,9 +284,7 @@ def test_of_large_frames_single_pixels_are_read_and_numbers_are_theirs(tmp_path,
     view = view_of(page)
     with open_cube(path) as data:
         plane = data.radiance[2, 0, ::6, ::6]
-        assert (
-            view["radiance"]["parts"][0]["numbers"][2]["mean"] == f"{float(plane.mean(dtype='float64')):.5g}"
-        )
+        assert view["radiance"]["parts"][0]["numbers"][2]["mean"] == f"{float(plane.mean(dtype='float64')):.5g}"
     assert "every 6th row and column" in read_page(page).text
 
 
@@ -310,15 +298,11 @@ def test_of_frames_that_would_take_too_long_to_read_fewer_are_shown(tmp_path, mo
 
 
 def test_where_space_is_short_pictures_are_means_over_squares(tmp_path, monkeypatch):
-    path = written(
-        tmp_path / "c.nc", rows=50, columns=71, variables=tuple(expand(["radiance", "cloud_mask"], {}))
-    )
+    path = written(tmp_path / "c.nc", rows=50, columns=71, variables=tuple(expand(["radiance", "cloud_mask"], {})))
     monkeypatch.setattr(choice, "PICTURE_BYTES", 6000)
     page = hcss_twin.report(path)
     view = view_of(page)
-    total = sum(
-        len(png) * 3 / 4 for q in ("radiance", "cloud_mask") for p in view[q]["parts"] for png in p["png"]
-    )
+    total = sum(len(png) * 3 / 4 for q in ("radiance", "cloud_mask") for p in view[q]["parts"] for png in p["png"])
     assert total < 6100
     shown = view["radiance"]["parts"][0]["pictures"][1]
     side = math.ceil(50 / shown.shape[0])
@@ -364,8 +348,8 @@ def test_the_command_writes_and_replaces_only_when_told(tmp_path):
 
 
 def test_what_there_is_no_report_of_is_told_with_what_is_allowed(tmp_path):
-    for name, content in (("a.toml", "x = 1"), ("b.nc", ""), ("c.nc", "no NetCDF")):
-        (tmp_path / name).write_text(content)
+    for name, text in (("a.toml", "x = 1"), ("b.nc", ""), ("c.nc", "no NetCDF")):
+        (tmp_path / name).write_text(text)
     (tmp_path / "folder").mkdir()
     told = {
         "a.toml": "`hcss run .*a.toml` makes a cube",

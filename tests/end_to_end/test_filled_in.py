@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 
-from hcss_twin.atmosphere.humidity import water_vapour_column_kg_m2
-from hcss_twin.errors import ProviderError, ScenarioError
-from hcss_twin.registry import ProviderSpec, hookimpl
-from hcss_twin.registry.discovery import Origin
-from hcss_twin.registry.registry import Registry
+from hcss_twin.core.errors import ProviderError, ScenarioError
+from hcss_twin.engine.simulate import simulate
+from hcss_twin.models.atmosphere.moist_air import water_vapour_column_kg_m2
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.providers.registry import ProviderSpec, hookimpl
+from hcss_twin.providers.registry.discovery import Origin
+from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.make_plan import make_plan
-from hcss_twin.scene.simulate import simulate
 
 SMALL = {"image.rows": 4, "image.columns": 4, "frames.count": 1, "bands": [[10.0, 10.2]], **CHEAP}
 TABLE = {**SMALL, "atmosphere.provider": "table"}
@@ -117,9 +117,7 @@ def test_the_table_keeps_its_profile_everywhere():
         (60, 0, 7, "subarctic-summer"),
     ],
 )
-def test_a_provider_of_any_profile_gets_the_model_for_place_and_date(
-    any_air, latitude, longitude, month, profile
-):
+def test_a_provider_of_any_profile_gets_the_model_for_place_and_date(any_air, latitude, longitude, month, profile):
     overrides = {
         **any_air,
         "place": {"latitude": float(latitude), "longitude": float(longitude)},
@@ -165,9 +163,7 @@ class TestWaterVapour:
             make_plan(Scenario.from_toml(CLEAR, {**base, "atmosphere.water_vapour_column": 40.0}))
 
     def test_a_provider_that_belongs_to_one_profile_refuses(self):
-        with pytest.raises(
-            ScenarioError, match=r"atmosphere.water_vapour_scale: provider 'table' belongs to one"
-        ):
+        with pytest.raises(ScenarioError, match=r"atmosphere.water_vapour_scale: provider 'table' belongs to one"):
             make_plan(Scenario.from_toml(CLEAR, {**TABLE, "atmosphere.water_vapour_scale": 0.5}))
 
     def test_one_of_the_two_keys(self):

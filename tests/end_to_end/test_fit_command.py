@@ -12,13 +12,13 @@ from click.testing import CliRunner
 
 import hcss_twin
 from hcss_twin import PosteriorError, fit_dimension, read_posterior
-from hcss_twin.cli import cli
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.matching.cloud_image import simulate_image
-from hcss_twin.matching.cloud_type import empty_frame
-from hcss_twin.uncertainty import chains, prepare
-from hcss_twin.uncertainty.batch_variogram import BatchVariogram
-from hcss_twin.uncertainty.dimension_likelihood import DimensionLikelihood
+from hcss_twin.analysis.matching.fragment import empty_frame
+from hcss_twin.analysis.matching.structure import simulate_image
+from hcss_twin.analysis.uncertainty import chains, prepare
+from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram
+from hcss_twin.analysis.uncertainty.posterior_model import DimensionLikelihood
+from hcss_twin.cli.main import cli
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 TRUTH = FractalParameters(gamma=2.0, H=0.4, L=(75.0, 100.0), k=(0, 8))
 QUICK = ["--fix", "gamma=2", "--fix", "coverage=image", "--samples", "400"]
@@ -69,7 +69,7 @@ def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(here, monke
     given = {"fixed": {"gamma": 2.0, "coverage": 0.4}, "samples": 400.0}
     fit_dimension(2.4, 0.05, "whole.nc", **given)
 
-    monkeypatch.setattr("hcss_twin.uncertainty.checkpoint._SECONDS_APART", 0.0)
+    monkeypatch.setattr("hcss_twin.analysis.uncertainty.fit_run._SECONDS_APART", 0.0)
     extend, calls = chains.extend, []
 
     def dies(*arguments):
@@ -127,18 +127,7 @@ def test_a_dimension_is_met_by_its_posterior(here):
 
 @pytest.mark.long
 def test_several_images_have_a_mean_and_a_spread(here):
-    choice = [
-        "--pixel-size",
-        "20 m",
-        "--method",
-        "coverage",
-        "--coverage",
-        0.4,
-        "--fix",
-        "Lx=75",
-        "--fix",
-        "Ly=100",
-    ]
+    choice = ["--pixel-size", "20 m", "--method", "coverage", "--coverage", 0.4, "--fix", "Lx=75", "--fix", "Ly=100"]
     done = hcss("fit", "clouds1.npy", "clouds2.npy", *choice, *QUICK, "-o", "p.nc")
     assert done.exit_code == 0
     found = read_posterior(Path("p.nc"))
@@ -173,10 +162,7 @@ def test_an_image_of_a_satellite_is_fitted(tmp_path):
         (["--fd", 3.3, "--fd-error", 0.1], "allowed: 2 to 3; closest is 3"),
         (["--fd", 2.3, "--fd-error", 0], "greater than 0"),
         (["--fd", 2.3, "--fd-error", 0.1, "--rows", 5], "32 or more along each axis"),
-        (
-            ["--fd", 2.3, "--fd-error", 0.1, "--fix", "coverage=image"],
-            "allowed: a number, or 'image' of images",
-        ),
+        (["--fd", 2.3, "--fd-error", 0.1, "--fix", "coverage=image"], "allowed: a number, or 'image' of images"),
         (["--fd", 2.3, "--fd-error", 0.1, "--fix", "H"], "allowed: NAME=VALUE"),
         (["--fd", 2.3, "--fd-error", 0.1, "--fix", "H=a"], "'a' given, allowed: a number"),
         (["--fd", 2.3, "--fd-error", 0.1, "--fix", "H=.1", "--fix", "H=.2"], "H is given twice"),
@@ -187,14 +173,8 @@ def test_an_image_of_a_satellite_is_fitted(tmp_path):
         (["holes.npy", "--pixel-size", "20 m"], "missing"),
         (["tiny.npy", "--pixel-size", "20 m"], "allowed: 32 or more along each axis"),
         (["text.nc"], "text.nc"),
-        (
-            ["clouds1.npy", "--pixel-size", "20 m", "--smallest-lag", 60],
-            "smallest lag: 60 pixels, allowed: 1 to 8",
-        ),
-        (
-            ["clouds1.npy", "--pixel-size", "20 m", "--prior", "spread_H=uniform:0:1"],
-            "one image has no spread",
-        ),
+        (["clouds1.npy", "--pixel-size", "20 m", "--smallest-lag", 60], "smallest lag: 60 pixels, allowed: 1 to 8"),
+        (["clouds1.npy", "--pixel-size", "20 m", "--prior", "spread_H=uniform:0:1"], "one image has no spread"),
     ],
 )
 def test_what_cannot_be_fitted_is_said_and_nothing_is_written(here, arguments, message):
@@ -215,10 +195,7 @@ def test_what_cannot_be_fitted_is_said_and_nothing_is_written(here, arguments, m
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            ["--fix", "gama=2"],
-            "parameter: 'gama' given, allowed: H, Lx, Ly, coverage, gamma; closest is 'gamma'",
-        ),
+        (["--fix", "gama=2"], "parameter: 'gama' given, allowed: H, Lx, Ly, coverage, gamma; closest is 'gamma'"),
         (["--fix", "H=2"], "H: fixed at 2, allowed: between 0 and 1"),
         (["--fix", "H=image"], "H: fixed at 'image', allowed: a number"),
         (["--prior", "H=unform:0:1"], "prior of H: 'unform' given"),
@@ -243,4 +220,4 @@ def test_an_existing_posterior_is_kept(here):
 
 def test_the_functions_are_exported():
     assert {"fit", "fit_dimension", "read_posterior", "PosteriorError"} <= set(hcss_twin.__all__)
-    assert hcss_twin.fit.__module__ == "hcss_twin.uncertainty.fit"
+    assert hcss_twin.fit.__module__ == "hcss_twin.analysis.uncertainty.fit"

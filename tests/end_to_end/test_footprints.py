@@ -8,11 +8,11 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.imagery.reader import read_image
-from hcss_twin.reporting.plan_text import plan_text
-from hcss_twin.scene.brightness import BrightnessTemperature
-from hcss_twin.scene.footprint import windows
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.models.radiance.brightness import BrightnessTemperature
+from hcss_twin.plan.windows import windows
+from hcss_twin.report.plan_text import plan_text
 
 ROWS, COLUMNS, SIZE = 24, 32, 40.0
 BANDS = ["mwir-3.7", "lwir-10.8"]
@@ -34,10 +34,7 @@ def layers(kind, image):
     if kind == "whole frames":
         return [{"type": "cumulus", "coverage": 0.45}, high]
     if kind == "one sky":
-        return [
-            {"type": "cumulus", "coverage": 0.45, "coverage_mode": "field"},
-            high | {"coverage_mode": "field"},
-        ]
+        return [{"type": "cumulus", "coverage": 0.45, "coverage_mode": "field"}, high | {"coverage_mode": "field"}]
     parameters = {"image": str(image), "method": "coverage", "cloud_is": "bright"}
     low = {"type": "cumulus", "coverage": 0.45, "generator": "imagery", "parameters": parameters}
     return [low] if kind == "windows" else [low, high]
@@ -89,16 +86,12 @@ def test_terms_of_a_pixel_are_means_too_and_sum_to_the_total(pair):
     for name in terms:
         expected = blocks(fine[name].values, samples).mean(axis=(-3, -1))
         np.testing.assert_allclose(coarse[name], expected, rtol=3e-7, atol=1e-12)
-    np.testing.assert_allclose(
-        sum(coarse[name].astype(np.float64) for name in terms), coarse.radiance, rtol=3e-7
-    )
+    np.testing.assert_allclose(sum(coarse[name].astype(np.float64) for name in terms), coarse.radiance, rtol=3e-7)
 
 
 def test_the_mask_is_where_any_point_is_cloudy(pair):
     coarse, fine, samples = pair
-    np.testing.assert_array_equal(
-        coarse.cloud_mask, blocks(fine.cloud_mask.values, samples).max(axis=(-3, -1))
-    )
+    np.testing.assert_array_equal(coarse.cloud_mask, blocks(fine.cloud_mask.values, samples).max(axis=(-3, -1)))
     np.testing.assert_array_equal(coarse.cloud_mask, coarse.cloud_fraction > 0)
 
 
@@ -123,9 +116,7 @@ def test_brightness_temperature_is_that_of_the_mean_radiance(pair):
 def test_coordinates_are_those_of_the_pixels(pair):
     coarse, fine, samples = pair
     for axis in ("x", "y"):
-        np.testing.assert_allclose(
-            coarse[axis], fine[axis].values.reshape(-1, samples).mean(axis=1), atol=1e-9
-        )
+        np.testing.assert_allclose(coarse[axis], fine[axis].values.reshape(-1, samples).mean(axis=1), atol=1e-9)
     np.testing.assert_allclose(coarse.footprint_latitude, fine.footprint_latitude, rtol=1e-12)
 
 
@@ -145,7 +136,7 @@ def test_windows_of_any_size_give_the_same_cube(image, monkeypatch, kind):
     asked = scenario(layers(kind, image), 2)
     whole = simulate(asked)
     for most_points in (1, 100, 1000):
-        monkeypatch.setattr("hcss_twin.scene.stream.windows", partial(windows, most_points=most_points))
+        monkeypatch.setattr("hcss_twin.engine.stream.windows", partial(windows, most_points=most_points))
         pieces = simulate(asked)
         for name in whole.data_vars:
             np.testing.assert_array_equal(pieces[name], whole[name])
@@ -153,9 +144,7 @@ def test_windows_of_any_size_give_the_same_cube(image, monkeypatch, kind):
 
 @pytest.mark.parametrize("coverage", [0.01, 0.37, 0.9])
 def test_coverage_by_frame_is_exact_over_all_points(coverage):
-    asked = scenario(
-        [{"type": "cumulus", "coverage": coverage}], 4, **{"output.variables": ["cloud_fraction"]}
-    )
+    asked = scenario([{"type": "cumulus", "coverage": coverage}], 4, **{"output.variables": ["cloud_fraction"]})
     cube = simulate(asked)
     points = ROWS * COLUMNS * 16
     assert np.all(np.abs(cube.cloud_fraction.sum(("y", "x")) * 16 - coverage * points) <= 1)

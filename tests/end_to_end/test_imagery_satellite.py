@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.imagery.generator import ImageryClouds
-from hcss_twin.clouds.imagery.parameters import ImageryParameters
-from hcss_twin.clouds.imagery.reader import read_image
-from hcss_twin.errors import ScenarioError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.models.clouds.imagery.generator import ImageryClouds
+from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
+from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 MICROPHYSICS = Microphysics("ice", 2.0, 0.1, 1.0, 1e5, (1.0, 500.0))

@@ -6,11 +6,11 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan
-from hcss_twin.cache.fingerprint import top_level
-from hcss_twin.catalog import Catalog
-from hcss_twin.radiance.as_printed import AsPrinted
-from hcss_twin.scene import findings, kept_findings, kept_results
-from hcss_twin.scene import plan as planning
+from hcss_twin.core.cache import top_level
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.radiance.as_printed import AsPrinted
+from hcss_twin.plan import kept_findings, kept_results, scene_analysis
+from hcss_twin.plan import plan as planning
 
 SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands": ["mwir-3.7", "lwir-10.8"]}
 
@@ -18,7 +18,7 @@ SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands
 @pytest.fixture(autouse=True)
 def _kept(monkeypatch, tmp_path):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr("hcss_twin.scene.make_plan.kept_findings", kept_findings.kept_findings)
+    monkeypatch.setattr("hcss_twin.plan.make_plan.kept_findings", kept_findings.kept_findings)
 
 
 @pytest.fixture
@@ -31,9 +31,7 @@ def asked(monkeypatch):
 
 
 def plan(**changes):
-    return make_plan(
-        Scenario.load("stratus", SMALL | {key.replace("__", "."): each for key, each in changes.items()})
-    )
+    return make_plan(Scenario.load("stratus", SMALL | {key.replace("__", "."): each for key, each in changes.items()}))
 
 
 def test_a_second_plan_asks_the_model_for_nothing_and_is_the_same(asked):
@@ -74,7 +72,7 @@ def test_what_findings_do_not_depend_on_finds_the_same(asked, changes, monkeypat
     asked.clear()
     kept = plan(**changes)
     assert not asked
-    monkeypatch.setattr("hcss_twin.scene.make_plan.kept_findings", lambda *_: None)
+    monkeypatch.setattr("hcss_twin.plan.make_plan.kept_findings", lambda *_: None)
     anew = plan(**changes)
     assert asked
     assert kept.skipped == anew.skipped
@@ -125,7 +123,7 @@ def test_what_cannot_be_had_is_not_kept(monkeypatch):
     def refuse(*_):
         raise ScenarioError([])
 
-    monkeypatch.setattr(findings, "probe_particles", refuse)
+    monkeypatch.setattr(scene_analysis, "probe_particles", refuse)
     for _ in range(2):
         with pytest.raises(ScenarioError):
             plan()

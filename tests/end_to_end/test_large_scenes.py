@@ -12,17 +12,17 @@ import pytest
 import xarray as xr
 from cheap import CHEAP, CHEAP_OPTIONS
 
-import hcss_twin.scene.tiles as tiles_module
 from hcss_twin import ProviderError, Scenario, ScenarioError, make_plan, open_cube, simulate
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.cube.footprint import footprint
-from hcss_twin.scene.certificate.certificate_pixels import PixelSample
-from hcss_twin.scene.parts import parts_of, stream_parts
-from hcss_twin.scene.simulate import cube_header, run
-from hcss_twin.scene.stream import stream
-from hcss_twin.scene.tables.kept_tables import tables_of
-from hcss_twin.scene.tiles import tile_shape, tiles
-from hcss_twin.scene.verification.verify import verify_cube
+from hcss_twin.cube.geometry import footprint
+from hcss_twin.engine import tiles as tiles_module
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.parts import parts_of, stream_parts
+from hcss_twin.engine.simulate import cube_header, run
+from hcss_twin.engine.stream import stream
+from hcss_twin.engine.tiles import tile_shape, tiles
+from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
 
 SMALL = {
     **CHEAP,
@@ -64,7 +64,7 @@ def small_tiles(monkeypatch, pixels=400):
         patch.setattr(tiles_module, "LARGEST_FRAME_BYTES", 0)
         patch.setattr(tiles_module, "TILE_PIXELS", pixels)
         # Frames of whose coverage windows need a summary are those of large images.
-        patch.setattr("hcss_twin.scene.frame_clouds.WHOLE_POINTS", 0)
+        patch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 0)
         yield
 
 
@@ -150,10 +150,7 @@ def test_the_footprint_of_a_window_is_that_of_an_image_of_its_own_around_its_mid
 @pytest.mark.parametrize(
     ("window", "problem"),
     [
-        (
-            {"rows": [40, 60]},
-            r"rows = \[40, 60\]; allowed: .* <= 50, the image's rows; closest .* is \[40, 50\]",
-        ),
+        ({"rows": [40, 60]}, r"rows = \[40, 60\]; allowed: .* <= 50, the image's rows; closest .* is \[40, 50\]"),
         ({"columns": [9, 3]}, r"closest valid choice is \[9, 10\]"),
         ({"columns": [-4, 3]}, r"closest valid choice is \[0, 3\]"),
         ({"rows": [1, 2, 3]}, "at most 2"),
@@ -219,9 +216,7 @@ def test_a_dask_cluster_writes_the_bytes_of_one(tmp_path, monkeypatch, fixed_dat
     plan = planned(**{"output.certificate": 48, "clouds.coverage_mode": "frame"})
     with (
         small_tiles(monkeypatch, 900),
-        distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0"
-        ) as cluster,
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster,
     ):
         alone = run(plan, tmp_path / "alone.nc")
         together = run(plan, tmp_path / "together.nc", scheduler=cluster.scheduler_address)
@@ -265,7 +260,7 @@ def test_a_cube_of_tiles_verifies_and_a_changed_pixel_is_found_where_it_is(tmp_p
 
 @pytest.mark.long
 def test_a_worker_that_dies_leaves_no_cube(tmp_path, monkeypatch):
-    monkeypatch.setattr("hcss_twin.scene.parts.make_part", _die)
+    monkeypatch.setattr("hcss_twin.engine.parts.make_part", _die)
     with pytest.raises(ProviderError, match="a worker process ended before its part"):
         run(planned(), tmp_path / "cube.nc", workers=2)
     assert list(tmp_path.iterdir()) == []
@@ -281,16 +276,11 @@ def test_the_command_line_takes_windows_and_workers(tmp_path):
     command += ["--set", "image.window={rows=[10, 30], columns=[5, 45]}", "--set", "bands=['lwir']"]
     for workers in ("1", "2"):
         done = subprocess.run(
-            [*command, "--workers", workers, "-o", f"{workers}.nc"],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
+            [*command, "--workers", workers, "-o", f"{workers}.nc"], cwd=tmp_path, capture_output=True, text=True
         )
         assert done.returncode == 0, done.stderr
     one, two = (open_cube(tmp_path / f"{workers}.nc").load() for workers in "12")
     assert dict(one.sizes)["y"] == 20
     for each in (one, two):
-        each.attrs = {
-            name: value for name, value in each.attrs.items() if name not in ("history", "date_created")
-        }
+        each.attrs = {name: value for name, value in each.attrs.items() if name not in ("history", "date_created")}
     xr.testing.assert_identical(one, two)

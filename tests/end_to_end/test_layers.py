@@ -7,11 +7,11 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.radiance.reference import reference_radiance
-from hcss_twin.reporting.plan_text import plan_text
-from hcss_twin.scene.building.cloud_assembly import layer_seed
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.stream import stream
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.stream import stream
+from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.plan.cloud_assembly import layer_seed
+from hcss_twin.report.plan_text import plan_text
 
 BASE = {
     "time": "2024-04-20T12:30:00+10:00",
@@ -86,10 +86,7 @@ def test_where_one_layer_has_cloud_the_radiance_is_that_of_its_own_scene(both):
         assert where.any()
         plan = make_plan(scenario(layer))
         exact = reference_radiance(
-            plan.model,
-            plan.spectral_grid,
-            thickness.sel(layer=name).values[where][:10],
-            plan.sun_track.at(0.0),
+            plan.model, plan.spectral_grid, thickness.sel(layer=name).values[where][:10], plan.sun_track.at(0.0)
         )
         np.testing.assert_allclose(both.radiance[0].values[:, where][:, :10].T, exact, rtol=1e-4 + 3e-7)
 
@@ -122,27 +119,20 @@ def assert_tables_agree_with_the_reference_path(changes):
     random = np.random.default_rng(0)
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
         thickness = np.stack(
-            [
-                generator.thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel()
-                for generator in plan.generators
-            ],
+            [generator.thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel() for generator in plan.generators],
             axis=1,
         )
         chosen = random.choice(np.flatnonzero(np.all(thickness > 0, axis=1)), 12)
         sun = plan.sun_track.at(float(time_s))
-        exact = reference_radiance(
-            plan.model, plan.spectral_grid, thickness[chosen], sun if sun.is_up else None
-        )
+        exact = reference_radiance(plan.model, plan.spectral_grid, thickness[chosen], sun if sun.is_up else None)
         found = frame["radiance"].reshape(BANDS, -1)[:, chosen].T
         np.testing.assert_allclose(found, exact, rtol=plan.budget.total + 3e-7)
         np.testing.assert_allclose(found, exact, rtol=tables.estimated_error + 3e-7)
 
 
 def test_an_accuracy_that_needs_too_large_a_table_is_refused_with_one_that_does_not(monkeypatch):
-    monkeypatch.setattr("hcss_twin.scene.compile.LARGEST_TABLE_BYTES", 300_000)
-    with pytest.raises(
-        ScenarioError, match=r"accuracy: 0\.001 needs a table of \d+ MB for two cloud layers"
-    ) as caught:
+    monkeypatch.setattr("hcss_twin.engine.compile.LARGEST_TABLE_BYTES", 300_000)
+    with pytest.raises(ScenarioError, match=r"accuracy: 0\.001 needs a table of \d+ MB for two cloud layers") as caught:
         compile_tables(make_plan(scenario(CUMULUS, CIRRUS)))
     closest = float(str(caught.value).rpartition(" ")[2])
     assert 1e-3 < closest < 1e-2

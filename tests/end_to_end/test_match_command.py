@@ -12,14 +12,15 @@ import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
 
-from hcss_twin import Scenario, cli_match, simulate
-from hcss_twin.cli import cli
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.errors import HcssError
-from hcss_twin.matching.bounds import reference_cells
-from hcss_twin.matching.cloud_image import simulate_image
-from hcss_twin.matching.cloud_type import empty_frame
-from hcss_twin.matching.match import BUDGET
+from hcss_twin import Scenario, simulate
+from hcss_twin.analysis.matching.fragment import empty_frame
+from hcss_twin.analysis.matching.match import BUDGET
+from hcss_twin.analysis.matching.start import reference_cells
+from hcss_twin.analysis.matching.structure import simulate_image
+from hcss_twin.cli import match
+from hcss_twin.cli.main import cli
+from hcss_twin.core.errors import HcssError
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 SCENE = """time = 2024-04-20T12:30:00+10:00
 place = {latitude = 35.0, longitude = 150.0}
@@ -67,19 +68,14 @@ def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here)
 
 def test_same_seed_writes_the_same_fragment_and_the_answer_is_json(here):
     options = ("--pixel-size", 500, "--budget", 6, "--json")
-    answers = [
-        json.loads(hcss("match", "clouds.npy", "-o", name, *options).output) for name in ("a.toml", "b.toml")
-    ]
+    answers = [json.loads(hcss("match", "clouds.npy", "-o", name, *options).output) for name in ("a.toml", "b.toml")]
     assert (here / "a.toml").read_bytes() == (here / "b.toml").read_bytes()
     other = json.loads(hcss("match", "clouds.npy", "-o", "c.toml", "--seed", 50, *options).output)
     assert answers[0]["rmse"] == answers[1]["rmse"] != other["rmse"]
     names = [each["name"] for each in answers[0]["quantities"]]
     assert {"EV", "Den", "DP", "FD", "coverage", "anisotropy"} <= set(names)
     assert answers[0]["mean_rmse"] == pytest.approx(np.mean(answers[0]["rmse"]))
-    assert (
-        answers[0]["parameters"]["H"]
-        == tomllib.loads((here / "a.toml").read_text())["clouds"]["parameters"]["H"]
-    )
+    assert answers[0]["parameters"]["H"] == tomllib.loads((here / "a.toml").read_text())["clouds"]["parameters"]["H"]
 
 
 def test_entry_of_the_database_is_matched_with_its_own_mask(here):
@@ -129,10 +125,7 @@ def test_range_of_the_dimension_changes_the_match_of_an_image(here):
     [
         ((), "nothing to match"),
         (("--fd", 2.4, 2.5), "--fd without IMAGE needs --coverage"),
-        (
-            ("--fd", 2.4, 2.5, "--coverage", 0.3, "--row-origin", 0),
-            "row_origin: has no meaning without IMAGE",
-        ),
+        (("--fd", 2.4, 2.5, "--coverage", 0.3, "--row-origin", 0), "row_origin: has no meaning without IMAGE"),
         (("clouds.npy", "-o", "x", "--preview", "x"), "allowed: two files"),
         (("clouds.npy", "-o", "no/x.toml"), "there is no folder"),
         (("clouds.npy", "-o", "clouds.npy"), "exists; give another name, or --force"),
@@ -167,22 +160,14 @@ def test_bad_input_is_named_and_nothing_is_written(here, arguments, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            (),
-            "--missing: 1 of the 12288 pixels of the part are missing; allowed: --missing clear, or a part",
-        ),
+        ((), "--missing: 1 of the 12288 pixels of the part are missing; allowed: --missing clear, or a part"),
         (("--rows", 800), "--rows: 800 is more than the image has (96 rows, 128 columns); closest is 96"),
         (("--rows", 64, "--row-origin", 90), "--row-origin: 90 puts 64 rows beyond the image's 96"),
-        (
-            ("--columns", 64, "--column-origin", 90),
-            "--column-origin: 90 puts 64 columns beyond the image's 128",
-        ),
+        (("--columns", 64, "--column-origin", 90), "--column-origin: 90 puts 64 columns beyond the image's 128"),
     ],
 )
 @pytest.mark.parametrize("command", ["match", "fit"])
-def test_what_is_wrong_with_an_image_names_the_file_and_options_of_the_command(
-    here, command, options, message
-):
+def test_what_is_wrong_with_an_image_names_the_file_and_options_of_the_command(here, command, options, message):
     values = np.load("clouds.npy").astype(float)
     values[40, 40] = np.nan
     np.save("holes.npy", values)
@@ -193,7 +178,7 @@ def test_what_is_wrong_with_an_image_names_the_file_and_options_of_the_command(
 
 
 def test_help_names_the_budget_of_the_search():
-    assert cli_match._BUDGET == BUDGET
+    assert match._BUDGET == BUDGET
 
 
 # The goal is 5 %; cloud-top heights have two modes, which one exponent does not give (docs/matching.md).

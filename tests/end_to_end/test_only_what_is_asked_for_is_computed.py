@@ -8,16 +8,16 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.clouds.fractal.generator import FractalClouds
 from hcss_twin.cube.reader import open_cube
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.stream import stream
+from hcss_twin.engine.tables.radiance_tables import TableReader
+from hcss_twin.engine.tables.spectrum import choose_spectrum
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.radiance.as_printed import AsPrinted
+from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.providers import Sun
-from hcss_twin.radiance.as_printed import AsPrinted
-from hcss_twin.radiance.physical.model import Physical
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.simulate import run
-from hcss_twin.scene.stream import stream
-from hcss_twin.scene.tables.radiance_tables import TableReader
-from hcss_twin.scene.tables.spectrum import choose_spectrum
 
 
 class Call(NamedTuple):
@@ -103,9 +103,7 @@ def spectral_columns(asked, models, **overrides):
 
 
 @pytest.mark.parametrize(
-    "models",
-    [CHEAP, pytest.param(DEFAULT_MODELS, marks=pytest.mark.long)],
-    ids=["as-printed", "default"],
+    "models", [CHEAP, pytest.param(DEFAULT_MODELS, marks=pytest.mark.long)], ids=["as-printed", "default"]
 )
 def test_one_band_at_night_takes_less_than_half_and_clear_sky_no_cloud(asked, models):
     day, cloudy = spectral_columns(asked, models)

@@ -14,15 +14,15 @@ from cheap import CHEAP
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.cube.background_writer import MOST_WAITING, MOST_WAITING_BYTES, BackgroundWriter
+from hcss_twin.core.errors import CubeError, ProviderError
+from hcss_twin.cube.background_writer import MAX_WAITING, MAX_WAITING_BYTES, BackgroundWriter
 from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.errors import CubeError, ProviderError
-from hcss_twin.scene import simulate
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.overlap import overlaps
-from hcss_twin.scene.stream import stream
+from hcss_twin.engine import simulate
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.simulate import overlaps
+from hcss_twin.engine.stream import stream
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
 
 SMALL = {"image.rows": 48, "image.columns": 64, "frames.count": 6, **CHEAP}
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")
@@ -63,17 +63,17 @@ def test_frames_are_taken_while_earlier_ones_are_written_and_come_out_in_order()
     recorder = Recorder()
     frames = [{"a": np.full(3, number)} for number in range(20)]
     with BackgroundWriter(recorder) as writer:
-        for number in range(MOST_WAITING):
+        for number in range(MAX_WAITING):
             writer.write_frame(number, frames[number])
         assert recorder.written == []
         recorder.may_write.set()
-        for number in range(MOST_WAITING, 20):
+        for number in range(MAX_WAITING, 20):
             writer.write_frame(number, frames[number])
     assert [index for index, _ in recorder.written] == list(range(20))
     assert all(arrays is frame for (_, arrays), frame in zip(recorder.written, frames, strict=True))
 
 
-@pytest.mark.parametrize(("size", "most"), [(10, MOST_WAITING), (MOST_WAITING_BYTES // MOST_WAITING + 1, 1)])
+@pytest.mark.parametrize(("size", "most"), [(10, MAX_WAITING), (MAX_WAITING_BYTES // MAX_WAITING + 1, 1)])
 def test_the_number_of_waiting_frames_is_bounded_and_large_ones_wait_alone(size, most):
     recorder = Recorder()
     frame = {"a": np.broadcast_to(np.uint8(0), size)}  # takes no memory
@@ -146,8 +146,8 @@ def test_a_file_that_can_grow_no_further_stops_the_run_and_leaves_nothing(tmp_pa
     script = f"""
 import resource, sys
 from hcss_twin import Scenario, make_plan
-from hcss_twin.errors import CubeError
-from hcss_twin.scene.simulate import run
+from hcss_twin.core.errors import CubeError
+from hcss_twin.engine.simulate import run
 plan = make_plan(Scenario.load("stratus", {{**{SMALL!r}, "frames.count": 200}}))
 made = []
 def counted(frames, count):

@@ -5,7 +5,7 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan
-from hcss_twin.scene.compile import compile_tables
+from hcss_twin.engine.compile import compile_tables
 
 TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
 
@@ -100,15 +100,9 @@ def test_two_frames_far_apart_need_two_tables():
 
 def test_what_was_filled_in_is_told():
     plan = make_plan(
-        Scenario.from_toml(
-            "time = 2024-04-20T12:30:00+10:00\nplace = {latitude = 35.0, longitude = 150.0}", TINY
-        )
+        Scenario.from_toml("time = 2024-04-20T12:30:00+10:00\nplace = {latitude = 35.0, longitude = 150.0}", TINY)
     )
-    assert {item.field for item in plan.filled_in} == {
-        "atmosphere.profile",
-        "sea.temperature",
-        "sea.wind_speed",
-    }
+    assert {item.field for item in plan.filled_in} == {"atmosphere.profile", "sea.temperature", "sea.wind_speed"}
     assert any("no cloud" in item.why for item in plan.skipped)
     assert plan.as_dict()["uncompressed_bytes"] == 2 * 8 * 8 * (3 * 4 + 1)
 

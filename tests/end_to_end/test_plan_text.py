@@ -7,9 +7,9 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.catalog import Catalog
-from hcss_twin.registry.discovery import Origin
-from hcss_twin.reporting.plan_text import WIDTH, plan_text
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.providers.registry.discovery import Origin
+from hcss_twin.report.plan_text import WIDTH, plan_text
 
 TINY = {**CHEAP, "image.rows": 8, "image.columns": 8}
 NIGHT = {"time": "2024-04-20T00:30:00+10:00"}
@@ -38,9 +38,7 @@ def test_every_shipped_scenario_fits_on_a_screen(name):
 
 
 def test_the_text_tells_place_time_clouds_sea_bands_and_what_comes_out():
-    text = plan_text(
-        planned(frames__count=3, clouds__coverage=0.3, motion__wind_speed=7.0, clouds__temperature=270)
-    )
+    text = plan_text(planned(frames__count=3, clouds__coverage=0.3, motion__wind_speed=7.0, clouds__temperature=270))
     assert text.splitlines()[0].startswith("Stratus over sea")
     assert row(text, "scene") == "35 N 150 E, 2024-04-20 12:30:00+10:00; 3 frames 1 s apart"
     assert row(text, "image") == "8 rows x 8 columns of 20 m (0.16 x 0.16 km), moving east at 1000 m/s"
@@ -75,9 +73,7 @@ def test_the_largest_that_is_left_out_comes_first_and_what_loses_nothing_last():
 
 def test_octaves_are_gathered_in_the_text_and_all_there_in_json():
     plan = planned("baseline", image__pixel_size=2000.0)
-    several = [
-        item["what"] for item in plan.as_dict()["skipped"] if "interpolation of octave" in item["what"]
-    ]
+    several = [item["what"] for item in plan.as_dict()["skipped"] if "interpolation of octave" in item["what"]]
     assert len(several) > 3
     assert "interpolation of octave 1 to 10" in row(plan_text(plan), "left out")
     assert plan_text(plan).count("interpolation of octave") == 1
@@ -127,7 +123,5 @@ def test_a_provider_that_somebody_else_brings_is_told_with_its_package():
 
 def test_rounding_and_compression_are_told_with_the_output():
     text = plan_text(planned(output__compression=1, output__quantization="0.02 %"))
-    assert row(text, "output").startswith(
-        "radiance, cloud_mask: 0.0 MB before compression, compressed at level 1;"
-    )
+    assert row(text, "output").startswith("radiance, cloud_mask: 0.0 MB before compression, compressed at level 1;")
     assert row(text, "rounding").startswith("numbers are rounded to 12 bits")

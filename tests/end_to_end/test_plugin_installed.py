@@ -35,7 +35,7 @@ frames.count = 2
 
 
 PROVIDER = """
-    from hcss_twin.registry import ProviderSpec, hookimpl
+    from hcss_twin.providers.registry import ProviderSpec, hookimpl
 
     @hookimpl
     def {hook}():
@@ -73,12 +73,7 @@ class Environment:
     def call(self, *arguments):
         environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
         return subprocess.run(
-            [self.python, *arguments],
-            cwd=self.folder,
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=300,
+            [self.python, *arguments], cwd=self.folder, env=environment, capture_output=True, text=True, timeout=300
         )
 
     def hcss(self, *arguments):
@@ -92,16 +87,7 @@ class Environment:
         """Install a project folder: with pip where the build backend is at hand, else file by file."""
         if importlib.util.find_spec("hatchling") and importlib.util.find_spec("pip"):
             options = ["--no-index", "--no-deps", "--no-build-isolation", "--quiet"]
-            pip = [
-                sys.executable,
-                "-m",
-                "pip",
-                "--python",
-                str(self.python),
-                "install",
-                *options,
-                str(project),
-            ]
+            pip = [sys.executable, "-m", "pip", "--python", str(self.python), "install", *options, str(project)]
             subprocess.run(pip, check=True, timeout=300)
             return
         metadata = tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -130,9 +116,7 @@ class Environment:
 
 def metadata_packages(project):
     configuration = tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))
-    return [
-        project / name for name in configuration["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
-    ]
+    return [project / name for name in configuration["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]]
 
 
 def radiance(path):
@@ -165,13 +149,9 @@ def test_installed_plugin_makes_a_cube_that_differs_from_the_default(grey):
 
 
 def test_parameters_of_an_installed_plugin_are_checked_and_have_effect(grey):
-    done = grey.run(
-        "clear.nc", **{"atmosphere.provider": "grey", "atmosphere.parameters.optical_depth": "0.0"}
-    )
+    done = grey.run("clear.nc", **{"atmosphere.provider": "grey", "atmosphere.parameters.optical_depth": "0.0"})
     assert done.returncode == 0, done.stderr
-    done = grey.run(
-        "thick.nc", **{"atmosphere.provider": "grey", "atmosphere.parameters.optical_depth": "2.0"}
-    )
+    done = grey.run("thick.nc", **{"atmosphere.provider": "grey", "atmosphere.parameters.optical_depth": "2.0"})
     assert done.returncode == 0, done.stderr
     # air colder than the sea: the thicker it is, the less arrives in the thermal infrared
     assert radiance(grey.folder / "thick.nc")[:, -1].mean() < radiance(grey.folder / "clear.nc")[:, -1].mean()
@@ -199,12 +179,8 @@ def crowded(tmp_path_factory):
     environment.install_module("bad-exit", "0.7", "import sys; sys.exit('no display')")
     environment.install_provider("bad-hook", "misspelt", hook="hcss_register_transmitance_providers")
     environment.install_provider("second-grey", "grey")
-    environment.install_provider(
-        "bad-shape", "wrong-shape", result="np.ones((wavenumber_cm1.size, len(paths) + 1))"
-    )
-    environment.install_provider(
-        "bad-range", "amplifies", result="np.full((len(paths), wavenumber_cm1.size), 1.5)"
-    )
+    environment.install_provider("bad-shape", "wrong-shape", result="np.ones((wavenumber_cm1.size, len(paths) + 1))")
+    environment.install_provider("bad-range", "amplifies", result="np.full((len(paths), wavenumber_cm1.size), 1.5)")
     return environment
 
 
@@ -230,10 +206,7 @@ def test_broken_plugins_are_listed_with_their_errors(crowded):
     [
         ("misspelt", ["bad-hook 0.7", "did you mean", "the licence server is down"]),
         ("grey", ["second-grey 0.7", "hcss-grey-atmosphere 0.1.0", '"second-grey/grey"']),
-        (
-            "wrong-shape",
-            ["transmittance provider 'wrong-shape' of bad-shape 0.7", "transmittance()", "expected shape"],
-        ),
+        ("wrong-shape", ["transmittance provider 'wrong-shape' of bad-shape 0.7", "transmittance()", "expected shape"]),
         ("amplifies", ["transmittance provider 'amplifies' of bad-range 0.7", "transmittance()", "1.5"]),
         ("tabel", ["closest is 'table'"]),
     ],

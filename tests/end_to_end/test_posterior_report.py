@@ -6,11 +6,10 @@ import pytest
 from pages import read_page
 
 import hcss_twin
-from hcss_twin.errors import HcssError
-from hcss_twin.reporting.posterior_report.contents import read_contents
-from hcss_twin.reporting.posterior_report.corner_plot import mass_levels
-from hcss_twin.reporting.posterior_report.prior_density import prior_density
-from hcss_twin.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
+from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
+from hcss_twin.core.errors import HcssError
+from hcss_twin.report.posterior_report.contents import prior_density, read_contents
+from hcss_twin.report.posterior_report.figures import mass_levels
 
 RANDOM = np.random.default_rng(5)
 CHAINS = {"H": RANDOM.normal(0.4, 0.03, (8, 40)), "Lx": RANDOM.lognormal(2.0, 0.1, (8, 40))}
@@ -21,8 +20,7 @@ LAGS = np.array([1, 2, 4, 8])
 def written(path, **changes):
     chains = changes.get("chains", CHAINS)
     told = {
-        name: Diagnostic(f"meaning of {name}", PRIORS.get(name, "uniform:0:1"), 30.5, 1234.0, 1.0042)
-        for name in chains
+        name: Diagnostic(f"meaning of {name}", PRIORS.get(name, "uniform:0:1"), 30.5, 1234.0, 1.0042) for name in chains
     }
     values = {
         "title": "Clouds <of> a test",

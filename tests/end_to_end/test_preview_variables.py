@@ -9,9 +9,9 @@ from click.testing import CliRunner
 from PIL import Image, ImageColor
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.cli import cli
-from hcss_twin.errors import CubeError
-from hcss_twin.reporting.preview import MISSING, draw_preview
+from hcss_twin.cli.main import cli
+from hcss_twin.core.errors import CubeError
+from hcss_twin.report.preview import MISSING, draw_preview
 
 SMALL = {**CHEAP, "image.rows": 40, "image.columns": 60, "frames.count": 2, "bands": ["mwir", "lwir"]}
 LAYERS = {"clouds.layers.0.coverage": 0.3, "clouds.layers.1.coverage": 0.5}
@@ -34,16 +34,10 @@ def drawn(cube, folder, variable, **options):
     ("variable", "names"),
     [
         (None, ["all_mwir.png", "all_lwir.png"]),
-        (
-            "radiance_sea_emission",
-            ["all_mwir_radiance-sea-emission.png", "all_lwir_radiance-sea-emission.png"],
-        ),
+        ("radiance_sea_emission", ["all_mwir_radiance-sea-emission.png", "all_lwir_radiance-sea-emission.png"]),
         ("brightness_temperature", ["all_mwir_kelvin.png", "all_lwir_kelvin.png"]),
         ("cloud_mask", ["all_cloud-mask.png"]),
-        (
-            "cloud_layer_thickness",
-            ["all_cumulus_cloud-layer-thickness.png", "all_cirrus_cloud-layer-thickness.png"],
-        ),
+        ("cloud_layer_thickness", ["all_cumulus_cloud-layer-thickness.png", "all_cirrus_cloud-layer-thickness.png"]),
     ],
 )
 def test_each_band_or_layer_of_the_variable_has_a_picture_of_its_own(cube, tmp_path, variable, names):
@@ -78,9 +72,7 @@ def test_a_variable_without_any_value_is_drawn(tmp_path):
 
 def test_an_unknown_variable_gets_those_of_the_cube_and_the_closest(cube, tmp_path):
     folder = tmp_path / "pictures"
-    with pytest.raises(
-        CubeError, match=r"no 'radiance_sea_emision'; allowed: .*closest is 'radiance_sea_emission'"
-    ):
+    with pytest.raises(CubeError, match=r"no 'radiance_sea_emision'; allowed: .*closest is 'radiance_sea_emission'"):
         drawn(cube, folder, "radiance_sea_emision")
     with pytest.raises(CubeError, match=r"no 'latitude'; allowed"):
         drawn(cube, folder, "latitude")
@@ -92,9 +84,7 @@ def test_an_unknown_variable_gets_those_of_the_cube_and_the_closest(cube, tmp_pa
 def test_what_the_run_left_out_is_said_with_how_to_have_it(tmp_path):
     path = tmp_path / "mask.nc"
     simulate(Scenario.load("stratus", {**SMALL, "output.variables": ["cloud_mask"]}), path).close()
-    with pytest.raises(
-        CubeError, match=r"no 'brightness_temperature'; .*output.variables=\[\"brightness_temp"
-    ):
+    with pytest.raises(CubeError, match=r"no 'brightness_temperature'; .*output.variables=\[\"brightness_temp"):
         draw_preview(path, tmp_path, kelvin=True)
 
 
@@ -107,18 +97,12 @@ def test_what_the_run_left_out_is_said_with_how_to_have_it(tmp_path):
             b"time = 2024-04-20T12:30:00Z\n",
             "no NetCDF file; if it is a scenario, `hcss run day.toml` makes",
         ),
-        (
-            "day.nc",
-            b"time = 2024-04-20T12:30:00Z\n",
-            "no NetCDF file; a cube is needed, as `hcss run` writes it",
-        ),
+        ("day.nc", b"time = 2024-04-20T12:30:00Z\n", "no NetCDF file; a cube is needed, as `hcss run` writes it"),
         ("day.nc", b"", "it is empty; a cube is needed"),
         ("day.nc", b"\x89HDF\r\n\x1a\n and no more", "it is NetCDF, but damaged, cut off or of another kind"),
     ],
 )
-def test_a_file_that_is_no_cube_is_told_from_one_that_is_damaged(
-    command, name, content, told, tmp_path, monkeypatch
-):
+def test_a_file_that_is_no_cube_is_told_from_one_that_is_damaged(command, name, content, told, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / name).write_bytes(content)
     done = CliRunner().invoke(cli, [command, name])
@@ -129,15 +113,6 @@ def test_a_file_that_is_no_cube_is_told_from_one_that_is_damaged(
 
 
 def test_the_command_draws_the_variable_it_is_given(cube, tmp_path):
-    arguments = [
-        "preview",
-        str(cube),
-        "-o",
-        str(tmp_path),
-        "--variable",
-        "cloud_fraction",
-        "--no-animation",
-        "--json",
-    ]
+    arguments = ["preview", str(cube), "-o", str(tmp_path), "--variable", "cloud_fraction", "--no-animation", "--json"]
     done = CliRunner().invoke(cli, arguments)
     assert json.loads(done.stdout) == [str(tmp_path / "all_cloud-fraction.png")]

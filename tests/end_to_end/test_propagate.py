@@ -11,11 +11,11 @@ from posterior_example import example_posterior
 from scipy import ndimage
 
 import hcss_twin
-from hcss_twin.cli import cli
-from hcss_twin.errors import HcssError
-from hcss_twin.propagation.dataset import open_propagation, with_summary
-from hcss_twin.propagation.posterior_draws import PosteriorDraws
-from hcss_twin.scene.certificate.strata import CLEAR, PARTS
+from hcss_twin.cli.main import cli
+from hcss_twin.core.errors import HcssError
+from hcss_twin.engine.certificate.part_sample import CLEAR, PARTS
+from hcss_twin.sweeps.propagation.dataset import open_propagation, with_summary
+from hcss_twin.sweeps.propagation.posterior_draws import PosteriorDraws
 
 SMALL = CHEAP | {
     "image.rows": 40,
@@ -64,13 +64,7 @@ def masks(cube):
     inner = np.stack([ndimage.binary_erosion(each, cross, border_value=1) for each in cloudy])
     thick = thickness >= np.sqrt(10.0 * (1000.0 - 33.0))  # of the type stratus
     edge = cloudy & ~inner
-    return [
-        np.ones_like(cloudy),
-        ~cloudy,
-        cloudy & inner & ~thick,
-        edge,
-        cloudy & inner & thick,
-    ]
+    return [np.ones_like(cloudy), ~cloudy, cloudy & inner & ~thick, edge, cloudy & inner & thick]
 
 
 def sums(cube):
@@ -89,9 +83,7 @@ def test_each_draw_is_the_scene_that_a_run_of_its_own_makes(found):
     for mixture, draw in ((0, 0), (1, 0), (0, 5)):
         cube = scene(values_of(data, mixture, draw))
         for name, expected in sums(cube).items():
-            np.testing.assert_allclose(
-                data[name].values[mixture, draw], expected, rtol=3e-6, atol=3e-5, err_msg=name
-            )
+            np.testing.assert_allclose(data[name].values[mixture, draw], expected, rtol=3e-6, atol=3e-5, err_msg=name)
         pixels = [int(mask.sum()) for mask in masks(cube)]
         assert data["class_pixels"].values[mixture, draw].tolist() == pixels
 
@@ -105,28 +97,20 @@ def test_pixels_of_all_draws_together_are_those_of_all_cubes(found):
         ).astype(np.float64)
         at = data.sel({"class": name})
         np.testing.assert_allclose(at["radiance_pixel_mean"], own.mean(axis=1), rtol=1e-5)
-        np.testing.assert_allclose(
-            at["radiance_pixel_standard_deviation"], own.std(axis=1), rtol=1e-3, atol=1e-6
-        )
+        np.testing.assert_allclose(at["radiance_pixel_standard_deviation"], own.std(axis=1), rtol=1e-3, atol=1e-6)
         expected = np.quantile(own, QUANTILES, axis=1)
         scale = 0.02 * np.ptp(own, axis=1) + 1e-6
         distance = np.abs(at["radiance_pixel_quantile"].sel(quantile=QUANTILES).values - expected)
         np.testing.assert_array_less(distance, np.broadcast_to(scale, distance.shape))
 
 
-def test_tables_are_compiled_once_for_draws_of_clouds_and_for_each_temperature_of_the_sea(
-    found, tmp_path, monkeypatch
-):
+def test_tables_are_compiled_once_for_draws_of_clouds_and_for_each_temperature_of_the_sea(found, tmp_path, monkeypatch):
     assert (found.tables.scenes, found.tables.sets) == (16, 1)
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
     scenes = SMALL | {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": [[10.3, 11.3]]}
-    made = hcss_twin.propagate(
-        "stratus", draws=3, uncertain={"sea.temperature": "normal:291:0.5"}, overrides=scenes
-    )
+    made = hcss_twin.propagate("stratus", draws=3, uncertain={"sea.temperature": "normal:291:0.5"}, overrides=scenes)
     assert vars(made.tables) == {"scenes": 6, "sets": 3, "compiled": 3}
-    again = hcss_twin.propagate(
-        "stratus", draws=3, uncertain={"clouds.coverage": "uniform:0.2:0.8"}, overrides=scenes
-    )
+    again = hcss_twin.propagate("stratus", draws=3, uncertain={"clouds.coverage": "uniform:0.2:0.8"}, overrides=scenes)
     assert vars(again.tables) == {"scenes": 6, "sets": 1, "compiled": 1}
 
 
@@ -140,9 +124,7 @@ def test_coverage_that_frames_have_exactly_is_all_from_the_posterior(found):
 def test_what_the_file_says_is_computed_again_from_its_draws(found):
     with open_propagation(found.path) as data:
         whole = data.load()
-    kept = [
-        name for name in whole.data_vars if whole[name].dims[:1] in (("mixture",), ("draw",), ("sample",))
-    ]
+    kept = [name for name in whole.data_vars if whole[name].dims[:1] in (("mixture",), ("draw",), ("sample",))]
     again = with_summary(whole[kept].drop_vars(["quantile", "source"], errors="ignore"))
     for name in whole.data_vars:
         np.testing.assert_array_equal(again[name], whole[name], err_msg=name)
@@ -168,22 +150,14 @@ def test_an_interrupted_propagation_leaves_nothing(posterior, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         hcss_twin.propagate(
-            "stratus",
-            tmp_path / "a.nc",
-            draws=3,
-            posterior=posterior,
-            overrides=SMALL,
-            cubes_of=[0],
-            progress=stopped,
+            "stratus", tmp_path / "a.nc", draws=3, posterior=posterior, overrides=SMALL, cubes_of=[0], progress=stopped
         )
     assert list(tmp_path.iterdir()) == []
 
 
 def test_one_of_two_layers_has_a_posterior(posterior):
     scenes = SMALL | {"image.rows": 32, "image.columns": 32, "frames.count": 1, "bands": ["lwir"]}
-    made = hcss_twin.propagate(
-        "cirrus-over-cumulus", draws=2, posterior=posterior, overrides=scenes, layer=1
-    ).dataset
+    made = hcss_twin.propagate("cirrus-over-cumulus", draws=2, posterior=posterior, overrides=scenes, layer=1).dataset
     assert made["class"].values[2] == "thin (low only)"
     assert made.attrs["posterior_layer"] == "clouds.layers.1"
 
@@ -205,11 +179,7 @@ def test_pick_freeze_gives_every_input_both_shares(posterior):
     assert float(own.sel(source="posterior")) == 0.0
     assert float(own.sel(source="seed")) == 0.0
     named = dict(zip(data["source"].values, data["total_estimator"].values, strict=True))
-    assert {name for name, how in named.items() if how == "pick-freeze"} == {
-        "seed",
-        "posterior",
-        "sea.temperature",
-    }
+    assert {name for name, how in named.items() if how == "pick-freeze"} == {"seed", "posterior", "sea.temperature"}
 
 
 @pytest.fixture(scope="module")
@@ -282,10 +252,7 @@ def test_the_command_writes_a_file_cubes_and_a_table(posterior, tmp_path, monkey
     assert "shares of the variance" in result.output
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"stratus.propagation.nc", "stratus.draw-0000.nc", "stratus.draw-0002.nc"}
-    with (
-        open_propagation("stratus.propagation.nc") as data,
-        hcss_twin.open_cube("stratus.draw-0002.nc") as cube,
-    ):
+    with open_propagation("stratus.propagation.nc") as data, hcss_twin.open_cube("stratus.draw-0002.nc") as cube:
         mean = float(data["radiance"].sel({"class": "all"})[0, 2, 0])
         assert float(cube["radiance"].astype(np.float64).mean()) == pytest.approx(mean, rel=1e-6)
     again = command(*words)
@@ -331,20 +298,14 @@ def test_a_section_says_what_is_uncertain_and_is_refused_where_it_would_be_ignor
         (["--uncertain", "sea.temperature=normal:291:1"], "--uncertain needs the number of draws"),
         (["--shares", "pick-freeze"], "--shares needs the number of draws"),
         (["--draws", "3", "--uncertain", "sea.temprature=normal:291:1"], "closest is 'temperature'"),
-        (
-            ["--draws", "3", "--uncertain", "sea.wind_speed=normal:-5:1"],
-            "sea.wind_speed: -",
-        ),
+        (["--draws", "3", "--uncertain", "sea.wind_speed=normal:-5:1"], "sea.wind_speed: -"),
         (["--draws", "3", "--uncertain", "clouds.top=uniform:1:9"], "is not above the base"),
         (["--draws", "3", "--uncertain", "clouds.parameters.H=uniform:1.5:2"], "clouds.parameters.H"),
         (
             ["--draws", "3", "--uncertain", "sea.wind_speed=normal:5:1", "--set", "sea.wind_speed=3"],
             "is set to one value",
         ),
-        (
-            ["--draws", "3", "--posterior", "POSTERIOR", "--uncertain", "clouds.coverage=uniform:0:1"],
-            "overlaps",
-        ),
+        (["--draws", "3", "--posterior", "POSTERIOR", "--uncertain", "clouds.coverage=uniform:0:1"], "overlaps"),
         (["--draws", "3", "--posterior", "POSTERIOR", *IMAGERY], "'imagery'; a posterior is of clouds"),
         (["--draws", "3", "--posterior", "POSTERIOR", "--layer", "1"], "layer 1 given; allowed: 0 to 0"),
         (["--draws", "3", "--posterior", "POSTERIOR", "--cube-of", "3"], "allowed: draws 0 to 2"),

@@ -10,9 +10,9 @@ from pages import read_page
 from posterior_example import example_posterior
 
 import hcss_twin
-from hcss_twin.errors import HcssError
-from hcss_twin.propagation.dataset import open_propagation
-from hcss_twin.reporting.propagation_report.numbers import with_error
+from hcss_twin.core.errors import HcssError
+from hcss_twin.report.propagation_report.tables import with_error
+from hcss_twin.sweeps.propagation.dataset import open_propagation
 
 SMALL = CHEAP | {"image.rows": 36, "image.columns": 36, "frames.count": 1, "bands": ["mwir", "lwir"]}
 QUANTILES = {"5 %": 1, "50 %": 4, "95 %": 7}
@@ -139,9 +139,7 @@ def test_metrics_and_classes_are_those_of_the_file(page, data):
     ((header, *rows),) = tables(page, "part of the pixels")
     for row in rows:
         moments(header, row, data.sel({"class": row[0]}), "class_fraction")
-    for name, (header, *rows) in zip(
-        ("brightness_temperature", "radiance"), tables(page, "band"), strict=True
-    ):
+    for name, (header, *rows) in zip(("brightness_temperature", "radiance"), tables(page, "band"), strict=True):
         for row in rows:
             moments(header, row, data.sel({"band": row[0], "class": "all"}), f"{name}_spread")
 
@@ -183,9 +181,7 @@ def test_scenes_tables_and_provenance_are_told_and_each_band_has_its_drawings(pa
 def test_two_draws_are_too_few_for_shares_and_the_page_says_so(tmp_path):
     path = tmp_path / "few.nc"
     small = SMALL | {"image.rows": 8, "image.columns": 8, "bands": ["lwir"]}
-    hcss_twin.propagate(
-        "stratus", path, draws=2, uncertain={"clouds.parameters.H": "uniform:0.3:0.6"}, overrides=small
-    )
+    hcss_twin.propagate("stratus", path, draws=2, uncertain={"clouds.parameters.H": "uniform:0.3:0.6"}, overrides=small)
     found = read_page(hcss_twin.report(path))
     assert "too few draws" in found.text
 

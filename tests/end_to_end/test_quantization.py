@@ -7,12 +7,12 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan, open_cube, simulate
-from hcss_twin.errors import CertificateWarning, ScenarioError
-from hcss_twin.reporting.plan_text import plan_text
-from hcss_twin.scene import quantization
-from hcss_twin.scene.simulate import run
-from hcss_twin.scene.verification.verification import Verdict
-from hcss_twin.scene.verification.verify import verify_cube
+from hcss_twin.core.errors import CertificateWarning, ScenarioError
+from hcss_twin.engine.recorded import Verdict
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.plan import output
+from hcss_twin.report.plan_text import plan_text
 
 SMALL = CHEAP | {
     "image.rows": 64,
@@ -25,7 +25,7 @@ SMALL = CHEAP | {
 
 def planned(quantization=0.0, **changes):
     overrides = {key.replace("__", "."): value for key, value in changes.items()}
-    return make_plan(Scenario.load("stratus", SMALL | {"output.quantization": quantization} | overrides))
+    return make_plan(Scenario.load("stratus", SMALL | {"output.quantization": output} | overrides))
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_the_certificate_is_about_the_rounded_numbers(cubes):
 
 
 def test_rounding_beyond_the_accuracy_would_fail_the_certificate(monkeypatch):
-    monkeypatch.setattr(quantization, "LARGEST_SHARE", 20.0)
+    monkeypatch.setattr(output, "LARGEST_SHARE", 20.0)
     with pytest.warns(CertificateWarning, match="FAILED"):
         simulate(planned(1e-2).scenario).close()
 

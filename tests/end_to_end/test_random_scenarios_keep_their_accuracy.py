@@ -22,9 +22,7 @@ def benchmark():
     """The modules of the benchmark, which find each other as they do beside the script that is run."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(FOLDER))
-        yield {
-            part: importlib.import_module(f"random_scenario_{part}") for part in ("draws", "checks", "rows")
-        }
+        yield {part: importlib.import_module(f"random_scenario_{part}") for part in ("draws", "checks", "rows")}
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +82,7 @@ def test_an_error_in_the_tables_is_seen(checks, folder, monkeypatch):
     """What recomputes the pixels is not what made them."""
     from dataclasses import replace
 
-    from hcss_twin.scene import simulate as simulation
+    from hcss_twin.engine import simulate as simulation
 
     original = simulation.tables_of
 

@@ -8,7 +8,7 @@ from cheap import CHEAP
 from scipy.stats import spearmanr
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.clouds.imagery.reader import read_image
+from hcss_twin.models.clouds.imagery.reader import read_image
 
 ROWS, COLUMNS = 120, 240
 

@@ -29,9 +29,7 @@ class Shown(Reader):
     def __init__(self, text):
         super().__init__()
         self.feed(text)
-        self.viewer = next(
-            each for _, each in self.elements if (each.get("class") or "").startswith("viewer")
-        )
+        self.viewer = next(each for _, each in self.elements if (each.get("class") or "").startswith("viewer"))
         self.state = tuple(self.viewer[f"data-{key}"] for key in ("quantity", "part", "frame"))
         stage = re.search(r'<div class="stage">.*?<div class="stills', text, re.DOTALL)[0]
         self.picture = re.search(r'<img src="data:image/png;base64,([^"]*)"', stage)[1]

@@ -6,10 +6,10 @@ from html import escape
 import pytest
 from click.testing import CliRunner
 
-from hcss_twin.cli import cli
-from hcss_twin.reproduction import table_3
-from hcss_twin.reproduction.fitted import fitted_inputs
-from hcss_twin.reproduction.item import Check, Reproduction, Row
+from hcss_twin.cli.main import cli
+from hcss_twin.paper import table_3
+from hcss_twin.paper.fitted import fitted_inputs
+from hcss_twin.paper.item import Check, Reproduction, Row
 from hcss_twin.version import __version__
 
 NO_NUMBER = {"text": "", "name": None, "value": None, "unit": None}
@@ -95,9 +95,7 @@ def test_a_folder_that_is_not_there_is_found_out_before_computing(tmp_path):
 
 def test_the_seed_is_what_items_are_computed_with(paths, monkeypatch):
     def drawn(seed):
-        return Reproduction(
-            "reproduced", "Yes.", [Row("seed", "1", None, float(seed))], [Check("it is drawn", True)]
-        )
+        return Reproduction("reproduced", "Yes.", [Row("seed", "1", None, float(seed))], [Check("it is drawn", True)])
 
     monkeypatch.setattr(table_3, "table_3", drawn)
     page, numbers = paths

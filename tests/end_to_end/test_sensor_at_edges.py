@@ -8,12 +8,12 @@ from cheap import CHEAP
 from click.testing import CliRunner
 
 import hcss_twin
-from hcss_twin.cli import cli
-from hcss_twin.cli_progress import Stop
-from hcss_twin.scene.make_plan import make_plan
-from hcss_twin.scene.simulate import run
-from hcss_twin.scene.verification.verification import Verdict
-from hcss_twin.scene.verification.verify import verify_cube
+from hcss_twin.cli.main import cli
+from hcss_twin.cli.options import Stop
+from hcss_twin.engine.recorded import Verdict
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.plan.make_plan import make_plan
 
 SCENE = """
 time = 2024-04-20T12:30:00+10:00
@@ -68,7 +68,7 @@ def test_the_measured_window_is_that_part_of_the_measured_image(tmp_path, mode):
 
 
 def test_the_window_of_an_image_whose_clouds_end_with_it_sees_the_rest_of_the_image(tmp_path, monkeypatch):
-    monkeypatch.delattr("hcss_twin.clouds.fractal.generator.FractalClouds.thickness_around_m")
+    monkeypatch.delattr("hcss_twin.models.clouds.fractal.generator.FractalClouds.thickness_around_m")
     plan = planned(BLURRED, **WINDOW)
     assert plan.sensor.given == (slice(0, 40), slice(0, 50))
     (note,) = plan.sensor.notes
@@ -98,9 +98,7 @@ def test_pixels_at_the_edges_are_those_of_a_larger_image(tmp_path, changes):
     sensor = {"parameters": {**BLURRED["parameters"], "integration_time": 0.03}}
     changes = {"clouds__coverage_mode": "field", **changes}
     small, clean = measured(tmp_path / "small.nc", sensor, **changes)
-    large, around = measured(
-        tmp_path / "large.nc", sensor, **changes, **{"image.rows": 60, "image.columns": 70}
-    )
+    large, around = measured(tmp_path / "large.nc", sensor, **changes, **{"image.rows": 60, "image.columns": 70})
     middle = {"y": slice(10, 50), "x": slice(10, 60)}
     np.testing.assert_array_equal(clean.radiance, around.radiance.isel(middle))
     np.testing.assert_allclose(small.radiance, large.radiance.isel(middle), rtol=3e-7)
@@ -148,16 +146,14 @@ def test_hcss_verify_makes_a_cube_anew_as_it_was_measured(tmp_path):
 def test_how_far_the_scene_is_computed_has_an_end():
     plan = planned({"parameters": {"psf": "gaussian", "psf_sigma": 300.0}})
     assert plan.sensor.given == (slice(-512, 552), slice(-512, 562))
-    assert (
-        "farther out takes it for its mirror image (more than 512 are not computed)" in plan.sensor.notes[0]
-    )
+    assert "farther out takes it for its mirror image (more than 512 are not computed)" in plan.sensor.notes[0]
 
 
 def test_large_frames_are_surrounded_tile_by_tile(tmp_path, monkeypatch):
     whole, _ = measured(tmp_path / "whole.nc", COUNTING)
-    monkeypatch.setattr("hcss_twin.scene.tiles.LARGEST_FRAME_BYTES", 2**10)
-    monkeypatch.setattr("hcss_twin.scene.tiles.TILE_PIXELS", 2**8)
-    monkeypatch.setattr("hcss_twin.scene.frame_clouds.WHOLE_POINTS", 2**8)
+    monkeypatch.setattr("hcss_twin.engine.tiles.LARGEST_FRAME_BYTES", 2**10)
+    monkeypatch.setattr("hcss_twin.engine.tiles.TILE_PIXELS", 2**8)
+    monkeypatch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 2**8)
     tiled, _ = measured(tmp_path / "tiled.nc", COUNTING)
     assert_same(whole, tiled)
 

@@ -10,11 +10,11 @@ from cheap import CHEAP_OPTIONS
 from click.testing import CliRunner
 
 import hcss_twin
-from hcss_twin.cli import cli
-from hcss_twin.cli_progress import Stop
-from hcss_twin.errors import CubeError, ProviderError, ScenarioError
-from hcss_twin.registry.registry import Registry
-from hcss_twin.sensor.radiometer import Radiometer
+from hcss_twin.cli.main import cli
+from hcss_twin.cli.options import Stop
+from hcss_twin.core.errors import CubeError, ProviderError, ScenarioError
+from hcss_twin.models.sensor.radiometer import Radiometer
+from hcss_twin.providers.registry.registry import Registry
 
 SCENE = """
 title = "a small scene"
@@ -125,8 +125,7 @@ def test_a_cube_measured_later_is_the_one_of_the_run_but_for_blur_at_its_edges(f
     words = ("-o", tmp_path / "sharp.nc", *changed, *CHEAP_OPTIONS)
     assert hcss("run", folder / "pair.toml", *words).exit_code == 0
     xr.testing.assert_identical(
-        opened(tmp_path / "sharp.sensor.nc").drop_attrs(),
-        hcss_twin.sense(folder / "alone.nc", sharp).drop_attrs(),
+        opened(tmp_path / "sharp.sensor.nc").drop_attrs(), hcss_twin.sense(folder / "alone.nc", sharp).drop_attrs()
     )
 
 
@@ -214,9 +213,7 @@ def test_plan_and_preview_know_the_sensor(folder, tmp_path):
     plan = json.loads(hcss("plan", folder / "pair.toml", "--json", *CHEAP_OPTIONS).output)
     assert plan["sensor"]["parameters"]["bits"] == 14
     assert not any("blur" in note for note in plan["notes"])  # of the clean cube
-    pictures = json.loads(
-        hcss("preview", folder / "pair.sensor.nc", "-o", tmp_path, "--no-animation", "--json").output
-    )
+    pictures = json.loads(hcss("preview", folder / "pair.sensor.nc", "-o", tmp_path, "--no-animation", "--json").output)
     assert [path.rpartition("/")[2] for path in pictures] == ["pair.sensor_mwir.png", "pair.sensor_spike.png"]
 
 

@@ -7,11 +7,11 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan, open_cube, simulate
-from hcss_twin.radiance.as_printed import AsPrinted
-from hcss_twin.radiance.physical.terms import TERMS
-from hcss_twin.radiance.reference import reference_radiance
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.stream import stream
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.stream import stream
+from hcss_twin.models.radiance.as_printed import AsPrinted
+from hcss_twin.models.radiance.physical.directions import TERMS
+from hcss_twin.models.radiance.reference import reference_radiance
 
 THREE_LINES = """
 time = 2024-04-20T12:30:00+10:00
@@ -74,12 +74,7 @@ def test_other_frame_ranges_hold_the_same_pixels():
     late = simulate(
         Scenario.load(
             "stratus",
-            {
-                **SMALL,
-                "frames.first": 2,
-                "frames.count": 2,
-                "output.variables": ["cloud_thickness", "radiance"],
-            },
+            {**SMALL, "frames.first": 2, "frames.count": 2, "output.variables": ["cloud_thickness", "radiance"]},
         )
     )
     np.testing.assert_array_equal(whole.cloud_thickness[2:], late.cloud_thickness)
@@ -129,9 +124,7 @@ def assert_tables_agree_with_the_reference_path(name, accuracy, models):
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
         thickness = plan.generators[0].thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel()
         chosen = generator.integers(0, thickness.size, 12)
-        exact = reference_radiance(
-            plan.model, plan.spectral_grid, thickness[chosen], plan.sun_track.at(float(time_s))
-        )
+        exact = reference_radiance(plan.model, plan.spectral_grid, thickness[chosen], plan.sun_track.at(float(time_s)))
         found = frame["radiance"].reshape(3, -1)[:, chosen].T
         # float32 rounding of the result and of the thickness adds a little.
         np.testing.assert_allclose(found, exact, rtol=plan.budget.total + 3e-7)
@@ -159,13 +152,7 @@ def test_a_mask_needs_no_radiance():
 
 
 def test_sun_moving_over_hours_is_followed():
-    overrides = {
-        **SMALL,
-        "frames.count": 5,
-        "frames.interval": 1800.0,
-        "bands": ["mwir"],
-        "clouds.coverage": 0.0,
-    }
+    overrides = {**SMALL, "frames.count": 5, "frames.interval": 1800.0, "bands": ["mwir"], "clouds.coverage": 0.0}
     plan = make_plan(Scenario.load("baseline", overrides))
     tables = compile_tables(plan)
     assert len(tables.time_s) > 2
@@ -193,14 +180,7 @@ def test_sun_moving_over_hours_is_followed():
 )
 def test_days_are_not_mistaken_for_moments(name, overrides):
     """Noon, noon and noon agree; what lies between must be computed all the same."""
-    small = {
-        "image.rows": 6,
-        "image.columns": 6,
-        "bands": ["mwir"],
-        "clouds.coverage": 0.0,
-        **CHEAP,
-        **overrides,
-    }
+    small = {"image.rows": 6, "image.columns": 6, "bands": ["mwir"], "clouds.coverage": 0.0, **CHEAP, **overrides}
     plan = make_plan(Scenario.load(name, small))
     tables = compile_tables(plan)
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
@@ -227,9 +207,7 @@ def test_same_scenario_gives_the_same_bytes(tmp_path, monkeypatch):
 def test_provenance_names_what_the_cube_was_made_from(tmp_path):
     with simulate(Scenario.load("stratus", DEFAULT), tmp_path / "cube.nc") as cube:
         files = json.loads(cube.attrs["hcss_files_sha256"])
-        assert {"optical_constants/water.csv", "solar/astm-e490.csv", "cloud_types/stratus.toml"} <= set(
-            files
-        )
+        assert {"optical_constants/water.csv", "solar/astm-e490.csv", "cloud_types/stratus.toml"} <= set(files)
         assert all(len(digest) == 64 for digest in files.values())
         assert json.loads(cube.attrs["hcss_providers"])["clouds"]["distribution"] == "hcss-twin"
         assert cube.attrs["hcss_seed"] == "1"
@@ -237,7 +215,7 @@ def test_provenance_names_what_the_cube_was_made_from(tmp_path):
 
 
 def test_large_scenes_are_read_lazily(monkeypatch):
-    monkeypatch.setattr("hcss_twin.scene.simulate.IN_MEMORY_BYTES", 1000)
+    monkeypatch.setattr("hcss_twin.engine.simulate.IN_MEMORY_BYTES", 1000)
     cube = simulate(Scenario.load("stratus", SMALL))
     assert not cube.radiance.variable._in_memory
     assert float(cube.radiance.mean()) > 0

@@ -7,9 +7,9 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.radiance.as_printed import AsPrinted
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.ledger.slant_skipped import GLINT_ROOM
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.models.radiance.as_printed import AsPrinted
+from hcss_twin.plan.omissions.omissions import GLINT_SAFETY_FACTOR
 
 BASE = {
     "time": "2024-04-20T12:30:00+10:00",
@@ -72,9 +72,7 @@ def test_an_image_without_room_for_slant_paths_is_refused_with_the_room_they_nee
 
 def test_an_image_with_room_casts_its_shadow_away_from_the_sun(image):
     cube = simulate(
-        scenario(
-            **image(100, 80), **{"slant.shadows": True, "output.variables": ["cloud_mask", "shadow_mask"]}
-        )
+        scenario(**image(100, 80), **{"slant.shadows": True, "output.variables": ["cloud_mask", "shadow_mask"]})
     )
     cloud, shadow = (np.argwhere(cube[name].values[0]).mean(axis=0) for name in ("cloud_mask", "shadow_mask"))
     # The sun stands in the south-southwest at noon: the shadow lies to the north-northeast.
@@ -116,11 +114,9 @@ def test_a_plan_without_shadows_bounds_what_they_could_change():
     (left_out,) = [item for item in plan.skipped if item.what == "shadows of clouds on the sea"]
     columns = compile_tables(plan).tables[0].clear[0], simulate_clear_terms(plan)
     glint, total = columns[1]["sea_reflected_sun"], sum(columns[1].values())
-    assert left_out.bound == pytest.approx(GLINT_ROOM * float(np.max(glint / total)), rel=1e-3)
+    assert left_out.bound == pytest.approx(GLINT_SAFETY_FACTOR * float(np.max(glint / total)), rel=1e-3)
     np.testing.assert_allclose(columns[0], total, rtol=plan.budget.wavenumbers)
-    assert "shadows" not in json.dumps(
-        [item.what for item in make_plan(scenario(**{"slant.shadows": True})).skipped]
-    )
+    assert "shadows" not in json.dumps([item.what for item in make_plan(scenario(**{"slant.shadows": True})).skipped])
 
 
 def simulate_clear_terms(plan):
@@ -139,8 +135,6 @@ def test_a_plan_without_parallax_says_how_far_clouds_would_move():
 
 def test_what_the_options_leave_out_is_in_plan_and_cube():
     on = {"slant.shadows": True, "slant.parallax": True}
-    assert not any(
-        note.startswith(("shadows:", "parallax:")) for note in make_plan(scenario()).assembly.notes
-    )
+    assert not any(note.startswith(("shadows:", "parallax:")) for note in make_plan(scenario()).assembly.notes)
     notes = json.loads(simulate(scenario(**on)).attrs["hcss_notes"])
     assert sum(note.startswith(("shadows:", "parallax:")) for note in notes) == 2

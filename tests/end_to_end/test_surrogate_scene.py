@@ -17,12 +17,12 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.imagery.reader import read_image
-from hcss_twin.clouds.surrogate.generator import SurrogateClouds
-from hcss_twin.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.clouds.surrogate.spectrum import periodic_component
-from hcss_twin.errors import ScenarioError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.models.clouds.surrogate.generator import SurrogateClouds
+from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
+from hcss_twin.models.clouds.surrogate.spectrum import periodic_component
 from hcss_twin.providers import CloudInputs, Grid, Motion
 from hcss_twin.testing.samples import sample_layer
 
@@ -85,9 +85,7 @@ def octave_power(field):
     wavenumber = np.hypot(ky[:, None], kx[None, :])
     power = np.abs(np.fft.fft2(field - field.mean())) ** 2
     edges = 2.0 ** np.arange(int(np.log2(min(field.shape))))
-    return (
-        np.array([power[(wavenumber >= low) & (wavenumber < 2 * low)].sum() for low in edges]) / power.sum()
-    )
+    return np.array([power[(wavenumber >= low) & (wavenumber < 2 * low)].sum() for low in edges]) / power.sum()
 
 
 @pytest.mark.parametrize(
@@ -115,8 +113,7 @@ def test_frames_have_the_amplitudes_and_the_spectrum_of_the_measured_image(patte
             Catalog(base=found[0].parent),
         )
         clouds = SurrogateClouds(
-            inputs,
-            SurrogateParameters(image=found[0].name, missing="clear", reinterpret_pixel_size=True),
+            inputs, SurrogateParameters(image=found[0].name, missing="clear", reinterpret_pixel_size=True)
         )
         frame = clouds.thickness_m(90.0, slice(None), slice(None))
         template = clouds.template.thickness_m

@@ -11,14 +11,14 @@ from cheap import CHEAP
 
 import hcss_twin.sweeps.work
 from hcss_twin import CubeError, Scenario, SweepError, open_cube, open_sweep, simulate, sweep
-from hcss_twin.atmosphere.band_model import provider as band_model
-from hcss_twin.scene import kept_findings
-from hcss_twin.scene.tables import kept_tables
+from hcss_twin.core.versions import versions
+from hcss_twin.engine import compile
+from hcss_twin.models.atmosphere.band_model import provider as band_model
+from hcss_twin.plan import kept_findings
+from hcss_twin.sweeps import run
 from hcss_twin.sweeps import run as running
-from hcss_twin.sweeps import serial
-from hcss_twin.sweeps.record import Outcome
+from hcss_twin.sweeps.folder import Outcome
 from hcss_twin.sweeps.work import compute
-from hcss_twin.versions import versions
 
 SMALL = {
     **CHEAP,
@@ -37,7 +37,7 @@ OVER = {"view.zenith": [0, 30], "seed": [1, 2]}
 def _settings(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     # What plans find out is kept, as it is for users: nothing here changes the physics.
-    monkeypatch.setattr("hcss_twin.scene.make_plan.kept_findings", kept_findings.kept_findings)
+    monkeypatch.setattr("hcss_twin.plan.make_plan.kept_findings", kept_findings.kept_findings)
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def computed(monkeypatch):
             raise failing[task.point]
         return compute(task, shelf)
 
-    monkeypatch.setattr(serial, "compute", watched)
+    monkeypatch.setattr(run, "compute", watched)
     return numbers, failing
 
 
@@ -82,10 +82,8 @@ def test_each_cube_is_that_of_its_scenario_alone(tmp_path):
 def test_points_of_equal_tables_compile_them_once_and_read_files_once(tmp_path, monkeypatch):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
     compiled, read = [], []
-    compile_tables, read_coefficients = kept_tables.compile_tables, band_model.read_coefficients
-    monkeypatch.setattr(
-        kept_tables, "compile_tables", lambda plan: compiled.append(plan) or compile_tables(plan)
-    )
+    compile_tables, read_coefficients = compile.compile_tables, band_model.read_coefficients
+    monkeypatch.setattr(compile, "compile_tables", lambda plan: compiled.append(plan) or compile_tables(plan))
     counted = functools.wraps(read_coefficients)(lambda path: read.append(path) or read_coefficients(path))
     monkeypatch.setattr(band_model, "read_coefficients", counted)
     swept(tmp_path / "sweep", overrides=SMALL)
@@ -94,11 +92,7 @@ def test_points_of_equal_tables_compile_them_once_and_read_files_once(tmp_path, 
 
 
 def test_a_dataset_has_every_cube_at_its_place(tmp_path):
-    over = {
-        "time": ["2024-01-20T02:30:00Z", "2024-07-20T02:30:00Z"],
-        "clouds.coverage": [0.2, 0.7],
-        "seed": [4, 5],
-    }
+    over = {"time": ["2024-01-20T02:30:00Z", "2024-07-20T02:30:00Z"], "clouds.coverage": [0.2, 0.7], "seed": [4, 5]}
     result = swept(tmp_path / "sweep", over, SMALL, dataset=tmp_path / "all.nc")
     with open_sweep(result.dataset) as data:
         assert data.radiance.dims == ("start_time", "clouds_coverage", "seed", "time", "band", "y", "x")
@@ -167,7 +161,7 @@ def test_points_without_a_cube_are_missing_in_the_dataset(tmp_path, monkeypatch)
     def faulty(task, shelf):
         return Outcome(task.point, error="out of luck") if task.point in failing else compute(task, shelf)
 
-    monkeypatch.setattr(serial, "compute", faulty)
+    monkeypatch.setattr(run, "compute", faulty)
     result = swept(tmp_path / "sweep", {"seed": [1, 2, 3]}, SMALL, dataset=tmp_path / "all.nc")
     with open_sweep(result.dataset) as data:
         assert data.point_state.values.tolist() == [0, 1, 0]
@@ -202,8 +196,7 @@ def test_a_cube_that_misses_its_accuracy_is_kept_told_and_not_made_again(tmp_pat
 
     run = hcss_twin.sweeps.work.run
     monkeypatch.setattr(
-        "hcss_twin.sweeps.work.run",
-        lambda plan, path, report: run(plan, path, report=lambda _: report(Failed)),
+        "hcss_twin.sweeps.work.run", lambda plan, path, report: run(plan, path, report=lambda _: report(Failed))
     )
     scene = SMALL | {"output.certificate": 1}
     result = swept(tmp_path / "sweep", {"seed": [1, 2]}, scene)
@@ -267,9 +260,7 @@ def test_a_folder_belongs_to_one_sweep(tmp_path):
     folder = tmp_path / "sweep"
     swept(folder, {"seed": [1, 2]})
     (folder / "notes.txt").write_text("mine")
-    with pytest.raises(
-        SweepError, match=r"another sweep: 2 points over seed; this one has 3 over seed.*--force"
-    ):
+    with pytest.raises(SweepError, match=r"another sweep: 2 points over seed; this one has 3 over seed.*--force"):
         swept(folder, {"seed": [1, 2, 3]})
     with pytest.raises(SweepError, match="or differs in another key"):
         sweep("stratus", folder, over={"seed": [1, 2]}, overrides=MASK | {"view.zenith": 3})
@@ -313,9 +304,7 @@ def test_a_dataset_replaces_nothing_but_itself(tmp_path, computed, name):
     folder = tmp_path / "sweep"
     (tmp_path / "index.json").write_text("precious")
     folder.mkdir()
-    with pytest.raises(
-        SweepError, match=r"is no dataset of this sweep|it is a folder|no folder|another file"
-    ):
+    with pytest.raises(SweepError, match=r"is no dataset of this sweep|it is a folder|no folder|another file"):
         swept(folder, {"seed": [1]}, dataset=tmp_path / name)
     assert not computed[0]
     swept(folder, {"seed": [1]}, dataset=tmp_path / "all.nc")
@@ -338,8 +327,7 @@ def test_cubes_of_other_variables_are_refused_as_one_dataset_and_stay(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("more", "words"),
-    [({"workers": 0}, "1 or more"), ({"workers": 2, "scheduler": "tcp://x"}, "one of both")],
+    ("more", "words"), [({"workers": 0}, "1 or more"), ({"workers": 2, "scheduler": "tcp://x"}, "one of both")]
 )
 def test_workers_that_cannot_be_are_refused(tmp_path, more, words):
     with pytest.raises(SweepError, match=words):

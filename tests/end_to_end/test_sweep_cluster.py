@@ -32,7 +32,7 @@ import os
 import numpy as np
 
 from hcss_twin.providers import Declares
-from hcss_twin.registry import ProviderSpec, hookimpl
+from hcss_twin.providers.registry import ProviderSpec, hookimpl
 
 
 @hookimpl
@@ -216,9 +216,7 @@ def test_a_scheduler_elsewhere_makes_the_same_bytes(tmp_path, environment):
         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
     ) as cluster:  # fmt: skip
         address = cluster.stdout.readline().strip()
-        done = run(
-            [*HCSS, "sweep", "stratus", *SMALL, *few, "-o", str(folder), "--scheduler", address], environment
-        )
+        done = run([*HCSS, "sweep", "stratus", *SMALL, *few, "-o", str(folder), "--scheduler", address], environment)
         cluster.stdin.close()
     assert done.returncode == 0, done.stderr
     assert bytes_of(folder) == bytes_of(serial)

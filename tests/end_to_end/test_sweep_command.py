@@ -8,17 +8,11 @@ from cheap import CHEAP
 from click.testing import CliRunner
 
 from hcss_twin import ScenarioError, SweepError
-from hcss_twin.cli import cli
-from hcss_twin.sweeps import serial
-from hcss_twin.sweeps.record import Outcome
+from hcss_twin.cli.main import cli
+from hcss_twin.sweeps import run
+from hcss_twin.sweeps.folder import Outcome
 
-SCENE = {
-    **CHEAP,
-    "image.rows": 4,
-    "image.columns": 4,
-    "frames.count": 1,
-    "output.variables": ["cloud_mask"],
-}
+SCENE = {**CHEAP, "image.rows": 4, "image.columns": 4, "frames.count": 1, "output.variables": ["cloud_mask"]}
 FILE = """
 time = 2024-04-20T12:30:00+10:00
 place = {latitude = 35.0, longitude = 150.0}
@@ -65,9 +59,7 @@ def test_keys_are_swept_from_the_command_line(tmp_path):
 
 def test_a_failed_point_is_told_and_the_exit_code_is_1(monkeypatch):
     monkeypatch.setattr(
-        serial,
-        "compute",
-        lambda task, shelf: Outcome(task.point, error="out of luck" if task.point else None),
+        run, "compute", lambda task, shelf: Outcome(task.point, error="out of luck" if task.point else None)
     )
     done = hcss("mine.toml")
     assert done.exit_code == 1

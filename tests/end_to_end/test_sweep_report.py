@@ -7,8 +7,8 @@ from pages import read_page
 
 import hcss_twin
 from hcss_twin import SweepError, open_cube, sweep
-from hcss_twin.sweeps import serial
-from hcss_twin.sweeps.record import Outcome
+from hcss_twin.sweeps import run
+from hcss_twin.sweeps.folder import Outcome
 from hcss_twin.sweeps.work import compute
 
 SMALL = {
@@ -37,10 +37,7 @@ def result(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pages(result):
-    return {
-        kind: read_page(hcss_twin.report(path))
-        for kind, path in (("f", result.folder), ("d", result.dataset))
-    }
+    return {kind: read_page(hcss_twin.report(path)) for kind, path in (("f", result.folder), ("d", result.dataset))}
 
 
 @pytest.mark.parametrize("kind", ["f", "d"])
@@ -82,7 +79,7 @@ def test_failed_points_stand_with_their_errors(tmp_path, monkeypatch):
     def faulty(task, shelf):
         return Outcome(task.point, error="out <of> luck") if task.point == 1 else compute(task, shelf)
 
-    monkeypatch.setattr(serial, "compute", faulty)
+    monkeypatch.setattr(run, "compute", faulty)
     result = swept(tmp_path / "out", {"seed": [1, 2]}, dataset=tmp_path / "out" / "all.nc", changes=MASK)
     for path in (result.folder, result.dataset):
         found = read_page(hcss_twin.report(path))

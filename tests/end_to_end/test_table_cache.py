@@ -5,18 +5,14 @@ import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
 
-from hcss_twin.cli import cli
+from hcss_twin.cli.main import cli
+from hcss_twin.engine import compile
+from hcss_twin.engine.compile import table_key, tables_of
+from hcss_twin.engine.simulate import simulate
+from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.make_plan import make_plan
-from hcss_twin.scene.simulate import simulate
-from hcss_twin.scene.tables import kept_tables
-from hcss_twin.scene.tables.kept_tables import table_key, tables_of
 
-SMALL = CHEAP | {
-    "image.rows": 16,
-    "image.columns": 16,
-    "frames.count": 2,
-}
+SMALL = CHEAP | {"image.rows": 16, "image.columns": 16, "frames.count": 2}
 
 
 @pytest.fixture(autouse=True)
@@ -35,7 +31,7 @@ def no_compiler(monkeypatch):
     def refuse(plan):
         raise AssertionError("compiled again")
 
-    return lambda: monkeypatch.setattr(kept_tables, "compile_tables", refuse)
+    return lambda: monkeypatch.setattr(compile, "compile_tables", refuse)
 
 
 def test_a_second_run_has_the_same_tables_to_the_bit_without_compiling(no_compiler):
@@ -110,7 +106,7 @@ def test_a_damaged_file_is_made_again(folder):
 
 def test_a_file_that_changed_since_makes_them_anew(monkeypatch, no_compiler):
     tables_of(plan())
-    monkeypatch.setattr("hcss_twin.catalog.Catalog.unchanged", lambda self, used: False)
+    monkeypatch.setattr("hcss_twin.core.catalog.Catalog.unchanged", lambda self, used: False)
     no_compiler()
     with pytest.raises(AssertionError, match="compiled again"):
         tables_of(plan())

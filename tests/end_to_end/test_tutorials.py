@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from hcss_twin.catalog import catalog_root
+from hcss_twin.core.catalog import catalog_root
 
 FOLDER = catalog_root().parent / "docs" / "tutorials"
 

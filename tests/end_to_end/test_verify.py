@@ -11,24 +11,19 @@ import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.cli import cli
+from hcss_twin.cli.main import cli
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.errors import CubeError
+from hcss_twin.engine.recorded import TOLERANCE, Verdict
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.make_plan import make_plan
-from hcss_twin.scene.simulate import run
-from hcss_twin.scene.verification.verification import TOLERANCE, Verdict
-from hcss_twin.scene.verification.verify import verify_cube
 
-SMALL = CHEAP | {
-    "image.rows": 16,
-    "image.columns": 16,
-    "frames.count": 2,
-    "bands": ["mwir", "lwir"],
-}
+SMALL = CHEAP | {"image.rows": 16, "image.columns": 16, "frames.count": 2, "bands": ["mwir", "lwir"]}
 MASKS = SMALL | {"output.variables": ["cloud_mask", "cloud_thickness"]}
 
 
@@ -40,10 +35,7 @@ def simulated(path, overrides, base=None):
 
 @pytest.fixture(scope="module")
 def fresh(tmp_path_factory):
-    overrides = SMALL | {
-        "frames.count": 3,
-        "output.variables": ["radiance", "brightness_temperature", "truth"],
-    }
+    overrides = SMALL | {"frames.count": 3, "output.variables": ["radiance", "brightness_temperature", "truth"]}
     return simulated(tmp_path_factory.mktemp("fresh") / "cube.nc", overrides)
 
 
@@ -77,13 +69,11 @@ def command(*arguments):
     return CliRunner().invoke(cli, ["verify", *map(str, arguments)])
 
 
-def test_a_fresh_cube_is_identical_and_nothing_is_written_or_taken_from_earlier_runs(
-    cube, tmp_path, monkeypatch
-):
+def test_a_fresh_cube_is_identical_and_nothing_is_written_or_taken_from_earlier_runs(cube, tmp_path, monkeypatch):
     cache = tmp_path / "cache"
     monkeypatch.setenv("HCSS_CACHE_DIR", str(cache))
-    monkeypatch.setattr("hcss_twin.scene.tables.kept_tables.tables_of", None)
-    monkeypatch.setattr("hcss_twin.scene.simulate.tables_of", None)
+    monkeypatch.setattr("hcss_twin.engine.compile.tables_of", None)
+    monkeypatch.setattr("hcss_twin.engine.simulate.tables_of", None)
     before = cube.read_bytes()
     done = command(cube)
     assert done.exit_code == 0
@@ -183,7 +173,7 @@ def test_a_subset_of_frames_is_identical_to_those_of_the_whole(fresh):
 
 
 def test_a_cube_of_masks_alone_compiles_nothing(masks, monkeypatch):
-    monkeypatch.setattr("hcss_twin.scene.verification.verify.compile_tables", None)
+    monkeypatch.setattr("hcss_twin.engine.verification.verify.compile_tables", None)
     assert verify_cube(masks).verdict is Verdict.IDENTICAL
 
 
@@ -199,9 +189,7 @@ def test_another_version_is_told_but_compared_all_the_same(masks):
     shown = command(masks)
     assert shown.exit_code == 0
     assert "version     hcss-twin: recorded 0.0.9; now " in shown.output
-    assert (
-        "provider    clouds: recorded fractal of hcss-twin 0.0.9; now fractal of hcss-twin " in shown.output
-    )
+    assert "provider    clouds: recorded fractal of hcss-twin 0.0.9; now fractal of hcss-twin " in shown.output
 
 
 def test_versions_of_numpy_and_numba_are_recorded(masks):
@@ -276,9 +264,7 @@ def test_a_file_that_changed_without_effect_is_told_of_an_identical_cube(tmp_pat
 
 
 def test_a_changed_catalog_file_is_named(masks):
-    edit_json(
-        masks, "hcss_files_sha256", lambda table: table.update({"bands.toml": "0" * 64, "gone.csv": "1" * 64})
-    )
+    edit_json(masks, "hcss_files_sha256", lambda table: table.update({"bands.toml": "0" * 64, "gone.csv": "1" * 64}))
     found = verify_cube(masks)
     assert found.verdict is Verdict.IDENTICAL
     assert [(each.name, each.state, each.recorded_sha256) for each in found.files] == [
@@ -296,11 +282,7 @@ def test_a_changed_key_of_the_scenario_is_a_different_cube(masks):
 
 
 @pytest.mark.parametrize(
-    ("part", "what", "compared"),
-    [
-        ({"time": [0, 2, 4]}, "frames", 3 * 16 * 16),
-        ({"x": slice(0, 8)}, "columns", None),
-    ],
+    ("part", "what", "compared"), [({"time": [0, 2, 4]}, "frames", 3 * 16 * 16), ({"x": slice(0, 8)}, "columns", None)]
 )
 def test_a_part_of_a_cube_is_told_and_compared_where_both_have_it(masks, tmp_path, part, what, compared):
     with open_cube(masks) as dataset:
@@ -320,9 +302,7 @@ def test_one_band_of_two_is_compared_by_its_name(cube, tmp_path):
         one = dataset.isel(band=[1]).drop_vars("band")
         one.to_netcdf(tmp_path / "part.nc", engine="netcdf4")
     found = verify_cube(tmp_path / "part.nc", frames=1)
-    assert [(each.what, each.recorded, each.now) for each in found.layout] == [
-        ("bands", "lwir", "mwir, lwir")
-    ]
+    assert [(each.what, each.recorded, each.now) for each in found.layout] == [("bands", "lwir", "mwir, lwir")]
     assert by_name(found)["radiance"].values == 16 * 16
     assert by_name(found)["radiance"].unequal == 0
     assert by_name(found)["wavelength"].unequal == 0

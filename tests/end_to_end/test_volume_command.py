@@ -13,11 +13,11 @@ from click.testing import CliRunner
 from PIL import Image
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.cli import cli
+from hcss_twin.cli.main import cli
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.errors import CubeError
-from hcss_twin.reporting.cloud_columns import read_columns
-from hcss_twin.reporting.cloud_volume import draw_volume
+from hcss_twin.report.cloud_columns import read_columns
+from hcss_twin.report.cloud_volume import draw_volume
 
 SMALL = {"image.rows": 24, "image.columns": 32, "frames.count": 2, "bands": ["lwir"], **CHEAP}
 
@@ -145,9 +145,7 @@ def test_a_frame_that_is_not_there_is_named_with_the_closest(cube):
 
 def test_a_cube_without_truth_says_how_to_get_it(tmp_path):
     simulate(Scenario.load("stratus", SMALL), tmp_path / "c.nc").close()
-    with pytest.raises(
-        CubeError, match="lacks cloud_thickness and cloud_top_altitude; run the scenario with"
-    ):
+    with pytest.raises(CubeError, match="lacks cloud_thickness and cloud_top_altitude; run the scenario with"):
         read_columns(tmp_path / "c.nc")
 
 

@@ -5,9 +5,9 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.stream import stream
-from hcss_twin.scene.waves.wave_table import SIGMAS, _change
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.stream import stream
+from hcss_twin.engine.tables.wave_table import SIGMAS, _change
 
 BASE = {
     "time": "2024-04-20T12:30:00+10:00",
@@ -62,10 +62,7 @@ def test_each_pixel_is_the_radiance_of_its_tilted_sea_but_for_the_level(planned,
         model = plan.assembly.model_over(plan.assembly.sea.tilted(upwind, crosswind, 2.0))
         terms = model.clear(plan.spectral_grid.wavenumber_cm1, sun)
         ratios.append(
-            [
-                frame[f"radiance_{name}"][:, y, x] / (plan.spectral_grid.weights_cm1 @ terms[name])
-                for name in names
-            ]
+            [frame[f"radiance_{name}"][:, y, x] / (plan.spectral_grid.weights_cm1 @ terms[name]) for name in names]
         )
     ratios = np.array(ratios)
     np.testing.assert_allclose(ratios, np.broadcast_to(ratios.mean(axis=0), ratios.shape), rtol=1e-3)
@@ -208,11 +205,7 @@ def test_the_same_scene_twice_is_the_same_to_the_bit(planned, frame):
     [
         ({"sea.model": "cox-munk"}, "sea.waves", "sea.model = 'rough-sea'"),
         ({"sea.parameters": {"slopes": "gram-charlier"}}, "sea.parameters.slopes", "'upwind-crosswind'"),
-        (
-            {"sea.waves": "averaged", "output.variables": ["sea_slope_x"]},
-            "output.variables",
-            'sea.waves = "resolved"',
-        ),
+        ({"sea.waves": "averaged", "output.variables": ["sea_slope_x"]}, "output.variables", 'sea.waves = "resolved"'),
         ({"sea.waves": "drawn"}, "sea.waves", "averaged"),
     ],
 )

@@ -57,14 +57,12 @@ def test_wheel_runs_away_from_the_checkout(wheel, tmp_path):
     own = Path(next(path for path in sys.path if path.endswith("site-packages")))
     (site / "borrowed.pth").write_text(f"{own}\n")
     code = (
-        "import hcss_twin, json; from hcss_twin.catalog import catalog_root;"
+        "import hcss_twin, json; from hcss_twin.core.catalog import catalog_root;"
         "s = hcss_twin.Scenario.load('stratus', {'image.rows': 8, 'image.columns': 8, 'frames.count': 1});"
         "c = hcss_twin.simulate(s);"
         "print(json.dumps([hcss_twin.__file__, str(catalog_root()), float(c.radiance.min())]))"
     )
-    done = subprocess.run(
-        [python, "-I", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([python, "-I", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
     package, catalogs, lowest = json.loads(done.stdout)
     assert Path(package).is_relative_to(site)
     assert Path(catalogs).is_relative_to(site)

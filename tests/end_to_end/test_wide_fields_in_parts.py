@@ -5,18 +5,18 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 
-import hcss_twin.scene.tiles as tiles_module
 from hcss_twin import Scenario, make_plan, open_cube, open_sweep, sweep
 from hcss_twin.cube.geometry_variables import GEOMETRY
+from hcss_twin.engine import tiles as tiles_module
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+from hcss_twin.engine.certificate.certify import certify
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.parts import stream_parts
+from hcss_twin.engine.sensing.cube_sensor import read_clean
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.stream import stream
+from hcss_twin.engine.verification.verify import verify_cube
 from hcss_twin.scenario.scenario import read_scenario_file
-from hcss_twin.scene.certificate.certificate_pixels import PixelSample
-from hcss_twin.scene.certificate.certify import certify
-from hcss_twin.scene.parts import stream_parts
-from hcss_twin.scene.sensing.of_cube import read_clean
-from hcss_twin.scene.simulate import run
-from hcss_twin.scene.stream import stream
-from hcss_twin.scene.tables.kept_tables import tables_of
-from hcss_twin.scene.verification.verify import verify_cube
 
 WIDE = {
     **CHEAP,
@@ -57,8 +57,8 @@ def small_tiles(monkeypatch):
     def cut():
         monkeypatch.setattr(tiles_module, "LARGEST_FRAME_BYTES", 0)
         monkeypatch.setattr(tiles_module, "TILE_PIXELS", 150)
-        monkeypatch.setattr("hcss_twin.scene.frame_clouds.WHOLE_POINTS", 0)
-        monkeypatch.setattr("hcss_twin.scene.footprint.windows.__defaults__", (77, None))
+        monkeypatch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 0)
+        monkeypatch.setattr("hcss_twin.plan.windows.windows.__defaults__", (77, None))
 
     return cut
 

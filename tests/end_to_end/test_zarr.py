@@ -9,14 +9,14 @@ import xarray as xr
 from cheap import CHEAP
 from click.testing import CliRunner
 
-import hcss_twin.scene.tiles as tiles_module
 from hcss_twin import CubeError, Scenario, make_plan, open_cube
-from hcss_twin.cli import cli
+from hcss_twin.cli.main import cli
 from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.cube.zarr_writer import ZarrWriter
-from hcss_twin.scene.simulate import run
-from hcss_twin.scene.verification.verify import verify_cube
+from hcss_twin.engine import tiles as tiles_module
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.verification.verify import verify_cube
 
 zarr = pytest.importorskip("zarr", reason="the extra 'zarr'")
 
@@ -130,11 +130,7 @@ def test_what_is_no_store_is_not_replaced(tmp_path):
     (tmp_path / "file.zarr").write_text("mine")
     (tmp_path / "folder.zarr").mkdir()
     (tmp_path / "folder.zarr" / "thesis.txt").write_text("mine")
-    for name, why in (
-        ("file", "it is a file"),
-        ("folder", "a folder of other things"),
-        ("no/such", "no folder"),
-    ):
+    for name, why in (("file", "it is a file"), ("folder", "a folder of other things"), ("no/such", "no folder")):
         with pytest.raises(CubeError, match=why), ZarrWriter(tmp_path / f"{name}.zarr", header):
             pass
     assert (tmp_path / "folder.zarr" / "thesis.txt").read_text() == "mine"
@@ -147,9 +143,7 @@ def test_what_is_no_store_is_not_replaced(tmp_path):
 def test_without_the_package_a_store_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "zarr", None)
     with (
-        pytest.raises(
-            CubeError, match=r"pip install 'hcss-twin\[zarr\]', or choose a name that ends in \.nc"
-        ),
+        pytest.raises(CubeError, match=r"pip install 'hcss-twin\[zarr\]', or choose a name that ends in \.nc"),
         ZarrWriter(tmp_path / "a.zarr", example_header()),
     ):
         pass

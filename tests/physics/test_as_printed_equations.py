@@ -7,19 +7,11 @@ import numpy as np
 import pytest
 from scipy import constants
 
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
-from hcss_twin.providers import (
-    CloudLayer,
-    Declares,
-    Microphysics,
-    RadianceInputs,
-    SingleScattering,
-    Sun,
-    View,
-)
-from hcss_twin.radiance.as_printed import AsPrinted
-from hcss_twin.radiance.parameters import AsPrintedParameters
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.radiance.as_printed import AsPrinted
+from hcss_twin.models.radiance.parameters import AsPrintedParameters
+from hcss_twin.providers import CloudLayer, Declares, Microphysics, RadianceInputs, SingleScattering, Sun, View
 
 WAVENUMBER = np.array([2500.0])
 SUN = Sun(zenith_deg=30.0, azimuth_deg=200.0, distance_au=1.0)
@@ -135,9 +127,7 @@ def test_path_emission_counts_the_air_above_the_cloud_top_only():
 
 def test_isothermal_air_over_nothing_emits_what_it_absorbs():
     profile = load_profile("us-standard-1976", Catalog())
-    isothermal = type(profile)(
-        "flat", profile.altitude_m, profile.pressure_Pa, np.full_like(profile.altitude_m, 250.0)
-    )
+    isothermal = type(profile)("flat", profile.altitude_m, profile.pressure_Pa, np.full_like(profile.altitude_m, 250.0))
     terms = model(profile=isothermal).clear(WAVENUMBER, None)
     assert terms["path_emission"][0] == pytest.approx((1 - math.exp(-0.1)) * planck(2500.0, 250.0), rel=1e-9)
 
@@ -151,9 +141,7 @@ def test_no_sun_no_solar_term(sun):
 
 
 def test_thickness_to_infinity_is_an_opaque_cloud():
-    thick = model(layers=(layer(anchor="top", temperature_K=260.0),)).cloudy(
-        WAVENUMBER, np.array([[1e6]]), SUN
-    )
+    thick = model(layers=(layer(anchor="top", temperature_K=260.0),)).cloudy(WAVENUMBER, np.array([[1e6]]), SUN)
     above = math.exp(-0.1 * (1 - 3000 / 2e4))
     assert thick["cloud_emission"][0, 0] == pytest.approx(above * planck(2500.0, 260.0), rel=1e-9)
     assert thick["sea_emission"][0, 0] == thick["sea_reflected_sun"][0, 0] == 0.0
@@ -186,9 +174,7 @@ def test_literal_switches_restore_the_printed_forms():
 
 def test_fitted_scales_multiply_their_term_alone():
     plain = model().cloudy(WAVENUMBER, np.array([[400.0]]), SUN)
-    scaled = model({"glint_scale": 0.162, "cloud_sun_scale": 0.5}).cloudy(
-        WAVENUMBER, np.array([[400.0]]), SUN
-    )
+    scaled = model({"glint_scale": 0.162, "cloud_sun_scale": 0.5}).cloudy(WAVENUMBER, np.array([[400.0]]), SUN)
     for name, factor in {"sea_reflected_sun": 0.162, "cloud_reflected_sun": 0.5}.items():
         np.testing.assert_allclose(scaled[name], factor * plain[name])
     for name in ("cloud_emission", "sea_emission", "path_emission"):
@@ -196,9 +182,7 @@ def test_fitted_scales_multiply_their_term_alone():
 
 
 def test_distance_of_the_sun_enters_squared():
-    near, far = (
-        model().clear(WAVENUMBER, Sun(30.0, 200.0, au))["sea_reflected_sun"][0] for au in (1.0, 1.01)
-    )
+    near, far = (model().clear(WAVENUMBER, Sun(30.0, 200.0, au))["sea_reflected_sun"][0] for au in (1.0, 1.01))
     assert near / far == pytest.approx(1.01**2)
 
 
@@ -227,9 +211,7 @@ def test_two_layers_are_eq_20_once_more():
         "cloud_reflected_sun": reflected,
         "sea_emission": through * math.exp(-0.1) * SEA_EMISSIVITY * planck(2500.0, 290.0),
         "sea_reflected_sun": through * math.exp(-0.2) * IRRADIANCE * mu0 * BRDF,
-        "path_emission": model(layers=(HIGH,)).cloudy(WAVENUMBER, np.array([[high]]), SUN)["path_emission"][
-            0, 0
-        ],
+        "path_emission": model(layers=(HIGH,)).cloudy(WAVENUMBER, np.array([[high]]), SUN)["path_emission"][0, 0],
     }
     for name, value in expected.items():
         assert terms[name][0, 0] == pytest.approx(value, rel=1e-9), name

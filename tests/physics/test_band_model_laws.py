@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.band_model.absorber_density import level_state, relative_humidity
-from hcss_twin.atmosphere.band_model.coefficients import CONTINUA, read_coefficients
-from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
-from hcss_twin.atmosphere.band_model.path_amounts import LayeredAir
-from hcss_twin.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog, catalog_root
-from hcss_twin.errors import CatalogError, ProviderError
+from hcss_twin.core.catalog import Catalog, catalog_root
+from hcss_twin.core.errors import CatalogError, ProviderError
+from hcss_twin.models.atmosphere.band_model.absorber_density import level_state, relative_humidity
+from hcss_twin.models.atmosphere.band_model.absorption import CONTINUA, read_coefficients
+from hcss_twin.models.atmosphere.band_model.path_amounts import LayeredAir
+from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
+from hcss_twin.models.atmosphere.parameters import BandModelParameters
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile, slant_length_m
@@ -49,9 +49,7 @@ def test_transmittance_falls_with_every_piece_of_path(air):
     assert np.all(np.diff(rising, axis=0) >= 0.0)
     slants = air.transmittance(WAVENUMBER, [to_space(0.0, zenith) for zenith in (0, 30, 60, 80, 85, 88)])
     assert np.all(np.diff(slants, axis=0) <= 0.0)
-    tops = air.transmittance(
-        WAVENUMBER, [Path((Leg(300.0, top, 40.0),)) for top in (400.0, 900.0, 5e3, SPACE)]
-    )
+    tops = air.transmittance(WAVENUMBER, [Path((Leg(300.0, top, 40.0),)) for top in (400.0, 900.0, 5e3, SPACE)])
     assert np.all(np.diff(tops, axis=0) <= 0.0)
 
 
@@ -64,9 +62,7 @@ def test_isothermal_air_closes(aerosol, zenith, base):
     path = [to_space(base, zenith)]
     black = (1.0 - gas.transmittance(native, path)) * planck(native, 251.3)
     for radiance in (gas.path_radiance(native, path), gas.sky_radiance(native, path)):
-        np.testing.assert_allclose(
-            radiance, black, rtol=1e-10, atol=1e-10 * float(planck(native, 251.3).min())
-        )
+        np.testing.assert_allclose(radiance, black, rtol=1e-10, atol=1e-10 * float(planck(native, 251.3).min()))
 
 
 def test_isothermal_transmittance_does_not_depend_on_the_direction_of_light(air):
@@ -176,10 +172,7 @@ def test_finer_levels_of_the_same_air_change_little():
 
 def test_between_native_wavenumbers_transmittance_is_linear(air):
     path = [to_space(0.0, 40.0)]
-    ends, middle = (
-        air.transmittance(np.array([900.0, 905.0]), path),
-        air.transmittance(np.array([902.0]), path),
-    )
+    ends, middle = (air.transmittance(np.array([900.0, 905.0]), path), air.transmittance(np.array([902.0]), path))
     assert middle[0, 0] == pytest.approx(0.6 * ends[0, 0] + 0.4 * ends[0, 1], rel=1e-12)
 
 
@@ -206,9 +199,7 @@ def test_scattered_sunlight_is_symmetric_and_brightest_forward():
 
 def test_scattered_sunlight_of_a_thin_atmosphere():
     """Optical depth times phase function over the view's cosine, where hardly anything absorbs."""
-    value = provider(aerosol="none").solar_path_radiance(np.array([9600.0]), [to_space(0.0, 0.0)], 30.0, 0.0)[
-        0, 0
-    ]
+    value = provider(aerosol="none").solar_path_radiance(np.array([9600.0]), [to_space(0.0, 0.0)], 30.0, 0.0)[0, 0]
     depth = COEFFICIENTS.absorption[COEFFICIENTS.exponent.size + CONTINUA.index("rayleigh"), 1820] * 7.99
     phase = 3 / (16 * np.pi) * 2 / 2.0279 * (1.0279 + 0.9721 * np.cos(np.radians(30.0)) ** 2)
     assert value == pytest.approx(depth * phase, rel=0.03)
@@ -267,9 +258,7 @@ def test_amounts_of_legs_add_to_those_of_paths_and_stand_for_them(air):
 
 
 def test_a_leg_has_the_same_absorbers_whatever_else_is_asked():
-    several = [
-        Leg(500.0, upper, zenith) for upper in (2_000.0, 2_345.6, 10_000.0, SPACE) for zenith in (0.0, 60.0)
-    ]
+    several = [Leg(500.0, upper, zenith) for upper in (2_000.0, 2_345.6, 10_000.0, SPACE) for zenith in (0.0, 60.0)]
     together = provider().absorber_amounts([Path((leg,)) for leg in several])
     alone = np.concatenate([provider().absorber_amounts([Path((leg,))]) for leg in several])
     np.testing.assert_array_equal(together, alone)

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 STILL = Motion(0.0, (0.0, 0.0), math.inf, 0.0)

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hcss_twin.clouds.occupancy import altitude_edges, layer_occupancy, occupancy
 from hcss_twin.providers import CloudLayer, Microphysics
+from hcss_twin.report.cloud_columns import altitude_edges, layer_occupancy, occupancy
 
 PARTICLES = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
 
@@ -34,8 +34,7 @@ def test_the_volume_of_the_voxels_is_the_volume_of_the_cloud_for_any_edges(thick
 
 
 @pytest.mark.parametrize(
-    ("anchor", "expected"),
-    [("base", [0.0, 1.0, 1.0, 0.5, 0.0, 0.0]), ("top", [0.0, 0.0, 0.5, 1.0, 1.0, 0.0])],
+    ("anchor", "expected"), [("base", [0.0, 1.0, 1.0, 0.5, 0.0, 0.0]), ("top", [0.0, 0.0, 0.5, 1.0, 1.0, 0.0])]
 )
 def test_the_anchor_stays_and_the_other_face_moves(anchor, expected):
     edges = np.arange(0.0, 601.0, 100.0)
@@ -95,8 +94,7 @@ def test_a_thickness_that_the_layer_cannot_have_is_refused(thickness):
 
 
 @pytest.mark.parametrize(
-    ("base", "top", "step"),
-    [(0.0, 1.0, 0.0), (0.0, 1.0, np.nan), (2.0, 1.0, 1.0), (0.0, 1e9, 1.0), (0.0, np.inf, 1.0)],
+    ("base", "top", "step"), [(0.0, 1.0, 0.0), (0.0, 1.0, np.nan), (2.0, 1.0, 1.0), (0.0, 1e9, 1.0), (0.0, np.inf, 1.0)]
 )
 def test_edges_that_cannot_be_made_are_refused(base, top, step):
     with pytest.raises(ValueError, match="given"):

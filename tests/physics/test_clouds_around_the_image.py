@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.testing import sample_cloud_inputs
 
 MARGIN = 12

@@ -9,19 +9,17 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.coverage import cloud_fraction_value
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.lattice import lattice_normals, unit_offset
-from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.clouds.coverage import cloud_fraction_value
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.lattice import lattice_normals, unit_offset
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 STRATUS = {"gamma": 3.0, "H": 0.8, "L": [10, 10], "k": [0, 4]}
 SIMULATED = {"gamma": 4.0, "H": 0.8, "L": [3, 7], "k": [0, 10]}
 STILL = Motion(0.0, (0.0, 0.0), math.inf, 1.0)
-LAYER = CloudLayer(
-    "x", 0.0, 1000.0, "base", 33.0, 0.5, None, Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
-)
+LAYER = CloudLayer("x", 0.0, 1000.0, "base", 33.0, 0.5, None, Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0)))
 
 
 def generator(shape, seed=1, motion=STILL, pixel=20.0, layer=LAYER):
@@ -76,10 +74,7 @@ def measured_structure(shape, lags, axis, seeds=range(40), pixel=20.0):
 @pytest.mark.parametrize("motion", [STILL, Motion(300.0, (10.0, -5.0), 60.0, 1.0)], ids=["still", "moving"])
 def test_one_pixel_is_standard_normal_and_its_p_uniform_over_seeds(motion):
     values = np.array(
-        [
-            generator(SIMULATED, seed, motion).field(7.3, slice(11, 12), slice(5, 6))[0, 0]
-            for seed in range(800)
-        ]
+        [generator(SIMULATED, seed, motion).field(7.3, slice(11, 12), slice(5, 6))[0, 0] for seed in range(800)]
     )
     assert stats.kstest(values, "norm").pvalue > 1e-3
     assert stats.kstest(cloud_fraction_value(values), "uniform").pvalue > 1e-3
@@ -124,10 +119,7 @@ def test_the_field_is_the_written_out_sum_of_eqs_2_to_4(shape, motion):
             nearest = [(round(coordinate), 1.0)]
             taps.append(nearest if axis.nearest else [(cell + i - 1, weights[i]) for i in range(4)])
         total += math.sqrt(octave.variance) * sum(
-            wy * wx * wt * node(seed, octave.k, t, i, j)
-            for i, wy in taps[0]
-            for j, wx in taps[1]
-            for t, wt in taps[2]
+            wy * wx * wt * node(seed, octave.k, t, i, j) for i, wy in taps[0] for j, wx in taps[1] for t, wt in taps[2]
         )
     window = made.field(time, slice(row, row + 1), slice(column, column + 1))
     assert window[0, 0] == pytest.approx(total, abs=3e-6)
@@ -177,9 +169,7 @@ def test_a_greater_hurst_exponent_is_smoother_and_more_octaves_are_rougher():
     def roughness(shape):
         return measured_structure(shape, [1], axis=1, seeds=range(8))[0][0]
 
-    assert (
-        roughness({**STRATUS, "H": 0.8}) < roughness({**STRATUS, "H": 0.5}) < roughness({**STRATUS, "H": 0.1})
-    )
+    assert roughness({**STRATUS, "H": 0.8}) < roughness({**STRATUS, "H": 0.5}) < roughness({**STRATUS, "H": 0.1})
     assert roughness({**STRATUS, "k": [0, 0]}) < roughness({**STRATUS, "k": [0, 2]}) < roughness(STRATUS)
     assert roughness({**STRATUS, "L": [5, 5]}) < roughness({**STRATUS, "L": [50, 50]})
 
@@ -213,9 +203,7 @@ def test_frames_decorrelate_over_the_evolution_time_and_not_before():
 
 
 def test_wind_carries_the_clouds_downwind():
-    calm, windy = (
-        generator(STRATUS, 4, Motion(0.0, wind, math.inf, 1.0)) for wind in ((0.0, 0.0), (20.0, -40.0))
-    )
+    calm, windy = (generator(STRATUS, 4, Motion(0.0, wind, math.inf, 1.0)) for wind in ((0.0, 0.0), (20.0, -40.0)))
     start = calm.field(0.0, slice(0, 50), slice(0, 60))
     # After 3 s at one pixel a second in x and minus two in y.
     np.testing.assert_array_equal(windy.field(3.0, slice(-6, 44), slice(3, 63)), start)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 TYPES = {
@@ -90,10 +90,10 @@ def test_tiles_of_thickness_and_field_are_cuts_of_the_whole(name, origin):
 
 
 def test_a_tile_too_large_to_be_stored_at_once_equals_its_parts(monkeypatch):
-    import hcss_twin.clouds.fractal.field as module
+    from hcss_twin.models.clouds.fractal import field as module
 
     whole_tile = whole(clouds(TYPES["stratus"], 300), 5.0, 300)
-    monkeypatch.setattr(module, "MOST_BLOCKS", 1)
+    monkeypatch.setattr(module, "MAX_BLOCKS", 1)
     np.testing.assert_array_equal(whole(clouds(TYPES["stratus"], 300), 5.0, 300), whole_tile)
 
 

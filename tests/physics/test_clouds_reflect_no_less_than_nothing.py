@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.multiple_scattering.sun import solve_sun
-from hcss_twin.multiple_scattering.two_stream import solve_sun_two_stream
-from hcss_twin.optics.by_phase import BulkOptics
-from hcss_twin.optics.mie import MieOptics
-from hcss_twin.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics.mie import BulkOptics, MieOptics
+from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.two_stream import solve_sun_two_stream
 from hcss_twin.providers import OpticsInputs
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
@@ -51,15 +50,11 @@ def test_ice_spheres_at_3_um_reflect_what_they_do_with_all_their_moments(catalog
     cloud_type = load_cloud_type("cirrus", catalog)
     particles = cloud_type.microphysics.particles("ice")
     few, many = (
-        MieOptics(OpticsInputs(catalog), MieParameters(moments=count)).single_scattering(
-            particles, 1e4 / wavelength
-        )
+        MieOptics(OpticsInputs(catalog), MieParameters(moments=count)).single_scattering(particles, 1e4 / wavelength)
         for count in (128, 512)
     )
     assert abs(many.moments[-1, 0]) < 1e-6
     where = np.cos(np.radians([0.0, 18.0, 40.0, 60.0])), 0.73, np.array([0.0, 1.4, 2.0, 3.1])
     depth = np.array([[0.117], [0.256]])
-    found, exact = (
-        solve_sun(depth, each.albedo, each.moments, *where, streams=8, modes=16)[0] for each in (few, many)
-    )
+    found, exact = (solve_sun(depth, each.albedo, each.moments, *where, streams=8, modes=16)[0] for each in (few, many))
     np.testing.assert_allclose(found, exact, rtol=0.005)

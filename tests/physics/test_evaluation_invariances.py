@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from hcss_twin.evaluation.fractal_dimension.body import body_dimension
-from hcss_twin.evaluation.fractal_dimension.boundary import boundary_dimension
-from hcss_twin.evaluation.fractal_dimension.differential_box_counting import box_counting_dimension
-from hcss_twin.evaluation.fractal_dimension.spectrum import spectral_dimension
-from hcss_twin.evaluation.fractal_dimension.variogram import variogram_dimension
-from hcss_twin.evaluation.fractional_brownian_surface import fractional_brownian_surface
-from hcss_twin.evaluation.histogram_metrics import histogram_metrics
-from hcss_twin.evaluation.morphology import morphology
+from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
+    body_dimension,
+    boundary_dimension,
+    box_counting_dimension,
+)
+from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
+from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
+from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics
+from hcss_twin.analysis.measures.morphology import morphology
 
 SURFACE = fractional_brownian_surface(160, 0.6, 8)[:, :131]
 MASK = np.quantile(SURFACE, 0.6) < SURFACE
@@ -20,13 +21,7 @@ ESTIMATORS = [variogram_dimension, box_counting_dimension, spectral_dimension]
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_a_surface_keeps_its_dimension_when_shifted_scaled_inverted_or_turned(estimator):
     kept = estimator(SURFACE).dimension
-    for other in (
-        SURFACE + 100.0,
-        SURFACE * 2.0**-70,
-        SURFACE * 3.7e20,
-        SURFACE.T,
-        np.asfortranarray(SURFACE),
-    ):
+    for other in (SURFACE + 100.0, SURFACE * 2.0**-70, SURFACE * 3.7e20, SURFACE.T, np.asfortranarray(SURFACE)):
         assert estimator(other).dimension == pytest.approx(kept, abs=2e-3)
     # Boxes start at the first pixel and at the lowest level, so that other ends move their count a little.
     for other in (-SURFACE, SURFACE[::-1], SURFACE[:, ::-1]):
@@ -35,9 +30,7 @@ def test_a_surface_keeps_its_dimension_when_shifted_scaled_inverted_or_turned(es
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_single_precision_is_enough(estimator):
-    assert estimator(SURFACE.astype(np.float32)).dimension == pytest.approx(
-        estimator(SURFACE).dimension, abs=1e-3
-    )
+    assert estimator(SURFACE.astype(np.float32)).dimension == pytest.approx(estimator(SURFACE).dimension, abs=1e-3)
 
 
 def test_a_boundary_is_that_of_the_complement_and_of_the_transposed_mask():

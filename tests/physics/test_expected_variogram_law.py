@@ -5,17 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 KERNEL = KernelCorrelation.tabulate()
 STILL = Motion(0.0, (0.0, 0.0), math.inf, 0.0)
-LAYER = CloudLayer(
-    "x", 0.0, 1000.0, "base", 33.0, 0.5, None, Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
-)
+LAYER = CloudLayer("x", 0.0, 1000.0, "base", 33.0, 0.5, None, Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0)))
 SIMULATED = FractalParameters(gamma=4.0, H=0.8, L=(3.0, 7.0), k=(0, 10))
 CIRRUS = FractalParameters(gamma=3.0, H=0.4, L=(50.0, 10.0), k=(0, 4))
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.imagery.generator import ImageryClouds
-from hcss_twin.clouds.imagery.parameters import ImageryParameters
-from hcss_twin.errors import CatalogError, ScenarioError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, ScenarioError
+from hcss_twin.models.clouds.imagery.generator import ImageryClouds
+from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 ROWS, COLUMNS = 40, 60
@@ -175,9 +175,7 @@ def test_footprint_that_leaves_the_image_is_an_error_that_says_when(tmp_path, pl
     image, _ = _image()
     clouds = _clouds(tmp_path, image, size=(20, 20), platform=platform, wind=wind)
     _frame(clouds, last * 0.999)
-    with pytest.raises(
-        ScenarioError, match=rf"motion: at .* of its 20 {axis}; allowed: less than {last:g} s"
-    ):
+    with pytest.raises(ScenarioError, match=rf"motion: at .* of its 20 {axis}; allowed: less than {last:g} s"):
         _frame(clouds, last * 1.001)
 
 

@@ -8,10 +8,10 @@ from cheap import CHEAP
 from click.testing import CliRunner
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.catalog import Catalog
-from hcss_twin.cli import cli
-from hcss_twin.optics.bulk import bulk_properties
-from hcss_twin.refractive_index import load_refractive_index
+from hcss_twin.cli.main import cli
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics.bulk import bulk_properties
+from hcss_twin.models.refractive_index import load_refractive_index
 
 TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": ["lwir"], **CHEAP}
 

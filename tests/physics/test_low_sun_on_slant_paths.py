@@ -21,9 +21,7 @@ def test_the_sun_along_a_path_is_that_of_straight_lines_on_a_sphere(azimuth):
     low, high = 0.0, 1e6
     for _ in range(80):
         middle = 0.5 * (low + high)
-        low, high = (
-            (middle, high) if np.linalg.norm(start + middle * toward) < radius + height else (low, middle)
-        )
+        low, high = (middle, high) if np.linalg.norm(start + middle * toward) < radius + height else (low, middle)
     up = start + low * toward
     expected = math.degrees(math.acos(to_sun @ up / np.linalg.norm(up)))
     assert sun_zenith_along(view, sun, azimuth, height, radius) == pytest.approx(expected, abs=1e-6)
@@ -33,9 +31,7 @@ def test_the_sun_along_a_path_is_that_of_straight_lines_on_a_sphere(azimuth):
 @pytest.mark.parametrize("opposite", [True, False])
 def test_any_sun_above_the_horizon_can_be_followed(view, opposite):
     plan = make_plan(
-        Scenario.load(
-            "stratus", {"view.zenith": view, "view.azimuth": 90.0, "bands": ["mwir-3.7"], "frames.count": 1}
-        )
+        Scenario.load("stratus", {"view.zenith": view, "view.azimuth": 90.0, "bands": ["mwir-3.7"], "frames.count": 1})
     )
     wavenumber = plan.spectral_grid.wavenumber_cm1[:2]
     for zenith in (80.0, 85.0, 87.0, 87.5, 87.9, 88.0, 89.0):

@@ -7,7 +7,7 @@ from scipy import constants
 from scipy.integrate import quad
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.scene.mean_wavelength import MeanWavelength, mean_wavelengths, mean_wavelengths_of
+from hcss_twin.engine.mean_wavelength import MeanWavelength, mean_wavelengths, mean_wavelengths_of
 
 SMALL = {"image.rows": 16, "image.columns": 16, "frames.count": 1, **CHEAP}
 NIGHT = {"time": "2024-04-20T23:30:00+10:00"}
@@ -36,9 +36,7 @@ def test_an_isothermal_enclosure_has_the_mean_wavelength_of_planck(band, monkeyp
             return {"all": planck(wavenumber_cm1, 290.0)}
 
         def cloudy(self, wavenumber_cm1, thickness_m, sun):
-            return {
-                "all": np.broadcast_to(planck(wavenumber_cm1, 290.0), (len(thickness_m), len(wavenumber_cm1)))
-            }
+            return {"all": np.broadcast_to(planck(wavenumber_cm1, 290.0), (len(thickness_m), len(wavenumber_cm1)))}
 
     monkeypatch.setattr(type(plan), "model", property(lambda self: BlackBody()))
     (found,) = mean_wavelengths(plan)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hcss_twin.multiple_scattering.layer import solve_layers
-from hcss_twin.multiple_scattering.scattering_kernels import scattering_kernels
-from hcss_twin.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.directions import scattering_kernels
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
 
 NAMES = ("reflection", "transmission", "direct", "emissivity", "far_share")
 ALBEDO = np.array([0.3, 0.95, 1.0])
@@ -52,9 +52,7 @@ def test_a_family_agrees_with_layers_just_outside_it() -> None:
 
 
 def test_families_that_differ_between_wavenumbers_and_layers_of_none_are_solved() -> None:
-    thickness = np.array(
-        [[1.0, 0.1, 7.0], [0.5, 0.0, 3.0], [4.0, 0.4, 3.5], [0.0, 1e-9, 1.5], [1e6, 0.2, 1e-3]]
-    )
+    thickness = np.array([[1.0, 0.1, 7.0], [0.5, 0.0, 3.0], [4.0, 0.4, 3.5], [0.0, 1e-9, 1.5], [1e6, 0.2, 1e-3]])
     family, separate = solve_layers(thickness, ALBEDO, MOMENTS, EXTRA, 8), alone(thickness)
     for name in NAMES:
         np.testing.assert_allclose(getattr(family, name), separate[name], rtol=1e-9, atol=1e-13, err_msg=name)
@@ -111,7 +109,7 @@ def test_a_series_that_is_zero_ends_at_once(monkeypatch) -> None:
         solved.append(mode)
         return scattering_kernels(where, scattering, mode)
 
-    monkeypatch.setattr("hcss_twin.multiple_scattering.whole_mode.scattering_kernels", counted)
+    monkeypatch.setattr("hcss_twin.physics.multiple_scattering.doubling.scattering_kernels", counted)
     # Toward the zenith nothing depends on azimuth.
     solve_sun([[3.0]], [0.9], [[1.0], [0.8]], [1.0], 0.5, [1.0], 8, 16)
     assert solved == [0, 1, 2]

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.optics.bulk import bulk_efficiencies, bulk_properties
-from hcss_twin.optics.mie import MieOptics
-from hcss_twin.optics.parameters import MieParameters
-from hcss_twin.optics.size_distribution import gamma_distribution, projected_area_m1
-from hcss_twin.optics.spheres import mie_efficiencies
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics.bulk import bulk_efficiencies, bulk_properties
+from hcss_twin.models.optics.mie import MieOptics
+from hcss_twin.models.optics.parameters import MieParameters
+from hcss_twin.models.optics.size_distribution import gamma_distribution, projected_area_m1
+from hcss_twin.models.optics.spheres import mie_efficiencies
+from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index
 from hcss_twin.providers import Microphysics, Optics, OpticsInputs
-from hcss_twin.refractive_index import RefractiveIndex, load_refractive_index
 
 STRATUS = Microphysics("water", 3.0, 0.193, 1.30, 80e6, (0.02, 50.0))
 CUMULUS = Microphysics("water", 4.0, 0.00713, 2.34, 65e6, (0.02, 50.0))
@@ -109,9 +109,7 @@ def test_provider_fits_the_contract_and_refuses_what_it_does_not_cover(optics) -
     with pytest.raises(ValueError, match=r"closest is 33333\.3"):
         optics.single_scattering(STRATUS, np.array([1000.0, 34000.0]))
     with pytest.raises(ValueError, match="number_density_m3"):
-        optics.single_scattering(
-            Microphysics(**{**STRATUS.__dict__, "number_density_m3": 0.0}), np.array([900.0])
-        )
+        optics.single_scattering(Microphysics(**{**STRATUS.__dict__, "number_density_m3": 0.0}), np.array([900.0]))
 
 
 def test_refractive_index_is_linear_in_the_logarithm_of_wavelength() -> None:

@@ -4,16 +4,15 @@ import netCDF4
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError, ScenarioError
-from hcss_twin.optics.by_phase import BulkOptics
-from hcss_twin.optics.ice_crystals import load_crystals
-from hcss_twin.optics.mie import MieOptics
-from hcss_twin.optics.parameters import BulkParameters, MieParameters
-from hcss_twin.optics.size_distribution import gamma_distribution, projected_area_m1
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, ScenarioError
+from hcss_twin.models.optics.ice_crystals import load_crystals
+from hcss_twin.models.optics.mie import BulkOptics, MieOptics
+from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.models.optics.size_distribution import gamma_distribution, projected_area_m1
+from hcss_twin.models.refractive_index import load_refractive_index, load_water_at
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Microphysics, OpticsInputs
-from hcss_twin.refractive_index import load_refractive_index, load_water_at
 
 CIRRUS = Microphysics("ice", 7.0, 1.0 / 3.0, 1.0, 0.13e6, (1.0, 150.0))
 STRATUS = Microphysics("water", 3.0, 0.193, 1.30, 80e6, (0.02, 50.0))
@@ -80,9 +79,7 @@ def test_crystals_scatter_less_forward_than_spheres_in_the_visible(bulk) -> None
 def test_rougher_crystals_scatter_less_forward() -> None:
     nu = np.array([1e4 / 0.87])
     asymmetry = [
-        BulkOptics(OpticsInputs(Catalog()), BulkParameters(roughness=each))
-        .single_scattering(CIRRUS, nu)
-        .moments[1, 0]
+        BulkOptics(OpticsInputs(Catalog()), BulkParameters(roughness=each)).single_scattering(CIRRUS, nu).moments[1, 0]
         for each in ("smooth", "moderate", "severe")
     ]
     assert asymmetry[0] > max(asymmetry[1:]) + 0.004
@@ -142,7 +139,5 @@ def test_water_temperatures_without_data_are_refused(kelvin, closest) -> None:
 
 def test_an_index_and_a_temperature_together_are_refused() -> None:
     parameters = MieParameters(water_index="water", water_temperature_K=260.0)
-    with pytest.raises(
-        ScenarioError, match=r"water_temperature_K: given together with water_index = 'water'"
-    ):
+    with pytest.raises(ScenarioError, match=r"water_temperature_K: given together with water_index = 'water'"):
         MieOptics(OpticsInputs(Catalog()), parameters)

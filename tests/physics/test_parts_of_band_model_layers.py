@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.band_model.absorber_density import COLD_SELF_COLUMN, LevelState, level_state
-from hcss_twin.atmosphere.band_model.coefficients import read_coefficients
-from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
-from hcss_twin.atmosphere.band_model.path_amounts import LayeredAir
-from hcss_twin.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog, catalog_root
+from hcss_twin.core.catalog import Catalog, catalog_root
+from hcss_twin.models.atmosphere.band_model.absorber_density import COLD_SELF_COLUMN, LevelState, level_state
+from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
+from hcss_twin.models.atmosphere.band_model.path_amounts import LayeredAir
+from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
+from hcss_twin.models.atmosphere.parameters import BandModelParameters
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M
 from hcss_twin.providers import AtmosphereInputs
@@ -57,17 +57,13 @@ def test_amounts_do_not_jump_with_the_ends_of_a_leg(profile, zenith):
 @pytest.mark.parametrize("cut", [430.0, 1000.0, 1700.0, 2200.0, 2999.0, 12.8e3])
 @pytest.mark.parametrize("profile", ["us-standard-1976", "subarctic-winter"])
 def test_pieces_of_a_vertical_path_have_the_amounts_of_the_whole(profile, cut):
-    whole, lower, upper = amounts(
-        layered(profile), Leg(0.0, SPACE, 0.0), Leg(0.0, cut, 0.0), Leg(cut, SPACE, 0.0)
-    )
+    whole, lower, upper = amounts(layered(profile), Leg(0.0, SPACE, 0.0), Leg(0.0, cut, 0.0), Leg(cut, SPACE, 0.0))
     # The self-continuum of water depends on the mean temperature of each piece.
     both, whole = np.delete(lower + upper, COLD_SELF_COLUMN), np.delete(whole, COLD_SELF_COLUMN)
     np.testing.assert_allclose(both, whole, rtol=1e-11)
 
 
-@pytest.mark.parametrize(
-    ("low", "high"), [(2000.0, 2700.0), (2300.0, 2700.0), (2300.0, 3000.0), (2999.0, 3000.0)]
-)
+@pytest.mark.parametrize(("low", "high"), [(2000.0, 2700.0), (2300.0, 2700.0), (2300.0, 3000.0), (2999.0, 3000.0)])
 def test_haze_fades_linearly_in_parts_of_the_layer_above_2_km_too(low, high):
     air = layered(visibility_km=8.0)
     (whole, part) = amounts(air, Leg(2000.0, 3000.0, 0.0), Leg(low, high, 0.0))
@@ -107,9 +103,7 @@ def test_emission_seen_from_space_does_not_jump_with_the_height_it_begins_at(zen
     )
     wavenumber = np.arange(700.0, 3000.0, 50.0)
     for end in ENDS_M[:-1]:
-        below, above = gas.path_radiance(
-            wavenumber, [to_space(height, zenith) for height in (end - 1e-3, end + 1e-3)]
-        )
+        below, above = gas.path_radiance(wavenumber, [to_space(height, zenith) for height in (end - 1e-3, end + 1e-3)])
         np.testing.assert_allclose(above, below, rtol=2e-6)
 
 

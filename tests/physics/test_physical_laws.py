@@ -5,20 +5,25 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.radiance.parameters import PhysicalParameters
+from hcss_twin.models.radiance.physical.cloud_slab import OperatorTable, thickness_grid
+from hcss_twin.models.radiance.physical.model import Physical, PhysicalTwoStream
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs, OpticsInputs, SeaInputs, Sun, View
-from hcss_twin.radiance.parameters import PhysicalParameters
-from hcss_twin.radiance.physical.model import Physical
-from hcss_twin.radiance.physical.operator_table import OperatorTable, thickness_grid
-from hcss_twin.radiance.physical.two_stream import PhysicalTwoStream
-from hcss_twin.radiance.solar_spectrum import SolarSpectrum
-from hcss_twin.registry.creation import parameters_model
-from hcss_twin.registry.kinds import Kind
-from hcss_twin.registry.registry import Registry
-from hcss_twin.testing.plain import PlainGas, PlainOptics, PlainSea
-from hcss_twin.testing.samples import sample_high_layer, sample_layer, sample_radiance_inputs
+from hcss_twin.providers.registry.creation import parameters_model
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.testing.samples import (
+    PlainGas,
+    PlainOptics,
+    PlainSea,
+    sample_high_layer,
+    sample_layer,
+    sample_radiance_inputs,
+)
 
 NU = np.array([800.0, 1000.0, 1200.0, 2200.0, 2600.0, 3500.0])
 ENCLOSURE_K = 285.0
@@ -57,9 +62,7 @@ def optics(name):
     return PlainOptics() if name == "plain" else made(Kind.OPTICS, name, OpticsInputs(Catalog()))
 
 
-def scene(
-    profile, gas_name="plain", sea_name="plain", optics_name="plain", zenith=30.0, layers=1, sea_K=ENCLOSURE_K
-):
+def scene(profile, gas_name="plain", sea_name="plain", optics_name="plain", zenith=30.0, layers=1, sea_K=ENCLOSURE_K):
     return dataclasses.replace(
         sample_radiance_inputs(profile, (sample_layer(), sample_high_layer())[:layers]),
         transmittance=gas(gas_name, profile),
@@ -116,8 +119,7 @@ def test_a_cloud_that_vanishes_leaves_clear_sky(sun):
 def test_one_exact_change_of_direction_is_enough():
     inputs = scene(profile_at(None), "band-model", "rough-sea", "bulk", 50.0)
     one, two = (
-        total(Physical(inputs, PhysicalParameters(closure_order=order)).cloudy(NU, ONE_LAYER, None))
-        for order in (1, 2)
+        total(Physical(inputs, PhysicalParameters(closure_order=order)).cloudy(NU, ONE_LAYER, None)) for order in (1, 2)
     )
     np.testing.assert_allclose(one, two, rtol=5e-4)
 
@@ -126,8 +128,7 @@ def test_more_streams_change_little():
     inputs = scene(profile_at(None), "band-model", "rough-sea", "bulk", 20.0)
     sun = Sun(40.0, 200.0, 1.0)
     eight, sixteen = (
-        total(Physical(inputs, PhysicalParameters(streams=count)).cloudy(NU, ONE_LAYER, sun))
-        for count in (8, 16)
+        total(Physical(inputs, PhysicalParameters(streams=count)).cloudy(NU, ONE_LAYER, sun)) for count in (8, 16)
     )
     np.testing.assert_allclose(eight, sixteen, rtol=5e-3)
 
@@ -212,9 +213,7 @@ def test_a_column_is_the_same_whatever_was_asked_for_before(gas_name, order):
 def test_seas_are_asked_for_what_they_emit_once_for_all_suns(monkeypatch):
     inputs = scene(profile_at(None), "band-model", "rough-sea", "bulk")
     asked, emissivity = [], inputs.sea.emissivity
-    monkeypatch.setattr(
-        inputs.sea, "emissivity", lambda *what: asked.append(what) or emissivity(*what), raising=False
-    )
+    monkeypatch.setattr(inputs.sea, "emissivity", lambda *what: asked.append(what) or emissivity(*what), raising=False)
     model = Physical(inputs, PhysicalParameters(streams=2, sun_streams=2, azimuth_modes=3))
     for zenith in (None, 30.0, 40.0, 50.0, 60.0, 70.0):
         sun = None if zenith is None else Sun(zenith, 200.0, 1.0)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.fractional_brownian_surface import fractional_brownian_surface
-from hcss_twin.evaluation.power_spectrum import mean_spectrum, power_spectrum, spectral_distance_db
+from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
+from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, power_spectrum, spectral_distance_db
+from hcss_twin.core.errors import ImageError
 
 
 def noise(seed, shape=(256, 256)):
@@ -36,9 +36,7 @@ def test_the_density_of_white_noise_is_its_variance_at_every_wavenumber():
 
 @pytest.mark.parametrize("hurst", [0.3, 0.7])
 def test_the_spectrum_of_a_fractional_brownian_surface_falls_as_k_to_minus_2h_minus_2(hurst):
-    found = mean_spectrum(
-        [power_spectrum(fractional_brownian_surface(256, hurst, seed)) for seed in range(6)]
-    )
+    found = mean_spectrum([power_spectrum(fractional_brownian_surface(256, hurst, seed)) for seed in range(6)])
     assert slope(found) == pytest.approx(-2.0 * hurst - 2.0, abs=0.12)
 
 

@@ -26,10 +26,7 @@ def radiance_at(temperature):
 @pytest.fixture(scope="module")
 def found():
     return hcss_twin.propagate(
-        "stratus",
-        draws=16,
-        uncertain={"sea.temperature": f"normal:291:{SIGMA}"},
-        overrides=CLEAR,
+        "stratus", draws=16, uncertain={"sea.temperature": f"normal:291:{SIGMA}"}, overrides=CLEAR
     ).dataset
 
 

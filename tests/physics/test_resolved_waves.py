@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import ProviderError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.sea.facets import smith_lambda
+from hcss_twin.models.sea.parameters import RoughSeaParameters
+from hcss_twin.models.sea.rough_sea import RoughSea
+from hcss_twin.models.sea.slope_statistics import SlopeStatistics, Tilt
 from hcss_twin.providers import Grid, Motion, SeaInputs
-from hcss_twin.sea.parameters import RoughSeaParameters
-from hcss_twin.sea.rough_sea import RoughSea
-from hcss_twin.sea.shadowing import smith_lambda
-from hcss_twin.sea.slope_statistics import SlopeStatistics
-from hcss_twin.sea.tilt import Tilt
 
 PIXEL_M = 2.0
 WAVENUMBER = 1e4 / np.array([10.8, 3.7])
@@ -38,9 +37,7 @@ def test_slope_of_waves_and_facets_is_that_of_the_sea():
 
 
 @pytest.mark.parametrize("zenith", [0.0, 40.0, 60.0])
-@pytest.mark.parametrize(
-    "parameters", [{}, {"slopes": "upwind-crosswind", "shadowing": "separable", "foam": False}]
-)
+@pytest.mark.parametrize("parameters", [{}, {"slopes": "upwind-crosswind", "shadowing": "separable", "foam": False}])
 def test_parts_weighted_with_the_area_they_show_send_what_the_sea_sends(zenith, parameters):
     """Sum over Gaussian tilts (11 x 11 Gauss-Hermite nodes) of cross-section times emission, reflection and glint."""
     whole = sea(**parameters)
@@ -63,9 +60,7 @@ def test_parts_weighted_with_the_area_they_show_send_what_the_sea_sends(zenith, 
     np.testing.assert_allclose(emitted / area, whole.emissivity(WAVENUMBER, mu, bearing)[0], atol=2e-5)
     expected = whole.reflection_weights(WAVENUMBER, mu, nodes, "linear", bearing)[0]
     np.testing.assert_allclose(reflected / area, expected, atol=5e-5)
-    np.testing.assert_allclose(
-        glint / area, whole.brdf(WAVENUMBER, mu, mu_sun, azimuth, bearing)[0], rtol=1e-6
-    )
+    np.testing.assert_allclose(glint / area, whole.brdf(WAVENUMBER, mu, mu_sun, azimuth, bearing)[0], rtol=1e-6)
 
 
 def test_the_area_a_part_shows_is_the_mean_over_its_facets():
@@ -90,9 +85,9 @@ def test_a_part_tilted_into_the_mirror_slope_shines_brightest():
     toward = bearing[0] + azimuth[0]  # of the sun: the facet leans away from it, its normal toward it
     tilts = np.linspace(-0.3, 0.3, 61)
     glint = [
-        whole.tilted(t * np.cos(toward), t * np.sin(toward), PIXEL_M).brdf(
-            WAVENUMBER, mu, mu_sun, azimuth, bearing
-        )[0, 0]
+        whole.tilted(t * np.cos(toward), t * np.sin(toward), PIXEL_M).brdf(WAVENUMBER, mu, mu_sun, azimuth, bearing)[
+            0, 0
+        ]
         for t in tilts
     ]
     assert tilts[np.argmax(glint)] == pytest.approx(-mirror, abs=0.011)
@@ -159,9 +154,7 @@ def test_calls_without_a_bearing_give_the_sea_as_a_whole():
     part, mu, other = whole.tilted(0.1, 0.05, PIXEL_M), np.array([0.6]), np.array([0.8])
     np.testing.assert_array_equal(part.emissivity(WAVENUMBER, mu), whole.emissivity(WAVENUMBER, mu))
     azimuth = np.array([2.0])
-    np.testing.assert_array_equal(
-        part.brdf(WAVENUMBER, mu, other, azimuth), whole.brdf(WAVENUMBER, mu, other, azimuth)
-    )
+    np.testing.assert_array_equal(part.brdf(WAVENUMBER, mu, other, azimuth), whole.brdf(WAVENUMBER, mu, other, azimuth))
 
 
 def test_slopes_that_cannot_be_divided_are_refused():

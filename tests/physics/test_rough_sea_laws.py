@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.refractive_index import load_refractive_index
+from hcss_twin.models.sea.cox_munk import CoxMunkSea
+from hcss_twin.models.sea.facets import incidence_nodes
+from hcss_twin.models.sea.parameters import CoxMunkParameters, RoughSeaParameters
+from hcss_twin.models.sea.reflection import INCIDENCE_COUNT
+from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.geometry import wind_azimuths
 from hcss_twin.providers import SeaInputs
-from hcss_twin.refractive_index import load_refractive_index
-from hcss_twin.sea.cox_munk import CoxMunkSea
-from hcss_twin.sea.parameters import CoxMunkParameters, RoughSeaParameters
-from hcss_twin.sea.reflection import INCIDENCE_COUNT
-from hcss_twin.sea.rough_sea import RoughSea
-from hcss_twin.sea.visible_facets import incidence_nodes
 
 # 14, 11, 8.5, 4, 3.1 and 2.75 um
 WAVENUMBER = 1e4 / np.array([14.0, 11.0, 8.5, 4.0, 3.1, 2.75])
@@ -44,9 +44,7 @@ def test_without_its_additions_it_is_the_cox_munk_sea():
     azimuth = np.linspace(0.0, np.pi, 9)
     np.testing.assert_allclose(bare.emissivity(WAVENUMBER, mu), plain.emissivity(WAVENUMBER, mu), atol=1e-9)
     np.testing.assert_allclose(
-        bare.brdf(WAVENUMBER, mu, mu[::-1], azimuth),
-        plain.brdf(WAVENUMBER, mu, mu[::-1], azimuth),
-        rtol=1e-12,
+        bare.brdf(WAVENUMBER, mu, mu[::-1], azimuth), plain.brdf(WAVENUMBER, mu, mu[::-1], azimuth), rtol=1e-12
     )
 
 
@@ -55,9 +53,7 @@ def test_a_calm_sea_emits_one_minus_fresnel(slopes):
     index = load_refractive_index(Catalog(), "water").at(WAVENUMBER)
     mu = np.cos(np.radians([0.0, 30.0, 60.0]))
     found = sea(0.0, **PLAIN, slopes=slopes).emissivity(WAVENUMBER, mu)
-    np.testing.assert_allclose(
-        found, 1.0 - unpolarised_reflectance(index, mu[:, None]), rtol=0.0, atol=0.0015
-    )
+    np.testing.assert_allclose(found, 1.0 - unpolarised_reflectance(index, mu[:, None]), rtol=0.0, atol=0.0015)
 
 
 @pytest.mark.parametrize("shadowing", ["none", "separable", "height-correlated"])
@@ -98,15 +94,11 @@ def test_at_every_bearing_the_brdf_reflects_what_escapes_from_the_facets(bearing
     model = sea(10.0, foam=False, slopes="upwind-crosswind")
     # Each half of the azimuth has its own bearing: the mirror image turns the second into the first.
     halves = [
-        0.5
-        * weight
-        @ model.brdf(WAVENUMBER, np.full(mu.size, view[0]), mu, azimuth, np.full(mu.size, sense * wind))
+        0.5 * weight @ model.brdf(WAVENUMBER, np.full(mu.size, view[0]), mu, azimuth, np.full(mu.size, sense * wind))
         for sense in (1.0, -1.0)
     ]
     hits = model._reflection.first(float(view[0]), np.ones(1), "linear", float(wind[0]))
-    reflectance = unpolarised_reflectance(
-        model._water.at(WAVENUMBER), incidence_nodes(INCIDENCE_COUNT)[:, None]
-    )
+    reflectance = unpolarised_reflectance(model._water.at(WAVENUMBER), incidence_nodes(INCIDENCE_COUNT)[:, None])
     np.testing.assert_allclose(sum(halves), (hits.sky @ reflectance)[0], rtol=0.0, atol=1e-4)
 
 
@@ -163,9 +155,7 @@ def test_emissivity_at_large_angles_rises_with_wind_only_with_the_second_reflect
     """As Wu and Smith (1997) and Hanafin and Minnett (2005) measured at 55 to 70 degrees."""
     view = np.cos(np.radians([65.0]))
     series = {
-        on: [
-            sea(w, foam=False, re_reflection=on).emissivity(WAVENUMBER[1:2], view).item() for w in (5, 10, 15)
-        ]
+        on: [sea(w, foam=False, re_reflection=on).emissivity(WAVENUMBER[1:2], view).item() for w in (5, 10, 15)]
         for on in (True, False)
     }
     assert np.all(np.diff(series[True]) > 0.002)
@@ -185,9 +175,7 @@ def test_the_most_probable_facet_rises_downwind():
     model = sea(12.0, slopes="gram-charlier", foam=False)
     sun = np.full(1, np.cos(np.radians(20.0)))
     # At nadir, a facet that rises downwind leans toward the wind: it mirrors a sun that stands upwind.
-    upwind, downwind = (
-        model.brdf(WAVENUMBER[3:4], np.ones(1), sun, np.zeros(1), np.full(1, a)) for a in (0, np.pi)
-    )
+    upwind, downwind = (model.brdf(WAVENUMBER[3:4], np.ones(1), sun, np.zeros(1), np.full(1, a)) for a in (0, np.pi))
     assert upwind.item() > 1.02 * downwind.item()
 
 
@@ -222,9 +210,7 @@ def test_at_the_temperatures_of_the_tables_the_index_is_the_tables():
         mu = np.array([0.5, 1.0])
         low, high = index.valid_cm1
         wavenumber = WAVENUMBER[(low < WAVENUMBER) & (high > WAVENUMBER)]
-        np.testing.assert_allclose(
-            model.emissivity(wavenumber, mu), table.emissivity(wavenumber, mu), atol=1e-12
-        )
+        np.testing.assert_allclose(model.emissivity(wavenumber, mu), table.emissivity(wavenumber, mu), atol=1e-12)
 
 
 def test_foam_shines_in_the_short_waves_and_hides_the_glint():

@@ -11,15 +11,14 @@ import pytest
 from pydantic import ValidationError
 from scipy.stats import kstest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.database.entry_file import read_entry, write_entry
-from hcss_twin.clouds.database.importing import ImportOptions, import_image
-from hcss_twin.clouds.database.segmentation import Cleaning
-from hcss_twin.clouds.imagery.generator import ImageryClouds
-from hcss_twin.clouds.imagery.parameters import ImageryParameters
-from hcss_twin.clouds.imagery.single_clouds import single_clouds
-from hcss_twin.clouds.imagery.sky import Sky
-from hcss_twin.errors import CatalogError, ScenarioError
+from hcss_twin.analysis.cloud_import import ImportOptions, import_image
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, ScenarioError
+from hcss_twin.models.clouds.database.entry import read_entry, write_entry
+from hcss_twin.models.clouds.database.segmentation import Cleaning
+from hcss_twin.models.clouds.imagery.generator import ImageryClouds
+from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
+from hcss_twin.models.clouds.imagery.sky import Sky, single_clouds
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 THINNEST, THICKEST = 100.0, 2000.0
@@ -150,8 +149,7 @@ def test_places_shapes_turns_and_arrivals_are_uniform(folder):
 def test_eight_orientations_and_no_other_shape(folder):
     _, clouds = _sky(folder)
     clouds = dataclasses.replace(
-        clouds,
-        **{name: getattr(clouds, name)[1:2].copy() for name in ("starts", "heights", "widths", "areas")},
+        clouds, **{name: getattr(clouds, name)[1:2].copy() for name in ("starts", "heights", "widths", "areas")}
     )
     sky = Sky(clouds, 5, True)
     height, width = int(clouds.heights[0]), int(clouds.widths[0])
@@ -179,9 +177,7 @@ def test_the_thickest_of_overlapping_clouds_counts(folder):
     for layer in range(10):
         placed = sky.placed(slice(0, 80), slice(0, 90), layer)
         for n in np.flatnonzero(placed.arrival < density):
-            start, height, width = (
-                getattr(clouds, name)[placed.shape[n]] for name in ("starts", "heights", "widths")
-            )
+            start, height, width = (getattr(clouds, name)[placed.shape[n]] for name in ("starts", "heights", "widths"))
             shape = clouds.thickness_m[start : start + height * width].reshape(height, width)
             shape = shape[:: -1 if placed.turn[n] & 1 else 1, :: -1 if placed.turn[n] & 2 else 1]
             shape = shape.T if placed.turn[n] & 4 else shape
@@ -270,9 +266,7 @@ def test_seeds_give_different_skies(folder):
 def test_clouds_can_be_chosen_by_size(folder):
     clouds = _clouds(folder, coverage=0.01, parameters={"cloud_pixels": [4, 30]})
     assert "2 clouds of 4 to 28 pixels" in clouds.declares.notes[0]
-    with pytest.raises(
-        ScenarioError, match=r"cloud_pixels: \[100, 200\] given; allowed: a range that meets 4 to 51"
-    ):
+    with pytest.raises(ScenarioError, match=r"cloud_pixels: \[100, 200\] given; allowed: a range that meets 4 to 51"):
         _clouds(folder, parameters={"cloud_pixels": [100, 200]})
 
 
@@ -315,10 +309,7 @@ def test_missing_pixels_of_an_entry_are_an_error_unless_called_clear(folder):
 def test_a_whole_scene_ends_where_its_image_ends(folder):
     motion = Motion(1000.0, (0.0, 0.0), math.inf, 1.0)
     clouds = _clouds(
-        folder,
-        size=(20, 20),
-        motion=motion,
-        parameters={"placement": "scene", "column_origin": 0, "row_origin": 0},
+        folder, size=(20, 20), motion=motion, parameters={"placement": "scene", "column_origin": 0, "row_origin": 0}
     )
     np.testing.assert_array_equal(_frame(clouds, 7.0)[::-1] > 0, DRAWN[:20, 7:27] > 0)
     with pytest.raises(ScenarioError, match="left the image"):
@@ -341,15 +332,11 @@ def test_an_entry_is_found_by_name_beside_the_scenario_and_recorded(folder):
 
 
 def test_other_pixels_are_refused_unless_accepted(folder):
-    inputs = CloudInputs(
-        LAYER, Grid(20, 20, 20.0), Motion(0.0, (0.0, 0.0), math.inf, 1.0), 0, Catalog(base=folder)
-    )
+    inputs = CloudInputs(LAYER, Grid(20, 20, 20.0), Motion(0.0, (0.0, 0.0), math.inf, 1.0), 0, Catalog(base=folder))
     with pytest.raises(ScenarioError, match=r"image\.pixel_size: 20 m differs"):
         ImageryClouds(inputs, ImageryParameters(entry="drawn", placement="single-clouds"))
     parameters = ImageryParameters(entry="drawn", placement="single-clouds", reinterpret_pixel_size=True)
-    assert any(
-        "taken for pixels of 20 m" in note for note in ImageryClouds(inputs, parameters).declares.notes
-    )
+    assert any("taken for pixels of 20 m" in note for note in ImageryClouds(inputs, parameters).declares.notes)
 
 
 def test_an_edge_taper_is_refused_because_images_have_their_own_edges(folder):

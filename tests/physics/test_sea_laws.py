@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.refractive_index import load_refractive_index
+from hcss_twin.models.sea.cox_munk import CoxMunkSea, mirror_facet
+from hcss_twin.models.sea.facets import facet_weights, incidence_nodes
+from hcss_twin.models.sea.parameters import CoxMunkParameters
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import SeaInputs
-from hcss_twin.refractive_index import load_refractive_index
-from hcss_twin.sea.cox_munk import CoxMunkSea, mirror_facet
-from hcss_twin.sea.parameters import CoxMunkParameters
-from hcss_twin.sea.visible_facets import facet_weights, incidence_nodes
 
 # 14, 11, 8.5, 4, 3.1 and 2.75 um
 WAVENUMBER = 1e4 / np.array([14.0, 11.0, 8.5, 4.0, 3.1, 2.75])
@@ -65,9 +65,7 @@ def test_emissivity_rises_steadily_to_its_nadir_value() -> None:
     np.testing.assert_allclose(sea(5.0).emissivity(WAVENUMBER, np.ones(1))[0], smooth, atol=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("wind", "zenith_deg", "tolerance"), [(0.0, 0.0, 1e-6), (5.0, 0.0, 1e-6), (5.0, 40.0, 1e-4)]
-)
+@pytest.mark.parametrize(("wind", "zenith_deg", "tolerance"), [(0.0, 0.0, 1e-6), (5.0, 0.0, 1e-6), (5.0, 40.0, 1e-4)])
 def test_what_is_not_emitted_is_reflected(wind: float, zenith_deg: float, tolerance: float) -> None:
     mu, azimuth, weight = hemisphere()
     view = np.cos(np.radians(zenith_deg))

@@ -4,18 +4,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import convolve
 
-from hcss_twin.errors import ProviderError
-from hcss_twin.sensor.parameters import RadiometerParameters
-from hcss_twin.sensor.radiometer import Radiometer
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.sensor.parameters import RadiometerParameters
+from hcss_twin.models.sensor.radiometer import Radiometer
 from hcss_twin.testing import sample_sensor_inputs
 
-COUNTING = {
-    "noise": "photon",
-    "aperture_diameter": 0.1,
-    "pixel_angle": 4e-5,
-    "integration_time": 1e-4,
-    "smear": False,
-}
+COUNTING = {"noise": "photon", "aperture_diameter": 0.1, "pixel_angle": 4e-5, "integration_time": 1e-4, "smear": False}
 
 
 def radiometer(seed=1, catalog=None, **parameters):
@@ -56,9 +50,7 @@ def test_blur_keeps_the_energy(parameters):
 
 def test_a_flat_scene_is_not_blurred():
     for parameters in ({"psf": "gaussian", "psf_sigma": 3.0}, {"integration_time": 1.0}):
-        np.testing.assert_allclose(
-            radiometer(**parameters).measure(flat(2.0), 0, 0.0).radiance, 2.0, rtol=1e-12
-        )
+        np.testing.assert_allclose(radiometer(**parameters).measure(flat(2.0), 0, 0.0).radiance, 2.0, rtol=1e-12)
 
 
 def test_without_parameters_nothing_happens():
@@ -67,7 +59,7 @@ def test_without_parameters_nothing_happens():
 
 @pytest.fixture
 def kernel(tmp_path):
-    from hcss_twin.catalog import Catalog
+    from hcss_twin.core.catalog import Catalog
 
     values = np.random.default_rng(4).random((5, 7))
     np.savetxt(tmp_path / "kernel.txt", values, header="measured")
@@ -85,9 +77,7 @@ def test_a_point_becomes_the_kernel_in_its_own_orientation(kernel):
 
 def test_a_kernel_by_fft_is_the_sum_over_its_pixels_up_to_the_mirrored_edges(kernel):
     catalog, values = kernel
-    measured = (
-        radiometer(catalog=catalog, psf="file", psf_file="kernel.txt").measure(scene(), 0, 0.0).radiance
-    )
+    measured = radiometer(catalog=catalog, psf="file", psf_file="kernel.txt").measure(scene(), 0, 0.0).radiance
     expected = [convolve(each, values, mode="reflect") for each in scene()]
     np.testing.assert_allclose(measured, expected, atol=1e-12)
 
@@ -105,10 +95,7 @@ def test_the_variance_of_counted_electrons_is_their_mean(electrons):
     provider = radiometer(**COUNTING)
     factor = electrons_per_radiance(provider)
     frames = np.stack(
-        [
-            provider.measure(flat(1.0) * electrons / factor, frame, 0.0).radiance * factor
-            for frame in range(40)
-        ]
+        [provider.measure(flat(1.0) * electrons / factor, frame, 0.0).radiance * factor for frame in range(40)]
     )
     assert np.allclose(frames, np.round(frames), rtol=1e-9, atol=1e-6)  # counted
     count = frames[:, 0].size

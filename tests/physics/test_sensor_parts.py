@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from scipy import special
 
+from hcss_twin.models.sensor.blur import smear_mtf
+from hcss_twin.models.sensor.parameters import RadiometerParameters
+from hcss_twin.models.sensor.point_spread import airy_mtf, gaussian_mtf, line_kernel, plane_kernel
+from hcss_twin.models.sensor.radiometer import Radiometer
 from hcss_twin.providers import Grid
-from hcss_twin.sensor.finite_kernel import line_kernel, plane_kernel
-from hcss_twin.sensor.parameters import RadiometerParameters
-from hcss_twin.sensor.point_spread import airy_mtf, gaussian_mtf
-from hcss_twin.sensor.radiometer import Radiometer
-from hcss_twin.sensor.smear import smear_mtf
 from hcss_twin.testing import sample_sensor_inputs
 
 ROWS, COLUMNS = 110, 130
@@ -58,12 +57,8 @@ def test_a_part_is_measured_as_in_the_whole_where_its_neighbours_are_known(param
     known = tuple(slice(reach, size - reach) for size in (80, 90))
     found = part.measure(scene()[:, *inside], 4, 0.0)
     for name in ("radiance", "digital_number", "saturated"):
-        np.testing.assert_array_equal(
-            getattr(found, name)[:, *known], getattr(whole, name)[:, *inside][:, *known]
-        )
-    np.testing.assert_allclose(
-        found.photon_rate[:, *known], whole.photon_rate[:, *inside][:, *known], rtol=1e-12
-    )
+        np.testing.assert_array_equal(getattr(found, name)[:, *known], getattr(whole, name)[:, *inside][:, *known])
+    np.testing.assert_allclose(found.photon_rate[:, *known], whole.photon_rate[:, *inside][:, *known], rtol=1e-12)
 
 
 def test_random_numbers_of_places_have_nothing_in_common():

@@ -10,15 +10,15 @@ from scipy.integrate import trapezoid
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.cube.variables import expand
+from hcss_twin.engine import stream as stream_module
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.shadows import sun_paths
+from hcss_twin.engine.stream import stream
+from hcss_twin.plan.displaced_clouds import DisplacedClouds
+from hcss_twin.plan.slant_paths import SlantPaths
+from hcss_twin.plan.windows import windows
 from hcss_twin.providers import Declares, Sun, View
-from hcss_twin.scene import stream as stream_module
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.footprint import windows
-from hcss_twin.scene.slant.displaced_clouds import DisplacedClouds
-from hcss_twin.scene.slant.slant_paths import SlantPaths
-from hcss_twin.scene.slant.sun_paths import sun_paths
-from hcss_twin.scene.stream import stream
-from hcss_twin.testing.plain import PlainOptics
+from hcss_twin.testing.samples import PlainOptics
 
 SIZE, PIXEL_M = 60, 50.0
 BANDS = ["mwir-3.7", "lwir-10.8"]
@@ -51,9 +51,7 @@ class FixedSun:
         return self.sun
 
     def positions(self, time_s):
-        return tuple(
-            np.full(time_s.size, x) for x in (self.sun.zenith_deg, self.sun.azimuth_deg, self.sun.distance_au)
-        )
+        return tuple(np.full(time_s.size, x) for x in (self.sun.zenith_deg, self.sun.azimuth_deg, self.sun.distance_au))
 
 
 @dataclass
@@ -86,10 +84,7 @@ def staged(layers, shapes, sun=(30.0, 0.0), view=(0.0, 0.0), shadows=True, paral
     return replace(
         plan,
         assembly=replace(
-            plan.assembly,
-            slant=slant,
-            generators=tuple(generators),
-            optics=plan.optics if optics is None else optics,
+            plan.assembly, slant=slant, generators=tuple(generators), optics=plan.optics if optics is None else optics
         ),
         sun_track=FixedSun(Sun(*sun, 1.0)),
         sun_zenith_deg=np.array([sun[0]]),
@@ -132,13 +127,7 @@ def test_a_cloud_is_seen_against_the_sea_away_from_the_sensor(bearing):
 
 def test_a_higher_layer_is_displaced_farther_and_by_its_own_flat_side():
     made = frame(
-        staged(
-            [LOW, HIGH],
-            [block(5.0), block(5.0)],
-            view=(26.56505117707799, 90.0),
-            shadows=False,
-            parallax=True,
-        )
+        staged([LOW, HIGH], [block(5.0), block(5.0)], view=(26.56505117707799, 90.0), shadows=False, parallax=True)
     )
     low, high = made["cloud_layer_thickness"] > 0
     np.testing.assert_array_equal(low, mask_of(block(1.0, 30, 20)))  # 1000 m / 2
@@ -216,8 +205,7 @@ def exact_transmission(plan, heights, mu0):
     for nodes, response in zip(grid.nodes, grid.response, strict=True):
         nu = grid.wavenumber_cm1[nodes]
         weakened, all_of_it = (
-            trapezoid(glint[nodes] * each * response, nu)
-            for each in (np.exp(-path[nodes]), np.ones(nodes.size))
+            trapezoid(glint[nodes] * each * response, nu) for each in (np.exp(-path[nodes]), np.ones(nodes.size))
         )
         result.append(weakened / all_of_it)
     return np.array(result)
@@ -250,9 +238,7 @@ def test_two_clouds_on_the_sun_s_path_transmit_the_product():
 def test_the_shadow_of_a_wall_is_as_long_as_geometry_says(anchor):
     """Cloud north of a line, sun in the north: the path at a distance d is in cloud above d / tan(theta)."""
     height, zenith, point_m = 600.0, 60.0, 10.0
-    layer = replace(
-        plain_plan((tuple(THICK.items()),), 0.0, 0.0).layers[0], base_m=0.0, top_m=900.0, anchor=anchor
-    )
+    layer = replace(plain_plan((tuple(THICK.items()),), 0.0, 0.0).layers[0], base_m=0.0, top_m=900.0, anchor=anchor)
     paths = sun_paths(layer, Sun(zenith, 0.0, 1.0), point_m)
     margin = int(np.abs(paths.shifts).max()), 0
     wall = DisplacedClouds(HandMade(lambda y, x: np.where(y >= 200, height, 0.0), margin), margin, (0, 0))

@@ -10,18 +10,18 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
+from hcss_twin.engine import compile as compiling
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.stream import stream
+from hcss_twin.engine.tables.spectrum import Spectrum
+from hcss_twin.models.radiance.physical import model as physical
+from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_nodes import all_nodes
 from hcss_twin.physics.sun import sun_position
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.omissions import sunlight
+from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun, View
-from hcss_twin.radiance.physical import model as physical
-from hcss_twin.radiance.reference import reference_radiance
-from hcss_twin.radiance.spectral_nodes import all_nodes
-from hcss_twin.scene import compile as compiling
-from hcss_twin.scene.building.assembly import Assembly
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.ledger import low_sun
-from hcss_twin.scene.plan import Plan
-from hcss_twin.scene.stream import stream
-from hcss_twin.scene.tables.spectrum import Spectrum
 
 TWO = ["mwir-3.7", "lwir-10.8"]
 SMALL = {"image.rows": 16, "image.columns": 16, "frames.count": 2}
@@ -121,8 +121,7 @@ def test_faint_sunlight_by_day(models, name, time):
     suns = [plan.sun_up_at(float(time_s)) for time_s in plan.frame_times_s]
     changes = [
         largest_change(
-            reference_radiance(model, grid, columns, sun, 8),
-            reference_radiance(model, grid, columns, None, 8),
+            reference_radiance(model, grid, columns, sun, 8), reference_radiance(model, grid, columns, None, 8)
         )
         for sun in suns
     ]
@@ -149,7 +148,7 @@ def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
     assert not any("low sun" in item.what for item in full.skipped)
     sun = full.sun_up_at(0.0)
     with_all = reached(full, full.model, sun)
-    monkeypatch.setattr(low_sun, "LOW_SUN_DEG", 70.0)
+    monkeypatch.setattr(sunlight, "LOW_SUN_DEG", 70.0)
     monkeypatch.setattr(physical, "_LARGEST_SUN_DEG", 70.0)
     short = plan_of(models={}, **evening)
     bound = bound_of(short, "sunlight of a very low sun")
@@ -253,9 +252,7 @@ def test_one_view_angle_for_all_pixels(models, changes):
     known, found = reached(plan, plan.model, sun), []
     for x, y in PLACES:
         east, north = foot * math.sin(azimuth) - x, foot * math.cos(azimuth) - y
-        seen = View(
-            math.degrees(math.atan(math.hypot(east, north) / 800e3)), math.degrees(math.atan2(east, north))
-        )
+        seen = View(math.degrees(math.atan(math.hypot(east, north) / 800e3)), math.degrees(math.atan2(east, north)))
         found.append(largest_change(reached(plan, plan.assembly.model_toward(seen), sun), known))
     assert 0.2 * bound < max(found) < bound
 
@@ -296,9 +293,7 @@ def test_one_sun_for_all_pixels(models, time):
         north = place.latitude + y / 111_194.9
         east = place.longitude + x / (111_194.9 * math.cos(math.radians(place.latitude)))
         where = sun_position([plan.scenario.time], np.array([north]), np.array([east]))
-        found.append(
-            largest_change(reached(plan, plan.model, Sun(*(float(each[0]) for each in where))), known)
-        )
+        found.append(largest_change(reached(plan, plan.model, Sun(*(float(each[0]) for each in where))), known))
     assert 0.2 * bound < max(found) < bound
 
 
@@ -353,13 +348,7 @@ def test_every_rule_is_in_the_documentation():
     page = (Path(__file__).parents[2] / "docs" / "skipped.md").read_text(encoding="utf-8")
     told = {
         item.what
-        for changes in (
-            {},
-            {"clouds": {"layers": []}},
-            {"clouds.coverage": 0.0},
-            {"output.certificate": 0},
-            NIGHT,
-        )
+        for changes in ({}, {"clouds": {"layers": []}}, {"clouds.coverage": 0.0}, {"output.certificate": 0}, NIGHT)
         for item in plan_of(**changes, **{"output.variables": ["radiance"]}).skipped
         if item.bound is not None
     }
@@ -368,7 +357,6 @@ def test_every_rule_is_in_the_documentation():
     own = Path(__file__).read_text(encoding="utf-8")
     tests = re.findall(r"`(test_\w+)`", page)
     others = "".join(
-        path.read_text(encoding="utf-8")
-        for path in Path(__file__).parents[1].glob("end_to_end/test_[ow]*.py")
+        path.read_text(encoding="utf-8") for path in Path(__file__).parents[1].glob("end_to_end/test_[ow]*.py")
     )
     assert [name for name in tests if f"def {name}(" not in own + others] == []

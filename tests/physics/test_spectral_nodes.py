@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hcss_twin.radiance.spectral_band import SpectralBand
-from hcss_twin.radiance.spectral_grid import dense_grid
-from hcss_twin.radiance.spectral_nodes import all_nodes, choose_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
+from hcss_twin.models.radiance.spectral_nodes import all_nodes, choose_nodes
 
 
 def band(name, lower, upper):

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from hcss_twin.multiple_scattering.beams import transmit_beams
-from hcss_twin.multiple_scattering.layer import solve_layers
-from hcss_twin.multiple_scattering.sun import solve_sun
-from hcss_twin.multiple_scattering.sunlit_layers import solve_sunlit_layers
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlit_layers import solve_sunlit_layers, transmit_beams
 
 VIEW, SUN, AZIMUTH = 0.94, 0.6, 2.5
 
@@ -22,15 +21,7 @@ def layers():
 def apart(tolerance):
     return (
         solve_layers(*layers(), np.array([VIEW, SUN]), 8),
-        solve_sun(
-            *layers(),
-            np.array([VIEW]),
-            SUN,
-            np.array([AZIMUTH]),
-            streams=8,
-            modes=16,
-            mode_tolerance=tolerance,
-        ),
+        solve_sun(*layers(), np.array([VIEW]), SUN, np.array([AZIMUTH]), streams=8, modes=16, mode_tolerance=tolerance),
         transmit_beams(*layers(), np.array([VIEW, SUN]), 8, 8),
     )
 

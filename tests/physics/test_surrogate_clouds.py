@@ -10,15 +10,15 @@ import pytest
 from pydantic import ValidationError
 from scipy.special import hyp2f1
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.imagery.generator import ImageryClouds
-from hcss_twin.clouds.imagery.parameters import ImageryParameters
-from hcss_twin.clouds.interpolation import cubic_weights
-from hcss_twin.clouds.surrogate.evolution import EvolvingNoise
-from hcss_twin.clouds.surrogate.generator import SurrogateClouds
-from hcss_twin.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.clouds.surrogate.spectrum import periodic_component
-from hcss_twin.errors import ScenarioError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.models.clouds.fractal.rows import cubic_weights
+from hcss_twin.models.clouds.imagery.generator import ImageryClouds
+from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
+from hcss_twin.models.clouds.surrogate.evolution import EvolvingNoise
+from hcss_twin.models.clouds.surrogate.generator import SurrogateClouds
+from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
+from hcss_twin.models.clouds.surrogate.spectrum import periodic_component
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 THINNEST, THICKEST = 100.0, 2000.0
@@ -84,9 +84,7 @@ def octave_power(field):
     wavenumber = np.hypot(ky[:, None], kx[None, :])
     power = np.abs(np.fft.fft2(field - field.mean())) ** 2
     edges = 2.0 ** np.arange(int(np.log2(min(rows, columns))))
-    return (
-        np.array([power[(wavenumber >= low) & (wavenumber < 2 * low)].sum() for low in edges]) / power.sum()
-    )
+    return np.array([power[(wavenumber >= low) & (wavenumber < 2 * low)].sum() for low in edges]) / power.sum()
 
 
 def rms_log_error(field, template):
@@ -109,9 +107,7 @@ def test_every_frame_has_exactly_the_amplitudes_of_the_image(tmp_path, evolution
 def test_template_is_the_scene_that_the_imagery_generator_would_show(tmp_path):
     image = power_law((96, 128))
     clouds = make(tmp_path, image, size=(70, 80), row_origin=3)
-    inputs = CloudInputs(
-        LAYER, Grid(70, 80, 100.0), Motion(0.0, (0.0, 0.0), np.inf, 1.0), 0, Catalog(base=tmp_path)
-    )
+    inputs = CloudInputs(LAYER, Grid(70, 80, 100.0), Motion(0.0, (0.0, 0.0), np.inf, 1.0), 0, Catalog(base=tmp_path))
     cut = ImageryClouds(inputs, ImageryParameters(image="image.npy", method="coverage", row_origin=3))
     np.testing.assert_array_equal(clouds.template.thickness_m, frame(cut))
 
@@ -364,9 +360,7 @@ def test_tapered_edges_are_refused(tmp_path):
 def test_crop_and_period_that_do_not_fit_are_refused_together(tmp_path):
     with pytest.raises(ScenarioError) as caught:
         make(tmp_path, crop_rows=97, crop_columns=200)
-    assert "crop_rows: 97 is more than the image has (96 rows, 128 columns); closest is 96" in str(
-        caught.value
-    )
+    assert "crop_rows: 97 is more than the image has (96 rows, 128 columns); closest is 96" in str(caught.value)
     assert "crop_columns: 200" in str(caught.value)
     with pytest.raises(ScenarioError, match=r"period_columns: 100 is less than the 128 columns of the scene"):
         make(tmp_path, period_columns=100)
@@ -399,10 +393,7 @@ def test_clear_image_gives_clear_frames(tmp_path):
 
 
 def test_times_out_of_range_are_refused(tmp_path):
-    for changes, name in (
-        ({"evolution": 0.0}, "evolution_time_s"),
-        ({"interval": np.nan}, "frame_interval_s"),
-    ):
+    for changes, name in (({"evolution": 0.0}, "evolution_time_s"), ({"interval": np.nan}, "frame_interval_s")):
         with pytest.raises(ScenarioError, match=f"{name}: .* given"):
             make(tmp_path, **changes)
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from hcss_twin.clouds.surrogate.amplitude_adjusted import adjust_amplitudes
-from hcss_twin.clouds.surrogate.ranks import match_ranks
+from hcss_twin.models.clouds.surrogate.amplitude_adjusted import adjust_amplitudes, match_ranks
 
 
 def cloudy_image(shape, seed=0, beta=3.0, threshold=0.3):
@@ -42,9 +41,7 @@ def test_result_is_that_of_the_plain_algorithm(shape, iterations):
     image = cloudy_image(shape) + np.linspace(0.0, 1e-6, shape[0] * shape[1]).reshape(shape)
     start = np.random.default_rng(1).permutation(image.ravel()).reshape(shape)
     amplitudes = np.sort(image, axis=None)
-    adjusted = adjust_amplitudes(
-        np.fft.rfft2(start), shape, amplitudes, np.abs(np.fft.rfft2(image)), iterations
-    )
+    adjusted = adjust_amplitudes(np.fft.rfft2(start), shape, amplitudes, np.abs(np.fft.rfft2(image)), iterations)
     expected = plain_iaaft(start, image, iterations)
     ours = surrogate(adjusted, shape, amplitudes)
     assert len(adjusted.misfit) == iterations
@@ -73,9 +70,7 @@ def test_misfit_is_the_rms_over_the_full_transform_and_falls():
     start = np.random.default_rng(3).normal(size=shape)
     amplitudes = np.sort(image, axis=None)
     wanted = np.abs(np.fft.fft2(image - image.mean()))
-    adjusted = adjust_amplitudes(
-        np.fft.rfft2(start), shape, amplitudes, np.abs(np.fft.rfft2(image)), iterations=40
-    )
+    adjusted = adjust_amplitudes(np.fft.rfft2(start), shape, amplitudes, np.abs(np.fft.rfft2(image)), iterations=40)
     for count in (1, 5):
         field = plain_iaaft(start, image, count - 1)
         found = np.abs(np.fft.fft2(field - field.mean()))

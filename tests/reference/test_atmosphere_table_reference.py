@@ -5,16 +5,15 @@ import json
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.parameters import TableParameters
-from hcss_twin.atmosphere.path_radiance import path_radiance
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.atmosphere.table import TableTransmittance
-from hcss_twin.catalog import Catalog, catalog_root
+from hcss_twin.core.catalog import Catalog, catalog_root
+from hcss_twin.models.atmosphere.parameters import TableParameters
+from hcss_twin.models.atmosphere.path_radiance import path_radiance
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.atmosphere.table import TableTransmittance
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, dense_grid
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs
-from hcss_twin.radiance.solar_spectrum import SolarSpectrum
-from hcss_twin.radiance.spectral_grid import dense_grid
 from hcss_twin.scenario.bands import spectral_band
 
 PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))

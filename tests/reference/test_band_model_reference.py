@@ -7,15 +7,15 @@ import netCDF4
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
-from hcss_twin.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog, catalog_root
+from hcss_twin.core.catalog import Catalog, catalog_root
+from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
+from hcss_twin.models.atmosphere.parameters import BandModelParameters
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.radiance.spectral_grid import dense_grid
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import AtmosphereInputs
-from hcss_twin.radiance.spectral_grid import dense_grid
 from hcss_twin.scenario.bands import spectral_band
 
 REFERENCE = Path(__file__).parent.parent / "data" / "lowtran7-reference.nc"
@@ -37,18 +37,13 @@ def band_model(reference):
     """Provider for one of LOWTRAN7's own model atmospheres, at LOWTRAN7's levels."""
     with netCDF4.Dataset(COEFFICIENTS) as file:
         file.set_auto_mask(False)
-        tables = {
-            name: np.asarray(variable[:], dtype=np.float64) for name, variable in file.variables.items()
-        }
+        tables = {name: np.asarray(variable[:], dtype=np.float64) for name, variable in file.variables.items()}
     at = np.searchsorted(tables["altitude_km"], reference["level_altitude_km"])
     np.testing.assert_array_equal(tables["altitude_km"][at], reference["level_altitude_km"])
     catalog = Catalog()
 
     def make(model, maritime):
-        gases = {
-            gas: tables[f"{gas}_ppmv"][model, at] * 1e-6
-            for gas in ("h2o", "co2", "o3", "n2o", "co", "ch4", "o2")
-        }
+        gases = {gas: tables[f"{gas}_ppmv"][model, at] * 1e-6 for gas in ("h2o", "co2", "o3", "n2o", "co", "ch4", "o2")}
         profile = Profile(
             f"model {model + 1}",
             1e3 * tables["altitude_km"][at],
@@ -67,11 +62,7 @@ def band_model(reference):
 
 
 def targets(reference):
-    return [
-        to_space(1e3 * height, zenith)
-        for height in reference["target_km"]
-        for zenith in reference["zenith_deg"]
-    ]
+    return [to_space(1e3 * height, zenith) for height in reference["target_km"] for zenith in reference["zenith_deg"]]
 
 
 @pytest.mark.parametrize("maritime", [False, True], ids=["clear", "maritime"])
@@ -89,9 +80,7 @@ def test_transmittance_is_that_of_the_fortran(reference, band_model, model, mari
 def test_every_wavenumber_agrees_also_between_levels_and_at_85_deg(reference, band_model):
     keys = ("model", "maritime", "target_km", "zenith_deg")
     rows = zip(*(reference[f"complete_{key}"] for key in keys), strict=True)
-    for (model, maritime, height, zenith), expected in zip(
-        rows, reference["complete_transmittance"], strict=True
-    ):
+    for (model, maritime, height, zenith), expected in zip(rows, reference["complete_transmittance"], strict=True):
         provider = band_model(int(model) - 1, bool(maritime))
         np.testing.assert_array_equal(provider.declares.native_grid_cm1, reference["wavenumber_cm1"])
         found = provider.transmittance(reference["wavenumber_cm1"], [to_space(1e3 * height, zenith)])[0]
@@ -117,9 +106,7 @@ def test_sun_target_sensor_is_one_path_as_in_the_fortran(reference, band_model):
     keys = ("model", "maritime", "target_km", "view_deg", "sun_deg")
     rows = zip(*(reference[f"sunlit_{key}"] for key in keys), strict=True)
     products = []
-    for (model, maritime, height, view, sun), expected in zip(
-        rows, reference["sunlit_transmittance"], strict=True
-    ):
+    for (model, maritime, height, view, sun), expected in zip(rows, reference["sunlit_transmittance"], strict=True):
         legs = [to_space(1e3 * height, zenith) for zenith in (view, sun)]
         one, other, both = band_model(int(model) - 1, bool(maritime)).transmittance(
             reference["coarse_cm1"], [*legs, legs[0] + legs[1]]
@@ -132,15 +119,7 @@ def test_sun_target_sensor_is_one_path_as_in_the_fortran(reference, band_model):
 
 
 def test_sunlight_scattered_once_is_that_of_the_fortran(reference, band_model):
-    keys = (
-        "model",
-        "maritime",
-        "target_km",
-        "view_deg",
-        "surface_sun_deg",
-        "relative_azimuth_deg",
-        "asymmetry",
-    )
+    keys = ("model", "maritime", "target_km", "view_deg", "surface_sun_deg", "relative_azimuth_deg", "asymmetry")
     rows = zip(*(reference[f"sunlit_{key}"] for key in keys), strict=True)
     for (model, maritime, height, view, sun, azimuth, asymmetry), expected in zip(
         rows, reference["sunlit_scattered"], strict=True
@@ -162,9 +141,7 @@ def test_sunlight_scattered_once_is_that_of_the_fortran(reference, band_model):
         ("table_4", "8.0-14.0", "lwir", 285.15, 0.005),
     ],
 )
-def test_clear_air_over_a_black_surface_gives_the_modtran_columns(
-    table_name, row, band, surface_K, tolerance
-):
+def test_clear_air_over_a_black_surface_gives_the_modtran_columns(table_name, row, band, surface_K, tolerance):
     catalog = Catalog()
     profile = load_profile("us-standard-1976", catalog)
     provider = BandModelTransmittance(AtmosphereInputs(profile, catalog), BandModelParameters(aerosol="none"))

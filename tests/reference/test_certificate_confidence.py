@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import binom
 
-from hcss_twin.scene.certificate.confidence import share_drawn_alike, share_of_all
+from hcss_twin.engine.certificate.certificate import share_drawn_alike, share_of_all
 
 
 @pytest.mark.parametrize("count", [1, 24, 300, 3000])
@@ -26,8 +26,7 @@ def test_strata_drawn_by_their_size_are_as_good_as_one_draw_of_all(checked):
 
 
 @pytest.mark.parametrize(
-    ("pixels", "checked"),
-    [([900, 100], [5, 19]), ([100_000, 500, 20_000], [8, 4, 12]), ([500, 500], [1, 40])],
+    ("pixels", "checked"), [([900, 100], [5, 19]), ([100_000, 500, 20_000], [8, 4, 12]), ([500, 500], [1, 40])]
 )
 def test_no_shares_of_exceedances_that_stay_hidden_as_often_add_up_to_more(pixels, checked):
     """A search over all of them, by sequential quadratic programming from several starts."""
@@ -51,9 +50,7 @@ def test_no_shares_of_exceedances_that_stay_hidden_as_often_add_up_to_more(pixel
 def test_a_stratum_that_was_not_seen_may_exceed_everywhere_and_one_seen_whole_nowhere():
     assert share_of_all(np.array([70, 30]), np.array([70, 0])) == pytest.approx(0.3)
     assert share_of_all(np.array([70, 30]), np.array([70, 30])) == 0.0
-    assert share_of_all(np.array([10**6, 5]), np.array([20, 5])) == pytest.approx(
-        share_drawn_alike(20), rel=1e-5
-    )
+    assert share_of_all(np.array([10**6, 5]), np.array([20, 5])) == pytest.approx(share_drawn_alike(20), rel=1e-5)
     assert share_of_all(np.array([0, 0]), np.array([0, 0])) == 0.0
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from hcss_twin.clouds.exceedance import exceedance
-from hcss_twin.clouds.fractal.normal_quantile import quantile
+from hcss_twin.models.clouds.coverage import exceedance
+from hcss_twin.models.clouds.fractal.lattice import quantile
 
 BITS = np.unique(
     np.concatenate(

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import ks_2samp, wasserstein_distance
 
-from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.distributions import distribution_distance
+from hcss_twin.analysis.comparison.common import distribution_distance
+from hcss_twin.core.errors import ImageError
 
 
 @pytest.mark.parametrize("sizes", [(500, 500), (300, 701), (1, 50)])
@@ -17,9 +17,7 @@ def test_distances_are_those_of_scipy(sizes):
     assert found.wasserstein_centred == pytest.approx(
         wasserstein_distance(one - one.mean(), other - other.mean()), rel=1e-12
     )
-    assert found.kolmogorov_smirnov == pytest.approx(
-        ks_2samp(one, other, method="asymp").statistic, rel=1e-12
-    )
+    assert found.kolmogorov_smirnov == pytest.approx(ks_2samp(one, other, method="asymp").statistic, rel=1e-12)
     assert found.mean_difference == pytest.approx(other.mean() - one.mean())
 
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from hcss_twin.clouds.expected_variogram import (
+from hcss_twin.models.clouds.fractal.expected_variogram import (
     KernelCorrelation,
     expected_correlation,
     expected_variogram,
     frame_variance,
 )
-from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 KERNEL = KernelCorrelation.tabulate()
 
@@ -89,9 +89,7 @@ def test_a_frame_of_many_cells_has_all_the_variance_and_a_frame_within_a_cell_ha
     few = FractalParameters(gamma=2.0, H=0.5, L=(0.05, 0.05), k=(0, 0))
     # The field is a plane within a twentieth of a cell: slope^2 / 12 along each axis.
     slope_squared = 2.0 * exact_semivariogram(1e-3) / 1e-6
-    assert frame_variance(few, 20.0, 800, 800, KERNEL) == pytest.approx(
-        2 * slope_squared * 0.05**2 / 12, rel=0.01
-    )
+    assert frame_variance(few, 20.0, 800, 800, KERNEL) == pytest.approx(2 * slope_squared * 0.05**2 / 12, rel=0.01)
 
 
 def test_lags_between_pixels_are_refused():

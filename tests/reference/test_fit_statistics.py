@@ -8,22 +8,22 @@ from scipy.integrate import dblquad
 from scipy.special import ndtri
 from scipy.stats import multivariate_normal, multivariate_t, rankdata
 
-from hcss_twin.clouds.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.errors import ImageError
-from hcss_twin.matching.cloud_image import CloudImage, grey_inputs
-from hcss_twin.uncertainty.batch_variogram import BatchVariogram
-from hcss_twin.uncertainty.dimension_likelihood import DimensionLikelihood
-from hcss_twin.uncertainty.estimator_noise import EstimatorNoise
-from hcss_twin.uncertainty.image_data import ImageData
-from hcss_twin.uncertainty.image_likelihood import ImageLikelihood
-from hcss_twin.uncertainty.normal_scores import (
+from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
+from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram
+from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise
+from hcss_twin.analysis.uncertainty.image_data import (
+    ImageData,
     ScoreSemivariance,
     clipped_semivariance,
     field_scores,
     image_scores,
 )
+from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood
+from hcss_twin.analysis.uncertainty.posterior_model import DimensionLikelihood
+from hcss_twin.core.errors import ImageError
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 PIXEL_M = 20.0
 LAGS = np.array([1, 2, 4, 8, 16])
@@ -181,9 +181,7 @@ def test_standard_deviations_are_learned_as_well_as_numbers_allow(learned_from_f
 
 def test_the_density_of_residuals_is_a_multivariate_t():
     rng = np.random.default_rng(2)
-    noise = EstimatorNoise.learn(
-        rng.uniform(-1, 1, (200, 1)), rng.standard_normal((200, 3)) * [1.0, 2.0, 0.5]
-    )
+    noise = EstimatorNoise.learn(rng.uniform(-1, 1, (200, 1)), rng.standard_normal((200, 3)) * [1.0, 2.0, 0.5])
     # In the middle only the constant of each regression counts.
     centre = np.repeat(noise.centre[None], 5, axis=0)
     scale = np.exp(noise.log_deviation[0])
@@ -218,10 +216,7 @@ def holes(image):
     [
         (lambda _: flat(0.0), "0 of 4096 pixels are cloudy"),
         (lambda _: flat(9.0), "0 of 4096 pixels are clear"),
-        (
-            lambda image: dataclasses.replace(image, level=np.where(image.level > 0, 7, 0)),
-            "all cloudy pixels are 7",
-        ),
+        (lambda image: dataclasses.replace(image, level=np.where(image.level > 0, 7, 0)), "all cloudy pixels are 7"),
         (holes, "not finite"),
         (lambda image: dataclasses.replace(image, level=image.level[:5, :5]), "5 x 5 pixels, allowed: 32"),
     ],

@@ -6,14 +6,14 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.evaluation.fractal_dimension.body import body_dimension
-from hcss_twin.evaluation.fractal_dimension.boundary import boundary_dimension
-from hcss_twin.evaluation.fractal_dimension.differential_box_counting import box_counting_dimension
-from hcss_twin.evaluation.fractal_dimension.estimate import DimensionEstimate
-from hcss_twin.evaluation.fractal_dimension.measured import Measured
-from hcss_twin.evaluation.fractal_dimension.spectrum import spectral_dimension
-from hcss_twin.evaluation.fractal_dimension.variogram import variogram_dimension
-from hcss_twin.evaluation.fractional_brownian_surface import circulant_embedding, draw_surface
+from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
+    body_dimension,
+    boundary_dimension,
+    box_counting_dimension,
+)
+from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate, Measured
+from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
+from hcss_twin.analysis.measures.fractional_brownian_surface import circulant_embedding, draw_surface
 
 # Far from the seeds that made the calibration and the stated errors.
 SEED = 70_000
@@ -171,7 +171,5 @@ def test_straight_and_round_boundaries_have_dimension_1_and_a_chessboard_2():
     rows, columns = np.mgrid[0:300, 0:420]
     assert boundary_dimension(rows > 130).dimension == pytest.approx(1.0, abs=0.01)
     assert boundary_dimension(columns > 130).dimension == pytest.approx(1.0, abs=0.01)
-    assert boundary_dimension(np.hypot(rows - 150, columns - 200) < 120).dimension == pytest.approx(
-        1.0, abs=0.06
-    )
+    assert boundary_dimension(np.hypot(rows - 150, columns - 200) < 120).dimension == pytest.approx(1.0, abs=0.06)
     assert boundary_dimension((rows + columns) % 2 == 0).dimension == pytest.approx(2.0, abs=0.01)

@@ -5,12 +5,12 @@ import pytest
 from scipy import stats
 from scipy.fft import irfft2
 
-from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.fractional_brownian_surface import (
+from hcss_twin.analysis.measures.fractional_brownian_surface import (
     circulant_embedding,
     draw_surface,
     fractional_brownian_surface,
 )
+from hcss_twin.core.errors import ImageError
 
 EXPONENTS = [0.01, 0.1, 0.3, 0.5, 0.7, 0.75, 0.76, 0.9, 0.99]
 
@@ -45,9 +45,7 @@ def test_a_seed_makes_one_surface_and_another_seed_another():
     assert not np.allclose(one, fractional_brownian_surface(40, 0.4, 4))
 
 
-@pytest.mark.parametrize(
-    ("size", "hurst", "named"), [(1, 0.5, "size: 1"), (8, 0.0, "hurst: 0"), (8, 1.0, "hurst: 1")]
-)
+@pytest.mark.parametrize(("size", "hurst", "named"), [(1, 0.5, "size: 1"), (8, 0.0, "hurst: 0"), (8, 1.0, "hurst: 1")])
 def test_impossible_surfaces_are_refused_by_name(size, hurst, named):
     with pytest.raises(ImageError, match=named):
         fractional_brownian_surface(size, hurst, 0)

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import catalog_root
-from hcss_twin.evaluation.histogram_metrics import histogram_metrics
-from hcss_twin.evaluation.morphology import Morphology, morphology_errors
+from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics
+from hcss_twin.analysis.measures.morphology import Morphology, morphology_errors
+from hcss_twin.core.catalog import catalog_root
 
 PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
 

@@ -4,8 +4,13 @@ import numpy as np
 import pyproj
 import pytest
 
-from hcss_twin.physics.ellipsoid import altitude_m, distance_from_equator_m, to_earth_centred
-from hcss_twin.physics.local_plane import to_geographic, to_geographic_with_turn
+from hcss_twin.physics.geodesy import (
+    altitude_m,
+    distance_from_equator_m,
+    to_earth_centred,
+    to_geographic,
+    to_geographic_with_turn,
+)
 
 GLOBE = pyproj.Geod(ellps="WGS84")
 ALLOWED_M = 1e-3

@@ -6,9 +6,7 @@ import numpy as np
 import pyproj
 import pytest
 
-from hcss_twin.viewing.circular_orbit import ground_speed_m_s
-from hcss_twin.viewing.lines_of_sight import LinesOfSight
-from hcss_twin.viewing.look_angle import off_nadir_deg, slant_range_m, view_zenith_deg
+from hcss_twin.physics.viewing import LinesOfSight, ground_speed_m_s, off_nadir_deg, slant_range_m, view_zenith_deg
 
 RADIUS_M = 6371008.7714
 TO_CENTRE = pyproj.Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True)
@@ -19,14 +17,8 @@ altitudes = pytest.mark.parametrize("altitude", [100e3, 700e3, 35_786e3, 42_000e
 @altitudes
 @pytest.mark.parametrize("zenith", [0.0, 1e-6, 20.0, 60.0, 85.0])
 def test_the_triangle_of_earth_and_sensor_obeys_the_laws_of_sines_and_cosines(altitude, zenith):
-    look, distance, far = (
-        off_nadir_deg(zenith, altitude),
-        slant_range_m(zenith, altitude),
-        RADIUS_M + altitude,
-    )
-    assert math.sin(math.radians(look)) * far == pytest.approx(
-        RADIUS_M * math.sin(math.radians(zenith)), rel=1e-12
-    )
+    look, distance, far = (off_nadir_deg(zenith, altitude), slant_range_m(zenith, altitude), RADIUS_M + altitude)
+    assert math.sin(math.radians(look)) * far == pytest.approx(RADIUS_M * math.sin(math.radians(zenith)), rel=1e-12)
     at_centre = math.radians(zenith - look)
     square = RADIUS_M**2 + far**2 - 2.0 * RADIUS_M * far * math.cos(at_centre)
     assert distance == pytest.approx(math.sqrt(square), rel=1e-9)
@@ -69,9 +61,7 @@ def test_directions_and_ranges_are_those_of_positions_in_space(altitude, latitud
     np.testing.assert_allclose(seen.range_m, distance, rtol=1e-12)
     up = at(seen.latitude_deg, seen.longitude_deg, 1.0) - ground
     across = np.linalg.norm(np.cross(ray, up), axis=-1)
-    np.testing.assert_allclose(
-        seen.zenith_deg, np.degrees(np.arctan2(across, np.sum(ray * up, axis=-1))), atol=1e-6
-    )
+    np.testing.assert_allclose(seen.zenith_deg, np.degrees(np.arctan2(across, np.sum(ray * up, axis=-1))), atol=1e-6)
     assert seen.zenith_deg[0] == pytest.approx(zenith, abs=1e-9)
     # East is along the parallel: level, and square to the Earth's axis.
     east = np.cross([0.0, 0.0, 1.0], up)
@@ -106,9 +96,7 @@ def test_directions_in_the_plane_hang_together_over_a_pole(latitude):
 
 
 def at(latitude_deg, longitude_deg, altitude):
-    return np.stack(
-        TO_CENTRE.transform(longitude_deg, latitude_deg, np.full_like(latitude_deg, altitude)), axis=-1
-    )
+    return np.stack(TO_CENTRE.transform(longitude_deg, latitude_deg, np.full_like(latitude_deg, altitude)), axis=-1)
 
 
 def altitude_of(position):

@@ -7,17 +7,21 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.errors import ImageError
-from hcss_twin.matching.bounds import frame_cells, reference_cells
-from hcss_twin.matching.cloud_image import CloudImage, simulate_image
-from hcss_twin.matching.cloud_type import empty_frame
-from hcss_twin.matching.dimension_range import match_dimension
-from hcss_twin.matching.finish import refine
-from hcss_twin.matching.match import FRESH_SEEDS, SEARCH_SEEDS, match
-from hcss_twin.matching.start import brightness_exponent, fit_variogram
-from hcss_twin.matching.structure import image_structure, octave_lags, underlying_structure
-from hcss_twin.matching.target import Target
+from hcss_twin.analysis.matching.dimension_range import match_dimension
+from hcss_twin.analysis.matching.finish import refine
+from hcss_twin.analysis.matching.fragment import empty_frame
+from hcss_twin.analysis.matching.match import FRESH_SEEDS, SEARCH_SEEDS, match
+from hcss_twin.analysis.matching.start import brightness_exponent, fit_variogram, frame_cells, reference_cells
+from hcss_twin.analysis.matching.structure import (
+    CloudImage,
+    image_structure,
+    octave_lags,
+    simulate_image,
+    underlying_structure,
+)
+from hcss_twin.analysis.matching.target import Target
+from hcss_twin.core.errors import ImageError
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 FRAME = empty_frame(160, 160, 100.0)
 COVERAGE = 0.45
@@ -26,11 +30,7 @@ COVERAGE = 0.45
 def made(hurst, cells, exponent=1.0, seed=77, like=FRAME, coverage=COVERAGE):
     """Simulate an image with ``cells`` of the first octave across the frame along x and y."""
     parameters = FractalParameters(
-        gamma=2.0,
-        H=hurst,
-        L=reference_cells(np.array(cells), like),
-        k=(0, 5),
-        brightness_exponent=exponent,
+        gamma=2.0, H=hurst, L=reference_cells(np.array(cells), like), k=(0, 5), brightness_exponent=exponent
     )
     return parameters, simulate_image(parameters, coverage, like, seed)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PythonicDISORT.pydisort import pydisort
 
-from hcss_twin.multiple_scattering.layer import solve_layers
-from hcss_twin.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
 
 STREAMS = 64
 HALF = STREAMS // 2
@@ -33,9 +33,7 @@ def reference(tau: float, albedo: float, moments: np.ndarray, mu_sun: float) -> 
     scaling = {"NLeg": STREAMS, "f_arr": max(moments[STREAMS], 0.0)}
     # Its isotropic source is multiplied by 1 - albedo inside.
     source = np.array([[1.0]])
-    mu, _, _, mean = pydisort(
-        thick, w, STREAMS, chi, mu_sun, 0.0, 0.0, NFourier=1, s_poly_coeffs=source, **scaling
-    )[:4]
+    mu, _, _, mean = pydisort(thick, w, STREAMS, chi, mu_sun, 0.0, 0.0, NFourier=1, s_poly_coeffs=source, **scaling)[:4]
     # At its own directions, where nothing is interpolated, with the same exact single scattering.
     sunlit = pydisort(thick, w, STREAMS, chi, mu_sun, 1.0, 0.0, NFourier=STREAMS, NT_cor=True, **scaling)[4]
     radiance = sunlit(np.array([0.0, tau]), np.pi - AZIMUTH) / mu_sun
@@ -83,11 +81,7 @@ def check(count: int) -> None:
         many.append(errors(tau, albedo, given, mu_sun, exact, 24, 0.05))
     # Sharp Henyey-Greenstein peaks want more streams than 8 or 16; droplets do not. The one layer for which 24 are too
     # few is thin (0.035), its peak sharp (g = 0.948) and the view toward 87 degrees.
-    for found, share, largest in (
-        (usual, 0.9, 0.065),
-        (slant, 0.98, 0.065),
-        (many, 1.0 - 1.0 / count, 0.025),
-    ):
+    for found, share, largest in ((usual, 0.9, 0.065), (slant, 0.98, 0.065), (many, 1.0 - 1.0 / count, 0.025)):
         assert max(error.emissivity for error in found) < 0.003
         assert max(error.btdf for error in found) < 0.02
         brdf = np.array([error.brdf for error in found])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hcss_twin.multiple_scattering.layer import solve_layers
-from hcss_twin.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
 
 # S. Chandrasekhar, Radiative Transfer (Dover 1960), Table XI: H(mu) of conservative isotropic scattering.
 CONSERVATIVE_H = {0.1: 1.2474, 0.2: 1.4503, 0.3: 1.6425, 0.4: 1.8293, 0.5: 2.0128, 0.6: 2.1941, 0.7: 2.3740}
@@ -37,12 +37,8 @@ RADIANCES = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("tau", "albedo", "moments", "sun", "irradiance", "views", "printed", "tolerance"), RADIANCES
-)
-def test_radiances_equal_published_ones(
-    tau, albedo, moments, sun, irradiance, views, printed, tolerance
-) -> None:
+@pytest.mark.parametrize(("tau", "albedo", "moments", "sun", "irradiance", "views", "printed", "tolerance"), RADIANCES)
+def test_radiances_equal_published_ones(tau, albedo, moments, sun, irradiance, views, printed, tolerance) -> None:
     chi = np.array(moments)[:, np.newaxis]
     found = solve_sun([[tau]], [albedo], chi, views, sun, [np.pi] * 3, 8, 16)
     face = found[0] if irradiance > 0 else found[1]

@@ -4,7 +4,7 @@ import miepython
 import numpy as np
 import pytest
 
-from hcss_twin.optics.spheres import mie_efficiencies
+from hcss_twin.models.optics.spheres import mie_efficiencies
 
 # W. J. Wiscombe, Mie Scattering Calculations, NCAR/TN-140+STR (1979, revised 1996): index, x, Q_ext, Q_sca, g
 PUBLISHED = [
@@ -46,9 +46,7 @@ def test_a_sphere_does_not_depend_on_its_neighbours() -> None:
     np.testing.assert_allclose(together[:, ::500], alone, rtol=1e-11)
 
 
-@pytest.mark.parametrize(
-    ("index", "x"), [(1.3 + 0j, 0.0), (1.3 - 0.1j, 1.0), (0.0 + 1j, 1.0), (1.3 + 0j, np.nan)]
-)
+@pytest.mark.parametrize(("index", "x"), [(1.3 + 0j, 0.0), (1.3 - 0.1j, 1.0), (0.0 + 1j, 1.0), (1.3 + 0j, np.nan)])
 def test_impossible_spheres_are_refused(index, x) -> None:
     with pytest.raises(ValueError, match="allowed"):
         mie_efficiencies(np.array([index]), np.array([x]))

@@ -7,8 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import special
 
-from hcss_twin.optics.phase_function import MomentSums, amplitudes, legendre_polynomials, phase_function
-from hcss_twin.optics.spheres import mie_efficiencies
+from hcss_twin.models.optics.spheres import (
+    MomentSums,
+    amplitudes,
+    legendre_polynomials,
+    mie_efficiencies,
+    phase_function,
+)
 
 # C. F. Bohren and D. R. Huffman (1983), Appendix A, printed output of BHMIE: water drop of index 1.55, radius 0.525 um,
 # wavelength 0.6328 um. Angle (deg), S11 / S11(0), POL = -S12 / S11, S33 / S11, S34 / S11.
@@ -80,11 +85,7 @@ def test_amplitudes_equal_another_library() -> None:
 
 
 @settings(deadline=None, max_examples=25)
-@given(
-    x=st.floats(0.05, 120.0),
-    n=st.floats(1.05, 1.8),
-    log_k=st.floats(-8.0, 0.0),
-)
+@given(x=st.floats(0.05, 120.0), n=st.floats(1.05, 1.8), log_k=st.floats(-8.0, 0.0))
 def test_the_optical_theorem_holds(x, n, log_k) -> None:
     index = complex(n, 10.0**log_k)
     forward = amplitudes(index, x, np.array([1.0]))[0][0]
@@ -107,9 +108,7 @@ def test_small_spheres_scatter_as_rayleigh_says() -> None:
     mu = np.linspace(-1.0, 1.0, 21)
     moments = MomentSums(8)(1.33 + 1e-6j, np.array([1e-3]), np.ones(1))
     np.testing.assert_allclose(moments, [1.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0], atol=1e-6)
-    np.testing.assert_allclose(
-        phase_function(moments[:, np.newaxis], mu)[:, 0], 0.75 * (1 + mu**2), atol=1e-5
-    )
+    np.testing.assert_allclose(phase_function(moments[:, np.newaxis], mu)[:, 0], 0.75 * (1 + mu**2), atol=1e-5)
 
 
 def test_moments_rebuild_the_phase_function_of_spheres_of_many_sizes() -> None:

@@ -3,16 +3,15 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.optics import table_file
-from hcss_twin.optics.bulk import bulk_moments, bulk_properties
-from hcss_twin.optics.bulk_table import Accuracy, BulkTable
-from hcss_twin.optics.by_phase import BulkOptics
-from hcss_twin.optics.mie import MieOptics
-from hcss_twin.optics.parameters import BulkParameters, MieParameters
-from hcss_twin.optics.phase_function import phase_function
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics import table_store
+from hcss_twin.models.optics.bulk import bulk_moments, bulk_properties
+from hcss_twin.models.optics.bulk_table import Accuracy, BulkTable
+from hcss_twin.models.optics.mie import BulkOptics, MieOptics
+from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.models.optics.spheres import phase_function
+from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.providers import OpticsInputs
-from hcss_twin.refractive_index import load_refractive_index
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
 TYPES = ("stratus", "stratocumulus", "cumulus", "simulated", "cirrus")
@@ -50,12 +49,10 @@ def test_a_shipped_table_equals_computation_at_random_nodes(shipped) -> None:
     provider, name = shipped.split("-")
     parameters = PROVIDERS[provider][1]
     cloud = particles(name)
-    index = load_refractive_index(
-        Catalog(), parameters.water_index if cloud.phase == "water" else parameters.ice_index
-    )
+    index = load_refractive_index(Catalog(), parameters.water_index if cloud.phase == "water" else parameters.ice_index)
     count = 2 if shipped == "bulk-cirrus" else parameters.moments
     table = BulkTable(cloud, index, Accuracy(parameters.radius_nodes, parameters.spectral_step, count))
-    table_file.read_into(table, Catalog().root / "optics" / f"{shipped}.nc")
+    table_store.read_into(table, Catalog().root / "optics" / f"{shipped}.nc")
     assert not np.any(np.isnan(table.properties.values))
     generator = np.random.default_rng(len(shipped))
     for part, evaluate in ((table.properties, table._properties), (table.moments, table._moments)):
@@ -87,9 +84,7 @@ def test_interpolation_stays_within_the_stated_errors(low_um, high_um, extinctio
 def test_shipped_moments_make_phase_functions_above_zero_that_are_those_of_the_spheres(name) -> None:
     cloud, index = particles(name), load_refractive_index(Catalog(), "water")
     wavelength = np.sort(np.random.default_rng(11).uniform(3.2, 14.3, 12))[::-1]
-    moments = (
-        MieOptics(OpticsInputs(Catalog()), MieParameters()).single_scattering(cloud, 1e4 / wavelength).moments
-    )
+    moments = MieOptics(OpticsInputs(Catalog()), MieParameters()).single_scattering(cloud, 1e4 / wavelength).moments
     mu = np.cos(np.linspace(0.0, np.pi, 361))
     shipped = phase_function(moments, mu)
     assert np.all(shipped > 0.0)

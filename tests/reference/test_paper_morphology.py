@@ -11,11 +11,11 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog, catalog_root
-from hcss_twin.clouds.coverage import cloud_fraction_value, cloudy_pixels
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.evaluation.morphology import morphology
+from hcss_twin.analysis.measures.morphology import morphology
+from hcss_twin.core.catalog import Catalog, catalog_root
+from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
@@ -29,9 +29,7 @@ def measured(cloud_type, coverage, seed):
     shape = catalog.toml(catalog.find(cloud_type, "cloud_types", ".toml"))["fractal"]
     particles = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
     layer = CloudLayer(cloud_type, 333.0, 6000.0, "base", 10.0, coverage, None, particles)
-    inputs = CloudInputs(
-        layer, Grid(800, 800, 20.0), Motion(0.0, (0.0, 0.0), math.inf, 1.0), seed, catalog, shape
-    )
+    inputs = CloudInputs(layer, Grid(800, 800, 20.0), Motion(0.0, (0.0, 0.0), math.inf, 1.0), seed, catalog, shape)
     field = FractalClouds(inputs, FractalParameters()).field(0.0, slice(0, 800), slice(0, 800))
     return morphology(cloud_fraction_value(field), cloudy_pixels(field, coverage))
 
@@ -67,9 +65,7 @@ def test_a_surface_estimator_does_not_give_the_printed_fd():
         assert mean("surface_dimension", row[0] / 100.0) < 2.3
 
 
-@pytest.mark.parametrize(
-    ("cloud_type", "cells"), [("simulated", (3, 7)), ("cirrus", (50, 10)), ("stratus", (10, 10))]
-)
+@pytest.mark.parametrize(("cloud_type", "cells"), [("simulated", (3, 7)), ("cirrus", (50, 10)), ("stratus", (10, 10))])
 def test_the_aspect_of_fractal_clouds_is_the_ratio_of_their_cells(cloud_type, cells):
     found = [measured(cloud_type, 0.3, seed).aspect for seed in range(SEEDS)]
     # Cells are 16 km / L long. Few of the largest fit into the image.

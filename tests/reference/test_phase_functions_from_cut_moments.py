@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.multiple_scattering.phase_function import phase_function
-from hcss_twin.optics.bulk import bulk_moments
-from hcss_twin.refractive_index import load_refractive_index
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics.bulk import bulk_moments
+from hcss_twin.models.refractive_index import load_refractive_index
+from hcss_twin.physics.multiple_scattering.phase_function import phase_function
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
 DEGREES = np.linspace(15.0, 170.0, 311)
@@ -21,14 +21,7 @@ def summed(moments, degrees):
 
 @pytest.mark.parametrize(
     ("name", "wavelength_um"),
-    [
-        ("cirrus", 3.094),
-        ("stratus", 2.2),
-        ("stratus", 1.7),
-        ("stratus", 1.2),
-        ("cumulus", 1.0),
-        ("stratus", 0.75),
-    ],
+    [("cirrus", 3.094), ("stratus", 2.2), ("stratus", 1.7), ("stratus", 1.2), ("cumulus", 1.0), ("stratus", 0.75)],
 )
 def test_128_moments_give_the_phase_function_of_spheres_beside_its_forward_peak(name, wavelength_um) -> None:
     cloud_type = load_cloud_type(name, Catalog())
@@ -41,9 +34,7 @@ def test_128_moments_give_the_phase_function_of_spheres_beside_its_forward_peak(
     found = phase_function(np.cos(np.radians(DEGREES)), cut)[0]
     np.testing.assert_allclose(found, exact, rtol=0.045)
     # The sum itself is worth less.
-    assert np.max(np.abs(summed(cut[:, 0], DEGREES) / exact - 1.0)) > 5.0 * np.max(
-        np.abs(found / exact - 1.0)
-    )
+    assert np.max(np.abs(summed(cut[:, 0], DEGREES) / exact - 1.0)) > 5.0 * np.max(np.abs(found / exact - 1.0))
     away = EVERYWHERE > 2.0
     assert np.all(phase_function(np.cos(np.radians(EVERYWHERE[away])), cut) > 0.0)
 
@@ -62,9 +53,7 @@ def test_a_sum_that_is_negative_is_mended_whatever_its_last_moment_is() -> None:
     moments[-1] = 1.05 * moments[-2]  # not fading
     cosine = np.cos(np.radians(DEGREES))
     assert np.min(summed(moments[:, 0], EVERYWHERE)) < 0.0
-    np.testing.assert_allclose(
-        phase_function(cosine, moments), phase_function(cosine, moments[:2]), rtol=0.06
-    )
+    np.testing.assert_allclose(phase_function(cosine, moments), phase_function(cosine, moments[:2]), rtol=0.06)
 
 
 @pytest.mark.parametrize(

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from PythonicDISORT.pydisort import pydisort
 
+from hcss_twin.models.radiance.parameters import PhysicalParameters
+from hcss_twin.models.radiance.physical.air import Air
+from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import Declares, Sun, View
-from hcss_twin.radiance.parameters import PhysicalParameters
-from hcss_twin.radiance.physical.air import Air
-from hcss_twin.radiance.physical.model import Physical
-from hcss_twin.testing.plain import PlainOptics, PlainSea
-from hcss_twin.testing.samples import sample_layer, sample_radiance_inputs
+from hcss_twin.testing.samples import PlainOptics, PlainSea, sample_layer, sample_radiance_inputs
 
 STREAMS = 64
 HALF = STREAMS // 2
@@ -46,9 +45,7 @@ class PlaneGas:
 
 
 PROFILE = Profile("grey", ALTITUDE, 1e5 * np.exp(-ALTITUDE / 8e3), TEMPERATURE)
-LAYER = dataclasses.replace(
-    sample_layer(), base_m=1000.0, top_m=2000.0, thickness_min_m=10.0, temperature_K=280.0
-)
+LAYER = dataclasses.replace(sample_layer(), base_m=1000.0, top_m=2000.0, thickness_min_m=10.0, temperature_K=280.0)
 
 
 class GlintingSea(PlainSea):

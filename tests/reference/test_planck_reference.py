@@ -2,15 +2,12 @@ import numpy as np
 import pytest
 from scipy import constants, integrate
 
-from hcss_twin.physics.constants import BOLTZMANN_J_K, PLANCK_J_S, SPEED_OF_LIGHT_M_S
-from hcss_twin.physics.planck import planck, wavenumber_from_um
+from hcss_twin.physics.planck import BOLTZMANN_J_K, PLANCK_J_S, SPEED_OF_LIGHT_M_S, planck, wavenumber_from_um
 
 
 @pytest.mark.parametrize("temperature", [150.0, 288.15, 350.0, 5772.0])
 def test_integral_over_all_wavenumbers_is_stefan_boltzmann(temperature):
-    total, _ = integrate.quad(
-        lambda v: planck(np.array([v]), temperature)[0], 1e-3, 40 * temperature, limit=500
-    )
+    total, _ = integrate.quad(lambda v: planck(np.array([v]), temperature)[0], 1e-3, 40 * temperature, limit=500)
     assert total == pytest.approx(constants.sigma * temperature**4 / np.pi, rel=1e-8)
 
 

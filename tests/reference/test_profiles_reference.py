@@ -5,11 +5,14 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.humidity import saturation_pressure_Pa, water_vapour_column_kg_m2
-from hcss_twin.atmosphere.hydrostatics import altitude_of_pressure
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
-from hcss_twin.climatology import Climatology
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.climatology import Climatology
+from hcss_twin.models.atmosphere.moist_air import (
+    altitude_of_pressure,
+    saturation_pressure_Pa,
+    water_vapour_column_kg_m2,
+)
+from hcss_twin.models.atmosphere.profile_file import load_profile
 
 # Surface temperature (K) and column water vapour (g cm-2) of the AFGL models as tabulated with LOWTRAN7 and MODTRAN;
 # tropopause: coldest level below 20 km (km).
@@ -37,9 +40,7 @@ def test_afgl_surface_temperature_and_column_water(name):
 def test_afgl_heights_follow_from_pressure_and_temperature(name):
     profile = load_profile(name, Catalog())
     low = profile.altitude_m <= 30_000
-    found = altitude_of_pressure(
-        profile.pressure_Pa[low], profile.temperature_K[low], profile.mixing_ratio["h2o"][low]
-    )
+    found = altitude_of_pressure(profile.pressure_Pa[low], profile.temperature_K[low], profile.mixing_ratio["h2o"][low])
     # The models' pressures have four digits and their levels are 1 km apart.
     np.testing.assert_allclose(found, profile.altitude_m[low], atol=65)
 
@@ -63,9 +64,7 @@ def test_heights_of_the_standard_atmosphere():
         if temperature[low] == temperature[low + 1]:
             p = np.geomspace(pressure[low], pressure[low + 1], 60)[1:]
         else:
-            power = np.log(pressure[low + 1] / pressure[low]) / np.log(
-                temperature[low + 1] / temperature[low]
-            )
+            power = np.log(pressure[low + 1] / pressure[low]) / np.log(temperature[low + 1] / temperature[low])
             p = pressure[low] * (t / temperature[low]) ** power
         fine_p.extend(p)
         fine_t.extend(t)

@@ -9,12 +9,9 @@ import pytest
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.physics.paths import to_space
-from hcss_twin.reporting.cloud_optics_plot import efficiencies, optics_providers, particles
-from hcss_twin.reporting.page.pictures import png_of
-from hcss_twin.reporting.page.small_png import COLOURS, small_png
-from hcss_twin.reproduction import (
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.sea.pierson_moskowitz import spectrum_m2_s
+from hcss_twin.paper import (
     figure_03_sea_spectrum,
     figure_04_fractal_fields,
     figure_05_cloud_volume,
@@ -30,9 +27,11 @@ from hcss_twin.reproduction import (
     figure_parts,
     figure_scenes,
 )
-from hcss_twin.reproduction.figure_items import FIGURES
-from hcss_twin.reproduction.item import Check, Row, in_words
-from hcss_twin.sea.pierson_moskowitz import spectrum_m2_s
+from hcss_twin.paper.index import FIGURES
+from hcss_twin.paper.item import Check, Row, in_words
+from hcss_twin.physics.paths import to_space
+from hcss_twin.report.cloud_optics_plot import efficiencies, optics_providers, particles
+from hcss_twin.report.page.pictures import COLOURS, png_of, small_png
 
 FITTED = "reproduced with fitted inputs"
 MISSING = "not reproducible"
@@ -242,9 +241,7 @@ def test_the_highest_of_many_points_of_the_sea_is_that_of_normal_numbers():
     rng = np.random.default_rng(5)
     draws = np.abs(rng.standard_normal((200, 10_000))).max(axis=1)
     # Waves of 10 m/s have a standard deviation of 0.5332 m.
-    assert figure_10_cloud_types._expected_highest_m(10_000) == pytest.approx(
-        0.5332 * np.median(draws), rel=0.02
-    )
+    assert figure_10_cloud_types._expected_highest_m(10_000) == pytest.approx(0.5332 * np.median(draws), rel=0.02)
 
 
 class TestResolutions:
@@ -321,9 +318,7 @@ class TestTransmittance:
 
     def test_a_mean_is_over_wavelength(self):
         wavelength = np.linspace(1.0, 14.0, 3001)
-        found = figure_15_transmittance.mean_over(
-            wavelength, np.stack([wavelength, np.ones(3001)]), (3.0, 5.0)
-        )
+        found = figure_15_transmittance.mean_over(wavelength, np.stack([wavelength, np.ones(3001)]), (3.0, 5.0))
         np.testing.assert_allclose(found, [4.0, 1.0], rtol=1e-9)
 
     def test_the_spectrum_at_nadir_is_the_provider_s(self):
@@ -390,15 +385,11 @@ def test_reduced_images_are_block_means():
 def test_small_pictures_are_smaller_and_look_the_same():
     figure = figure_parts.blank(4.0, 3.0)
     rng = np.random.default_rng(7)
-    figure_parts.image_panel(
-        figure.subplots(), gaussian_filter(rng.standard_normal((200, 200)), 4.0), "title"
-    )
+    figure_parts.image_panel(figure.subplots(), gaussian_filter(rng.standard_normal((200, 200)), 4.0), "title")
     whole, small = png_of(figure), small_png(figure)
     assert len(small) < 0.9 * len(whole)
     assert small == small_png(figure)
-    before, after = (
-        np.asarray(Image.open(BytesIO(each)).convert("RGB"), dtype=float) for each in (whole, small)
-    )
+    before, after = (np.asarray(Image.open(BytesIO(each)).convert("RGB"), dtype=float) for each in (whole, small))
     assert before.shape == after.shape
     assert np.unique(after.reshape(-1, 3), axis=0).shape[0] <= COLOURS
     assert np.abs(before - after).mean() < 2.0

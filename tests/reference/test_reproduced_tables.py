@@ -3,21 +3,20 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import catalog_root
-from hcss_twin.radiance.reference import reference_radiance
-from hcss_twin.reproduction import fits, radiance_over_views, scene
-from hcss_twin.reproduction.fits import COVERS, SURFACES
-from hcss_twin.reproduction.fitted import fitted, fitted_inputs
-from hcss_twin.reproduction.index import heading
-from hcss_twin.reproduction.published import printed_row, published
-from hcss_twin.reproduction.radiance_over_views import LIMITS
-from hcss_twin.reproduction.run import outcomes
-from hcss_twin.reproduction.scene import BANDS, Columns, black_surface, columns_over_suns, columns_over_views
-from hcss_twin.reproduction.suns import sun_at_baseline, suns_of_table_5, suns_of_table_6
-from hcss_twin.reproduction.table_items import TABLES
-from hcss_twin.reproduction.tables_8_and_9 import eq_24_limits, eq_24_percent
+from hcss_twin.core.catalog import catalog_root
+from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.paper import fits, radiance_over_views, scene
+from hcss_twin.paper.fits import COVERS, SURFACES
+from hcss_twin.paper.fitted import fitted, fitted_inputs
+from hcss_twin.paper.index import TABLES, heading
+from hcss_twin.paper.published import printed_row, published
+from hcss_twin.paper.radiance_over_views import LIMITS
+from hcss_twin.paper.run import outcomes
+from hcss_twin.paper.scene import BANDS, Columns, black_surface, columns_over_suns, columns_over_views
+from hcss_twin.paper.suns import sun_at_baseline, suns_of_table_5, suns_of_table_6
+from hcss_twin.paper.tables_8_and_9 import eq_24_limits, eq_24_percent
+from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scene.make_plan import make_plan
 
 PHYSICAL = scene._PHYSICAL
 
@@ -87,9 +86,7 @@ def test_the_verdict_of_a_table_is_the_one_we_know(name):
     assert outcome(name).verdict == VERDICTS[name]
 
 
-def test_the_corrected_physics_beside_is_brighter_by_day_in_the_mid_wave_and_alike_in_the_long_wave(
-    monkeypatch,
-):
+def test_the_corrected_physics_beside_is_brighter_by_day_in_the_mid_wave_and_alike_in_the_long_wave(monkeypatch):
     monkeypatch.setattr(scene, "_PHYSICAL", PHYSICAL)
     plan = scene.scene.__wrapped__("physical", 20.0, ("mwir", "lwir"), 1.0, fitted("sea temperature"))
     clear, opaque = reference_radiance(
@@ -129,9 +126,7 @@ def test_no_single_cover_gives_the_rows_of_both_bands():
     table = columns_over_views("as-printed")
     for cover in np.linspace(0.15, 0.35, 81):
         misses = [
-            np.sqrt(
-                np.mean((table.mixed(cover, list(BANDS).index(band)) / printed_row("table_4", band) - 1) ** 2)
-            )
+            np.sqrt(np.mean((table.mixed(cover, list(BANDS).index(band)) / printed_row("table_4", band) - 1) ** 2))
             for band in LIMITS
         ]
         assert any(miss > limit for miss, limit in zip(misses, LIMITS.values(), strict=True))

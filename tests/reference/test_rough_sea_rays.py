@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.refractive_index import load_refractive_index
+from hcss_twin.models.sea.parameters import RoughSeaParameters
+from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.providers import SeaInputs
-from hcss_twin.refractive_index import load_refractive_index
-from hcss_twin.sea.parameters import RoughSeaParameters
-from hcss_twin.sea.rough_sea import RoughSea
 
 WAVELENGTH_UM = np.array([3.7, 10.8, 12.0])
 N = 1024
@@ -164,9 +164,7 @@ def test_gauss_nodes_carry_the_sky_as_well_as_250_do():
         many = sea(wind).reflection_weights(wavenumber, mu, fine, "linear")
         few = sea(wind).reflection_weights(wavenumber, mu, gauss)
         skies = [-np.expm1(-0.3 / nodes) for nodes in (fine, gauss)]
-        found, expected = (
-            np.einsum("mnv,n->mv", w, s) for w, s in zip((few, many), skies[::-1], strict=True)
-        )
+        found, expected = (np.einsum("mnv,n->mv", w, s) for w, s in zip((few, many), skies[::-1], strict=True))
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=3e-4)
 
 
@@ -178,9 +176,7 @@ def main():
             cosines, _ = traced(wind, zenith_deg)
             mu = np.array([np.cos(np.radians(zenith_deg))])
             whole = sea(wind).emissivity(nu, mu).item() - emissivity_of(cosines, n, k)
-            first = sea(wind, re_reflection=False).emissivity(nu, mu).item() - emissivity_of(
-                cosines[:, :1], n, k
-            )
+            first = sea(wind, re_reflection=False).emissivity(nu, mu).item() - emissivity_of(cosines[:, :1], n, k)
             hit = [np.mean(cosines[:, i] > 0.0) for i in (1, 2)]
             print(
                 f"{wind:3.0f} m/s {zenith_deg:3.0f} deg: {whole:+.4f}, first hit alone {first:+.4f}; "

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.refractive_index import load_refractive_index
+from hcss_twin.models.sea.cox_munk import CoxMunkSea
+from hcss_twin.models.sea.parameters import CoxMunkParameters, RoughSeaParameters
+from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.providers import SeaInputs
-from hcss_twin.refractive_index import load_refractive_index
-from hcss_twin.sea.cox_munk import CoxMunkSea
-from hcss_twin.sea.parameters import CoxMunkParameters, RoughSeaParameters
-from hcss_twin.sea.rough_sea import RoughSea
 
 
 def sea(wind: float) -> CoxMunkSea:
@@ -111,26 +111,15 @@ def test_wind_lowers_emissivity_at_moderate_views_and_raises_it_toward_the_horiz
 
 @pytest.mark.parametrize("law", ["upwind-crosswind", "gram-charlier"])
 @pytest.mark.parametrize("bearing_deg", [0.0, 40.0, 90.0, 160.0, 250.0])
-def test_emissivity_at_a_bearing_agrees_with_a_sum_over_slopes_in_the_winds_frame(
-    law: str, bearing_deg: float
-) -> None:
-    wavenumber, wind, zenith, bearing = (
-        np.array([1e4 / 11.0]),
-        12.0,
-        np.radians(70.0),
-        np.radians(bearing_deg),
-    )
+def test_emissivity_at_a_bearing_agrees_with_a_sum_over_slopes_in_the_winds_frame(law: str, bearing_deg: float) -> None:
+    wavenumber, wind, zenith, bearing = (np.array([1e4 / 11.0]), 12.0, np.radians(70.0), np.radians(bearing_deg))
     index = load_refractive_index(Catalog(), "water").at(wavenumber)[0]
     sigma_up, sigma_cross = np.sqrt(0.00316 * wind), np.sqrt(0.003 + 0.00192 * wind)
     axis = np.linspace(-6.0, 6.0, 1201)
     eta, xi = axis[:, None], axis[None, :]
     density = np.exp(-0.5 * (eta**2 + xi**2))
     if law == "gram-charlier":
-        series = (
-            1
-            - (0.01 - 0.0086 * wind) / 2 * (xi**2 - 1) * eta
-            - (0.04 - 0.033 * wind) / 6 * (eta**3 - 3 * eta)
-        )
+        series = 1 - (0.01 - 0.0086 * wind) / 2 * (xi**2 - 1) * eta - (0.04 - 0.033 * wind) / 6 * (eta**3 - 3 * eta)
         series = series + 0.4 / 24 * (xi**4 - 6 * xi**2 + 3) + 0.12 / 4 * (xi**2 - 1) * (eta**2 - 1)
         density = density * np.maximum(series + 0.23 / 24 * (eta**4 - 6 * eta**2 + 3), 0.0)
     toward = eta * sigma_up * np.cos(bearing) + xi * sigma_cross * np.sin(bearing)
@@ -139,13 +128,7 @@ def test_emissivity_at_a_bearing_agrees_with_a_sum_over_slopes_in_the_winds_fram
     share = density * seen
     expected = 1.0 - (share * real_fresnel(index.real, index.imag, cosine)).sum() / share.sum()
     parameters = RoughSeaParameters.model_validate(
-        {
-            "slopes": law,
-            "foam": False,
-            "re_reflection": False,
-            "water_temperature": False,
-            "salinity_psu": 0.0,
-        }
+        {"slopes": law, "foam": False, "re_reflection": False, "water_temperature": False, "salinity_psu": 0.0}
     )
     model = RoughSea(SeaInputs(wind, 0.0, 290.0, Catalog()), parameters)
     found = model.emissivity(wavenumber, np.array([np.cos(zenith)]), np.array([bearing])).item()

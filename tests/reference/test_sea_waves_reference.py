@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from hcss_twin.sea import pierson_moskowitz as pm
+from hcss_twin.models.sea import pierson_moskowitz as pm
 
 
 def spectrum(omega: float, wind: float) -> float:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy import integrate, interpolate, stats
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.sensor.parameters import RadiometerParameters
+from hcss_twin.models.sensor.radiometer import Radiometer
+from hcss_twin.models.sensor.random_numbers import poisson
 from hcss_twin.providers import Grid, SensorBand, SensorInputs
-from hcss_twin.sensor.parameters import RadiometerParameters
-from hcss_twin.sensor.poisson import poisson
-from hcss_twin.sensor.radiometer import Radiometer
 
 PLANCK, LIGHT, BOLTZMANN = 6.62607015e-34, 299792458.0, 1.380649e-23
 BOX = {"mid": (3.0, 5.0), "long": (8.0, 14.0)}
@@ -49,9 +49,7 @@ def test_gaussian_spread_has_the_transfer_of_a_gaussian(along_y, along_x):
     # the Fourier transform of the spread, integrated in space
     axis = np.linspace(-12.0, 12.0, 4801) * sigma
     spread = stats.norm.pdf(axis, scale=sigma)
-    closed = np.prod(
-        [np.trapezoid(spread * np.cos(2.0 * np.pi * f * axis), axis) for f in (along_y, along_x)]
-    )
+    closed = np.prod([np.trapezoid(spread * np.cos(2.0 * np.pi * f * axis), axis) for f in (along_y, along_x)])
     assert found == pytest.approx(closed, rel=0.01)
 
 
@@ -91,9 +89,7 @@ def test_transfer_by_a_slanted_edge():
     y, x = np.mgrid[:size, :size].astype(float)
     along = x - size / 2 - slope * (y - size / 2)
     share = np.clip(along + 0.5, 0.0, 1.0)  # of the pixel beyond the edge, for an edge along the columns
-    measured = (
-        sensor(size, size, psf="gaussian", psf_sigma=sigma).measure((1.0 + share)[None], 0, 0.0).radiance[0]
-    )
+    measured = sensor(size, size, psf="gaussian", psf_sigma=sigma).measure((1.0 + share)[None], 0, 0.0).radiance[0]
     inner = slice(30, -30)
     place = np.round(along[inner, inner].ravel() * fine).astype(int)
     keep = np.abs(place) <= 20 * fine
@@ -140,9 +136,7 @@ def test_a_flat_scene_is_as_noisy_in_radiance_as_asked():
 
 
 def test_photons_are_those_of_the_radiometric_equation():
-    provider = sensor(
-        4, 4, aperture_diameter=0.1, pixel_angle=5e-5, transmission=0.8, photon_temperature=290.0
-    )
+    provider = sensor(4, 4, aperture_diameter=0.1, pixel_angle=5e-5, transmission=0.8, photon_temperature=290.0)
     rate = provider.measure(np.full((1, 4, 4), 1.5), 0, 0.0).photon_rate
     wavelength = np.linspace(3.0, 5.0, 20001) * 1e-6
     planck = wavelength**-5 / (np.exp(PLANCK * LIGHT / (wavelength * BOLTZMANN * 290.0)) - 1.0)

@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers import CloudInputs, Grid, Motion
-from hcss_twin.registry.kinds import Kind
-from hcss_twin.registry.registry import Registry
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.models import Layer
 

@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
 
-from hcss_twin.catalog import catalog_root
+from hcss_twin.core.catalog import catalog_root
 from hcss_twin.physics.sun import sun_position
 
 PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))

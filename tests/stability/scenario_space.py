@@ -8,15 +8,7 @@ from hypothesis import strategies as st
 from hcss_twin.cube.variables import VARIABLES
 
 CLOUD_TYPES = ("cirrus", "cumulus", "simulated", "stratocumulus", "stratus")
-CATALOG_BANDS = (
-    "mwir-3.7",
-    "mwir-4.2-4.4",
-    "mwir-3.4-4.1",
-    "lwir-8.5",
-    "lwir-9.7",
-    "lwir-10.8",
-    "swir-2.7-3.0",
-)
+CATALOG_BANDS = ("mwir-3.7", "mwir-4.2-4.4", "mwir-3.4-4.1", "lwir-8.5", "lwir-9.7", "lwir-10.8", "swir-2.7-3.0")
 # The mask of shadows is an error without them; the groups bring it.
 VARIABLE_NAMES = (*(spec.name for spec in VARIABLES if spec.name != "shadow_mask"), "terms", "truth", "all")
 
@@ -56,9 +48,7 @@ def layers(draw):
         "thickness_min": depth * draw(numbers(1e-3, 1)),
         "anchor": draw(st.sampled_from(["base", "top"])),
         "temperature": draw(numbers(150, 350)),
-        "parameters": draw(
-            st.sampled_from([shape, {"gamma": shape["gamma"]}, {"H": shape["H"]}, {"k": shape["k"]}])
-        ),
+        "parameters": draw(st.sampled_from([shape, {"gamma": shape["gamma"]}, {"H": shape["H"]}, {"k": shape["k"]}])),
     }
     kept = draw(st.sets(st.sampled_from(list(optional))))
     return {
@@ -119,10 +109,7 @@ def sections(draw, models):
             "latitude": draw(st.one_of(numbers(-90, 90), st.sampled_from([-90.0, 90.0]))),
             "longitude": draw(st.one_of(numbers(-180, 360), st.sampled_from([-180.0, 360.0]))),
         },
-        "view": {
-            "zenith": draw(st.one_of(numbers(0, 85), st.sampled_from([0.0, 85.0]))),
-            "azimuth": draw(azimuths),
-        },
+        "view": {"zenith": draw(st.one_of(numbers(0, 85), st.sampled_from([0.0, 85.0]))), "azimuth": draw(azimuths)},
         "image": {
             "rows": draw(st.integers(1, 8)),
             "columns": draw(st.integers(1, 8)),
@@ -274,10 +261,7 @@ def wide_layers(draw, particles):
     generator = draw(st.sampled_from(["fractal", "fractal", "imagery", "surrogate"]))
     if generator != "fractal":
         layer |= {"generator": generator, "edge_taper": 0.0, "coverage_mode": "frame"}
-        layer["parameters"] = {
-            "image": "image.npy",
-            "method": draw(st.sampled_from(["otsu", "local", "coverage"])),
-        }
+        layer["parameters"] = {"image": "image.npy", "method": draw(st.sampled_from(["otsu", "local", "coverage"]))}
         if layer["parameters"]["method"] != "coverage":
             layer.pop("coverage")
     elif "parameters" in layer:
@@ -308,11 +292,7 @@ def wide_scenarios(draw, models=PAPER, particles=False):
     raw["clouds"] = draw(st.one_of(wide_layers(particles), wide_layers(particles), pairs()))
     if raw["clouds"].get("generator", "fractal") != "fractal":
         # What would leave the image is refused.
-        raw["image"] = {
-            "rows": draw(st.integers(1, 60)),
-            "columns": draw(st.integers(1, 60)),
-            "pixel_size": 100.0,
-        }
+        raw["image"] = {"rows": draw(st.integers(1, 60)), "columns": draw(st.integers(1, 60)), "pixel_size": 100.0}
         raw["motion"] = {"wind_speed": 0.0}
     elif draw(st.booleans()):
         rows, columns = draw(st.sampled_from(SHAPES))
@@ -337,10 +317,7 @@ def sensors(draw):
             chosen["psf_file"] = "psf.txt"
     counts = chosen["noise"] == "photon"
     if counts or chosen["psf"] == "airy":
-        chosen |= {
-            "aperture_diameter": draw(log_numbers(0.01, 10)),
-            "pixel_angle": draw(log_numbers(1e-7, 0.1)),
-        }
+        chosen |= {"aperture_diameter": draw(log_numbers(0.01, 10)), "pixel_angle": draw(log_numbers(1e-7, 0.1))}
     if counts:
         chosen |= {
             "integration_time": draw(log_numbers(1e-6, 10)),
@@ -358,10 +335,7 @@ def sensors(draw):
             chosen["nedt_temperature"] = draw(numbers(150, 400))
         chosen["offset_radiance"] = draw(log_numbers(1e-6, 1))
     if draw(st.booleans()):
-        chosen |= {
-            "gain_deviation": draw(numbers(0, 1)),
-            "fixed_pattern": draw(st.sampled_from(["pixel", "row"])),
-        }
+        chosen |= {"gain_deviation": draw(numbers(0, 1)), "fixed_pattern": draw(st.sampled_from(["pixel", "row"]))}
     match draw(st.sampled_from(["no converter", "full", "full and counted"])):
         case "full and counted":
             chosen["bits"] = draw(st.integers(1, 24))
@@ -386,10 +360,7 @@ def platforms(draw, raw):
         platform["off_nadir"] = draw(numbers(0, 60 if platform["altitude"] < 1e6 else 9))
     if draw(st.booleans()):
         image.pop("pixel_size", None)
-        platform |= {
-            "focal_length": draw(log_numbers(0.05, 20)),
-            "detector_pitch": draw(log_numbers(5e-6, 1e-3)),
-        }
+        platform |= {"focal_length": draw(log_numbers(0.05, 20)), "detector_pitch": draw(log_numbers(5e-6, 1e-3))}
     if draw(st.booleans()):
         motion.pop("platform_speed", None)
         platform["mode"] = draw(st.sampled_from(["staring", "push-broom"]))
@@ -404,9 +375,7 @@ def seen_scenarios(draw, models=PAPER):
     if draw(st.booleans()):
         draw(platforms(raw))
     raw["sensor"] = draw(sensors())
-    asked = draw(
-        st.sets(st.sampled_from(["brightness_temperature", "cloud_mask", "terms", "cloud_top_altitude"]))
-    )
+    asked = draw(st.sets(st.sampled_from(["brightness_temperature", "cloud_mask", "terms", "cloud_top_altitude"])))
     raw["output"] = {"variables": ["radiance", *sorted(asked)]}
     # Slant paths want more of clouds than most of these have.
     raw.pop("slant", None)

@@ -7,11 +7,10 @@ import tifffile
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hcss_twin.clouds.database.segmentation import Cleaning, segment
-from hcss_twin.clouds.imagery.reader import read_image
-from hcss_twin.clouds.imagery.single_clouds import SingleClouds
-from hcss_twin.clouds.imagery.sky import Sky
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.clouds.database.segmentation import Cleaning, segment
+from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.models.clouds.imagery.sky import SingleClouds, Sky
 
 FEW = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
@@ -45,9 +44,7 @@ def test_any_window_of_any_sky_is_that_part_of_a_larger_one(shapes, seed, covera
     density = sky.density(coverage)
     (row, column), (top, left, rows, columns) = corner, part
     whole = sky.thickness_m(slice(row, row + 50), slice(column, column + 50), density)
-    window = sky.thickness_m(
-        slice(row + top, row + top + rows), slice(column + left, column + left + columns), density
-    )
+    window = sky.thickness_m(slice(row + top, row + top + rows), slice(column + left, column + left + columns), density)
     np.testing.assert_array_equal(window, whole[top : top + rows, left : left + columns])
     arrivals = sky.arrivals(slice(row, row + 50), slice(column, column + 50), 12)
     # 12 layers leave 2**-12 of the sky clear: denser than any coverage asked for here.

@@ -11,14 +11,13 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy.special import ndtr, ndtri
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.coverage import cloudy_pixels, highest_values
-from hcss_twin.clouds.exceedance import exceedance
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.normal_quantile import quantile
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.clouds.interpolation import cubic_weights, split
-from hcss_twin.clouds.thickness import field_thickness, frame_thickness, map_thickness
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.clouds.coverage import cloudy_pixels, exceedance, highest_values
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.lattice import quantile
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.models.clouds.fractal.rows import cubic_weights, split
+from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, map_thickness
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 MANY = examples(200)
@@ -26,11 +25,7 @@ FEW = examples(30)
 WATER = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
 SHARE = st.one_of(st.sampled_from([0.0, 1.0, 1e-12, 1.0 - 1e-12, 0.5]), st.floats(0.0, 1.0))
 FIELDS = st.one_of(
-    hnp.arrays(
-        np.float32,
-        st.tuples(st.integers(1, 12), st.integers(1, 12)),
-        elements=st.floats(-9.0, 9.0, width=32),
-    ),
+    hnp.arrays(np.float32, st.tuples(st.integers(1, 12), st.integers(1, 12)), elements=st.floats(-9.0, 9.0, width=32)),
     st.tuples(st.integers(1, 12), st.floats(-9.0, 9.0, width=32)).map(
         lambda drawn: np.full((drawn[0], 7), drawn[1], np.float32)
     ),
@@ -108,9 +103,7 @@ def test_grey_levels_of_any_scale_become_thickness_between_the_limits(levels, po
     levels = levels * 10.0**power
     thickness = map_thickness(levels, np.ones((3, 3), bool), share * most, most)
     assert np.all(np.isfinite(thickness))
-    assert np.all(
-        (thickness > 0.0) & (thickness <= most * (1 + 1.2e-7)) & (thickness >= share * most * (1 - 1.2e-7))
-    )
+    assert np.all((thickness > 0.0) & (thickness <= most * (1 + 1.2e-7)) & (thickness >= share * most * (1 - 1.2e-7)))
     order = np.argsort(levels, kind="stable")
     assert np.all(np.diff(thickness.ravel()[order]) >= 0.0)
 

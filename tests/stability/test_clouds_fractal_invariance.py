@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.fractal.generator import FractalClouds, displacement_pixels
-from hcss_twin.clouds.fractal.parameters import FractalParameters
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.clouds.fractal.generator import FractalClouds, displacement_pixels
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 TYPES = {
@@ -25,9 +25,7 @@ WATER = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
 def generator(shape, motion=MOVING, rows=60, columns=70, pixel=20.0, coverage=0.4, seed=11):
     layer = CloudLayer("x", 0.0, 1000.0, "base", 33.0, coverage, None, WATER)
     grid = Grid(rows, columns, pixel)
-    return FractalClouds(
-        CloudInputs(layer, grid, motion, seed, Catalog(root=Path("none")), shape), FractalParameters()
-    )
+    return FractalClouds(CloudInputs(layer, grid, motion, seed, Catalog(root=Path("none")), shape), FractalParameters())
 
 
 @pytest.mark.parametrize("name", TYPES)
@@ -99,9 +97,7 @@ def test_small_steps_in_time_make_small_changes_far_out_too():
 @pytest.mark.parametrize("shape", [(1, 1), (1, 37), (40, 1)], ids=str)
 def test_extreme_parameters_give_finite_frames_with_exact_coverage(gamma, hurst, octaves, shape):
     rows, columns = shape
-    made = generator(
-        {"gamma": gamma, "H": hurst, "L": [1e-3, 1e4], "k": octaves}, MOVING, rows, columns, pixel=1000.0
-    )
+    made = generator({"gamma": gamma, "H": hurst, "L": [1e-3, 1e4], "k": octaves}, MOVING, rows, columns, pixel=1000.0)
     assert math.fsum(octave.variance for octave in made.octaves) == pytest.approx(1.0)
     for time in (0.0, 1e6):
         field = made.field(time, slice(0, rows), slice(0, columns))
@@ -127,8 +123,6 @@ def test_coverage_is_exact_in_every_frame(coverage, pixels):
         assert thickness.max() <= 1000.0
 
 
-@pytest.mark.parametrize(
-    "window", [(slice(3, 3), slice(0, 5)), (slice(0, 5), slice(9, 2))], ids=["rows", "columns"]
-)
+@pytest.mark.parametrize("window", [(slice(3, 3), slice(0, 5)), (slice(0, 5), slice(9, 2))], ids=["rows", "columns"])
 def test_an_empty_window_is_an_empty_array(window):
     assert generator(TYPES["stratus"]).field(0.0, *window).size == 0

@@ -8,14 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.fractal_dimension.body import body_dimension
-from hcss_twin.evaluation.fractal_dimension.boundary import boundary_dimension
-from hcss_twin.evaluation.fractal_dimension.differential_box_counting import box_counting_dimension
-from hcss_twin.evaluation.fractal_dimension.spectrum import spectral_dimension
-from hcss_twin.evaluation.fractal_dimension.variogram import variogram_dimension
-from hcss_twin.evaluation.histogram_metrics import histogram_metrics
-from hcss_twin.evaluation.morphology import morphology
+from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
+    body_dimension,
+    boundary_dimension,
+    box_counting_dimension,
+)
+from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
+from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics
+from hcss_twin.analysis.measures.morphology import morphology
+from hcss_twin.core.errors import ImageError
 
 SHAPES = st.tuples(st.integers(1, 70), st.integers(1, 70))
 

@@ -4,9 +4,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcss_twin.multiple_scattering.layer import solve_layers
-from hcss_twin.multiple_scattering.sun import solve_sun
-from hcss_twin.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
 THICKNESS = st.one_of(st.sampled_from([0.0, 1e6]), st.floats(-8, 6).map(lambda power: 10.0**power))
 ALBEDO = st.one_of(
@@ -52,12 +52,7 @@ def test_sunlight_is_finite_and_goes_both_ways(tau, albedo, g, view, sun, azimut
 
 
 @settings(deadline=None, max_examples=60)
-@given(
-    st.lists(st.tuples(THICKNESS, ALBEDO, ASYMMETRY), min_size=2, max_size=4),
-    COSINE,
-    COSINE,
-    st.floats(0, np.pi),
-)
+@given(st.lists(st.tuples(THICKNESS, ALBEDO, ASYMMETRY), min_size=2, max_size=4), COSINE, COSINE, st.floats(0, np.pi))
 def test_layers_together_are_what_each_is_alone(layers, view, sun, azimuth) -> None:
     """Black, white, empty and opaque layers beside each other do not disturb one another."""
     tau, albedo, g = np.array(layers).T

@@ -6,12 +6,11 @@ from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.optics.bulk import bulk_moments, bulk_properties
-from hcss_twin.optics.phase_function import phase_function
-from hcss_twin.optics.size_distribution import gamma_distribution, water_content_kg_m3
-from hcss_twin.optics.spheres import mie_efficiencies
-from hcss_twin.refractive_index import load_refractive_index
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics.bulk import bulk_moments, bulk_properties
+from hcss_twin.models.optics.size_distribution import gamma_distribution, water_content_kg_m3
+from hcss_twin.models.optics.spheres import mie_efficiencies, phase_function
+from hcss_twin.models.refractive_index import load_refractive_index
 
 CATALOG = Catalog()
 INDEX = {name: load_refractive_index(CATALOG, name) for name in ("water-273K", "ice")}
@@ -72,13 +71,7 @@ def test_any_cloud_has_an_albedo_between_0_and_1_and_a_phase_function_of_mean_1(
 
 @pytest.mark.long
 @settings(max_examples=200, deadline=None)
-@given(
-    st.sampled_from(["water", "ice"]),
-    powers(-3, 2.69),
-    st.floats(0.01, 0.4),
-    powers(-9, -1),
-    st.floats(0.7, 14.3),
-)
+@given(st.sampled_from(["water", "ice"]), powers(-3, 2.69), st.floats(0.01, 0.4), powers(-9, -1), st.floats(0.7, 14.3))
 def test_many_clouds(phase, radius, variance, content, micron):
     check = test_any_cloud_has_an_albedo_between_0_and_1_and_a_phase_function_of_mean_1
     check.hypothesis.inner_test(phase, radius, variance, content, micron)

@@ -4,10 +4,10 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hcss_twin.atmosphere.humidity import relative_humidity, water_vapour_column_kg_m2
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.moist_air import relative_humidity, water_vapour_column_kg_m2
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.profile import GASES
 
 HEADS = {
@@ -55,13 +55,7 @@ def dry_soundings(draw):
 
 
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    st.one_of(
-        tables(),
-        dry_soundings(),
-        st.text(max_size=80),
-    )
-)
+@given(st.one_of(tables(), dry_soundings(), st.text(max_size=80)))
 def test_a_sound_profile_or_a_refusal(tmp_path, text):
     path = tmp_path / "any.csv"
     path.write_text(text, encoding="utf-8")

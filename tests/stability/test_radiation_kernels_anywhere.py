@@ -9,17 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.radiance.brightness import BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
+from hcss_twin.models.radiance.spectral_nodes import choose_nodes
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.geometry import scattering_cosine, wind_azimuths
-from hcss_twin.physics.henyey_greenstein import henyey_greenstein
 from hcss_twin.physics.monotone_cubic import pchip_in_window
+from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 from hcss_twin.physics.planck import FIRST_RADIATION, SECOND_RADIATION, planck
 from hcss_twin.physics.sun import sun_position
-from hcss_twin.radiance.spectral_band import SpectralBand
-from hcss_twin.radiance.spectral_grid import dense_grid
-from hcss_twin.radiance.spectral_nodes import choose_nodes
-from hcss_twin.scene.brightness import BrightnessTemperature
 
 MANY = examples(200)
 FEW = examples(40)
@@ -36,9 +35,7 @@ def bands(draw):
     low = draw(st.floats(0.7, 14.3 - width))
     count = draw(st.integers(2, 12))
     wavelength = np.linspace(low, low + width, count)
-    response = np.array(
-        draw(st.lists(st.sampled_from([0.0, 1e-12, 0.3, 1.0]), min_size=count, max_size=count))
-    )
+    response = np.array(draw(st.lists(st.sampled_from([0.0, 1e-12, 0.3, 1.0]), min_size=count, max_size=count)))
     return SpectralBand("drawn", wavelength, response if response.any() else np.ones(count))
 
 
@@ -105,11 +102,7 @@ def test_a_scattering_cosine_is_that_of_the_two_vectors(view, sun, azimuth):
 
 
 @FEW
-@given(
-    st.datetimes(datetime(1700, 1, 1), datetime(2200, 12, 30)),
-    st.floats(-90.0, 90.0),
-    st.floats(-180.0, 360.0),
-)
+@given(st.datetimes(datetime(1700, 1, 1), datetime(2200, 12, 30)), st.floats(-90.0, 90.0), st.floats(-180.0, 360.0))
 def test_the_sun_is_somewhere_at_every_place_and_time(when, latitude, longitude):
     times = [when.replace(tzinfo=UTC) + timedelta(hours=hour) for hour in range(25)]
     zenith, azimuth, distance = sun_position(times, latitude, longitude)

@@ -4,10 +4,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.sea.parameters import RoughSeaParameters
+from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.providers import SeaInputs
-from hcss_twin.sea.parameters import RoughSeaParameters
-from hcss_twin.sea.rough_sea import RoughSea
 
 WAVENUMBER = 1e4 / np.array([14.0, 10.0, 3.7, 2.75, 1.0])
 X, _ = np.polynomial.legendre.leggauss(8)
@@ -31,9 +31,7 @@ def test_every_sea_is_finite_balanced_and_reciprocal(
     wind, mu, other, azimuth, bearing, temperature, slopes, shadowing, re_reflection, foam
 ):
     wind = min(wind, 20.0) if slopes == "gram-charlier" else wind
-    parameters = RoughSeaParameters(
-        slopes=slopes, shadowing=shadowing, re_reflection=re_reflection, foam=foam
-    )
+    parameters = RoughSeaParameters(slopes=slopes, shadowing=shadowing, re_reflection=re_reflection, foam=foam)
     sea = RoughSea(SeaInputs(wind, 0.0, temperature, CATALOG), parameters)
     views = np.array([mu])
     bearings = None if bearing is None else np.array([bearing])

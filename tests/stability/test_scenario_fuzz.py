@@ -27,9 +27,7 @@ def _settings(examples):
 def _paths(value, path=()):
     if path:
         yield path
-    entries = (
-        value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    )
+    entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, each in entries:
         yield from _paths(each, (*path, key))
 
@@ -41,18 +39,14 @@ scalars = st.one_of(
     st.integers(10**300, 10**400),
     st.floats(),
     st.text(max_size=12),
-    st.sampled_from(
-        ["1 km", "20 degC", "130%", "frozen", "5 kg", "nan", "1e999 m", "~x/y", "..", "/", "a" * 300]
-    ),
+    st.sampled_from(["1 km", "20 degC", "130%", "frozen", "5 kg", "nan", "1e999 m", "~x/y", "..", "/", "a" * 300]),
     st.dates(),
     st.datetimes(),
     st.binary(max_size=3),
 )
 anything = st.recursive(
     scalars,
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3), st.dictionaries(st.text(max_size=6), inner, max_size=3)
-    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(st.text(max_size=6), inner, max_size=3)),
     max_leaves=5,
 )
 
@@ -129,9 +123,7 @@ def check_nothing_is_changed(raw, base, plan, cube):
         for key, value in raw.get(section, {}).items():
             assert kept[section][key] == value, (section, key)
     asked = raw.get("clouds", {})
-    for given_, layer in zip(
-        asked.get("layers", [asked] if asked else []), kept["clouds"]["layers"], strict=True
-    ):
+    for given_, layer in zip(asked.get("layers", [asked] if asked else []), kept["clouds"]["layers"], strict=True):
         for key, value in given_.items():
             assert layer[key] == value or key in ("generator", "parameters"), key
     for band, resolved in zip(raw["bands"], plan.bands, strict=True):

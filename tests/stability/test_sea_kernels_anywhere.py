@@ -6,15 +6,15 @@ from examples import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.sea.cox_munk import CoxMunkSea
+from hcss_twin.models.sea.facets import smith_lambda
+from hcss_twin.models.sea.parameters import CoxMunkParameters
+from hcss_twin.models.sea.sea_water import foam_coverage
+from hcss_twin.models.sea.slope_statistics import slope_statistics
+from hcss_twin.models.sea.wave_field import WaveField
+from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import SeaInputs
-from hcss_twin.sea.cox_munk import CoxMunkSea
-from hcss_twin.sea.foam import foam_coverage
-from hcss_twin.sea.parameters import CoxMunkParameters
-from hcss_twin.sea.shadowing import smith_lambda
-from hcss_twin.sea.slope_statistics import slope_statistics
-from hcss_twin.sea.wave_field import WaveField
-from hcss_twin.sea.wave_spectrum import WaveSpectrum
 
 CATALOG = Catalog()
 WAVENUMBER = 1e4 / np.array([14.3, 10.0, 6.0, 3.7, 2.75, 1.0, 0.7])
@@ -79,9 +79,7 @@ def test_slopes_have_variances_above_0_and_a_density_that_is_not_negative(wind, 
     st.integers(-(10**9), 10**9),
     st.floats(0.0, 1e6),
 )
-def test_a_field_of_waves_is_finite_and_bounded_anywhere(
-    name, wind, fetch, pixel, bearing, row, column, time
-):
+def test_a_field_of_waves_is_finite_and_bounded_anywhere(name, wind, fetch, pixel, bearing, row, column, time):
     field = WaveField(WaveSpectrum(name, wind, fetch), bearing, pixel, seed=2, components=32)
     window = slice(row, row + 7), slice(column, column + 9)
     slopes = field.slopes(time, *window)

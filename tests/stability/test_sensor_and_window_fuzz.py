@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scenario_space import PHYSICAL, scenarios, seen_scenarios, window_of, write_files
 
 from hcss_twin import HcssError, Scenario, make_plan, open_cube
-from hcss_twin.scene.simulate import run
+from hcss_twin.engine.simulate import run
 
 
 def _settings(examples):
@@ -36,9 +36,7 @@ def cubes(raw, base):
         try:
             run(
                 make_plan(
-                    Scenario.from_dict(
-                        {**raw, "output": {**raw.get("output", {}), "certificate": 0}}, base=base
-                    )
+                    Scenario.from_dict({**raw, "output": {**raw.get("output", {}), "certificate": 0}}, base=base)
                 ),
                 path,
             )

@@ -6,12 +6,11 @@ from examples import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.radiance_tables import DenseTable
+from hcss_twin.engine.tables.thickness_axis import Source, place_axis
 from hcss_twin.providers import CloudLayer, Microphysics
-from hcss_twin.scene.tables.jumps import Source
-from hcss_twin.scene.tables.look_up import LookUp
-from hcss_twin.scene.tables.radiance_tables import DenseTable
-from hcss_twin.scene.tables.thickness_axis import place_axis
 
 PARTICLES = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
 SOME = examples(50)

@@ -16,22 +16,22 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
 from hcss_twin import HcssError, Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.atmosphere.band_model.coefficients import read_coefficients
-from hcss_twin.atmosphere.band_model.parameters import BandModelParameters
-from hcss_twin.atmosphere.table_file import DIMENSIONS, FORMAT, FORMAT_VERSION, read_atmosphere_table
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.database.entry_file import read_entry, write_entry
-from hcss_twin.clouds.database.importing import ImportOptions, import_image
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.clouds.imagery.parameters import ImageryParameters
-from hcss_twin.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.errors import CatalogError
-from hcss_twin.optics.ice_crystals import load_crystals
-from hcss_twin.optics.parameters import BulkParameters, MieParameters
-from hcss_twin.radiance.parameters import AsPrintedParameters, PhysicalParameters
-from hcss_twin.refractive_index import load_refractive_index
+from hcss_twin.analysis.cloud_import import ImportOptions, import_image
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
+from hcss_twin.models.atmosphere.parameters import BandModelParameters
+from hcss_twin.models.atmosphere.table_file import DIMENSIONS, FORMAT, FORMAT_VERSION, read_atmosphere_table
+from hcss_twin.models.clouds.database.entry import read_entry, write_entry
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
+from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
+from hcss_twin.models.optics.ice_crystals import load_crystals
+from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.models.radiance.parameters import AsPrintedParameters, PhysicalParameters
+from hcss_twin.models.refractive_index import load_refractive_index
+from hcss_twin.models.sea.parameters import CoxMunkParameters, RoughSeaParameters
 from hcss_twin.scenario.bands import read_response
-from hcss_twin.sea.parameters import CoxMunkParameters, RoughSeaParameters
 
 BAD_NUMBERS = (math.nan, math.inf, -math.inf)
 BAD_WORDS = st.sampled_from(["nan", "NaN", "inf", "-inf", "1e999", "", "x", "--", "1;2"])
@@ -57,7 +57,7 @@ def read(kind, folder, name):
             return read_response(name, catalog)
         case "index":
             return load_refractive_index(catalog, str(folder / name))
-    from hcss_twin.atmosphere.profile_file import load_profile
+    from hcss_twin.models.atmosphere.profile_file import load_profile
 
     return load_profile(name, catalog)
 
@@ -131,9 +131,7 @@ def small_table(path, **changed):
 
 @SOME
 @given(
-    st.sampled_from(
-        ["transmittance", "path_radiance", "wavenumber_cm1", "level_temperature_K", "level_pressure_Pa"]
-    ),
+    st.sampled_from(["transmittance", "path_radiance", "wavenumber_cm1", "level_temperature_K", "level_pressure_Pa"]),
     st.integers(0, 29),
     st.sampled_from([*BAD_NUMBERS, -1.0]),
 )
@@ -176,9 +174,7 @@ def same(one, other):
     if isinstance(one, np.ndarray):
         return np.array_equal(one, other)
     if dataclasses.is_dataclass(one):
-        return all(
-            same(getattr(one, each.name), getattr(other, each.name)) for each in dataclasses.fields(one)
-        )
+        return all(same(getattr(one, each.name), getattr(other, each.name)) for each in dataclasses.fields(one))
     if isinstance(one, dict):
         return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     return one == other
@@ -209,10 +205,7 @@ def test_coefficients_of_the_band_model_that_are_no_numbers_are_refused(name, ba
 def test_a_table_of_crystals_with_a_number_that_is_none_is_refused(name, bad, tmp_path):
     catalog, path = Catalog(), str(poisoned(CRYSTALS, tmp_path, name, bad))
     if name in UNREAD:
-        read, known = (
-            load_crystals(catalog, path, "moderate"),
-            load_crystals(catalog, str(CRYSTALS), "moderate"),
-        )
+        read, known = (load_crystals(catalog, path, "moderate"), load_crystals(catalog, str(CRYSTALS), "moderate"))
         assert same(read, known)
         return
     with pytest.raises(CatalogError, match=r"poisoned\.nc: "):

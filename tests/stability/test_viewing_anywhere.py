@@ -4,9 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcss_twin.physics.ellipsoid import altitude_m
-from hcss_twin.viewing.lines_of_sight import LinesOfSight
-from hcss_twin.viewing.look_angle import off_nadir_deg, view_zenith_deg
+from hcss_twin.physics.geodesy import altitude_m
+from hcss_twin.physics.viewing import LinesOfSight, off_nadir_deg, view_zenith_deg
 
 
 def numbers(low, high):

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile, local_zenith_deg, slant_length_m
 
@@ -53,9 +53,7 @@ def test_mean_airmass_is_secant_while_the_earth_is_flat_and_less_beyond(profile)
     assert airmass[2] == pytest.approx(10.31, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    "arguments", [(-1.0, SPACE, 0.0), (5.0, 1.0, 0.0), (0.0, SPACE, 90.0), (0.0, SPACE, -1.0)]
-)
+@pytest.mark.parametrize("arguments", [(-1.0, SPACE, 0.0), (5.0, 1.0, 0.0), (0.0, SPACE, 90.0), (0.0, SPACE, -1.0)])
 def test_impossible_legs_are_refused(arguments):
     with pytest.raises(ValueError, match=r"allowed|needs"):
         Leg(*arguments)
@@ -72,10 +70,7 @@ def test_temperature_outside_the_profile_is_refused(profile):
         ("altitude_m,pressure_Pa,h2o\n0,1,0\n1,0.5,0\n", "temperature is missing"),
         ("altitude_m,pressure_Pa,temperature_K\n0,1000,288\n1000,900,280\n", "humidity is missing"),
         ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n0,900,280,0\n", "line 3: altitude 0 m"),
-        (
-            "altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n1000,1100,280,0\n",
-            "does not fall|downwards",
-        ),
+        ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n1000,1100,280,0\n", "does not fall|downwards"),
         ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,0\n1000,900,12,0\n", "100 to 1500"),
         ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,288,1.5\n1000,900,280,0\n", "h2o is 1.5"),
         ("altitude_m,pressure_Pa,temperature_K,h2o\n0,1000,nan,0\n1000,900,280,0\n", "line 2"),

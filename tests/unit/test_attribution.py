@@ -4,12 +4,12 @@ import dataclasses
 
 import pytest
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import CloudGenerator, Declares
-from hcss_twin.providers.notes import Note, applying, attributed
-from hcss_twin.registry import Entry, Kind, Origin, ProviderSpec
-from hcss_twin.registry.declared import LAYER_OPTIONS, check_options
-from hcss_twin.registry.guard import guard
+from hcss_twin.providers.common import Note, applying, attributed
+from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
+from hcss_twin.providers.registry.declared import LAYER_OPTIONS, check_options
+from hcss_twin.providers.registry.guard import guard
 from hcss_twin.testing import sample_cloud_inputs
 
 OWN = Declares(
@@ -23,18 +23,11 @@ def test_a_speaker_stands_before_notes_and_errors_and_conditions_stay():
     told = attributed(OWN, "optics provider ada")
     assert told.own_errors == ("optics provider ada: extinction some 20 % off",)
     assert told.notes_by_phase == {"ice": ("optics provider ada: crystals are spheres",)}
-    everything = (
-        "optics provider ada: plain",
-        "optics provider ada: by day",
-        "optics provider ada: in the blue",
-    )
+    everything = ("optics provider ada: plain", "optics provider ada: by day", "optics provider ada: in the blue")
     assert applying(told.notes, sunlight=True, shortest_um=0.4) == everything
     assert applying(told.notes, sunlight=False, shortest_um=4.0) == everything[:1]
     assert (
-        dataclasses.replace(
-            told, notes=OWN.notes, own_errors=OWN.own_errors, notes_by_phase=OWN.notes_by_phase
-        )
-        == OWN
+        dataclasses.replace(told, notes=OWN.notes, own_errors=OWN.own_errors, notes_by_phase=OWN.notes_by_phase) == OWN
     )
 
 

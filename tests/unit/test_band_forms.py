@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import special
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import ScenarioError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ScenarioError
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.scenario import Scenario
 
@@ -28,9 +28,7 @@ def test_named_limits_are_limits_with_a_name():
 def test_a_gaussian_band_is_a_gaussian_with_its_width_and_area():
     (band,) = scenario({"name": "g", "center_um": 4.0, "fwhm_um": 0.2}).bands
     found = spectral_band(band, Catalog())
-    assert np.interp([3.9, 4.0, 4.1], found.wavelength_um, found.response) == pytest.approx(
-        [0.5, 1.0, 0.5], abs=1e-3
-    )
+    assert np.interp([3.9, 4.0, 4.1], found.wavelength_um, found.response) == pytest.approx([0.5, 1.0, 0.5], abs=1e-3)
     assert found.response[[0, -1]] == pytest.approx(1e-4)
     assert found.central_um == pytest.approx(4.0, abs=1e-12)
     sigma = 0.2 / np.sqrt(8.0 * np.log(2.0))
@@ -46,10 +44,7 @@ def test_a_gaussian_band_is_a_gaussian_with_its_width_and_area():
 
 def test_forms_survive_being_written():
     one = scenario(
-        "mwir",
-        [8.0, 9.0],
-        {"name": "a", "limits": [3.0, 4.0]},
-        {"name": "b", "center_um": 4.0, "fwhm_um": 0.1},
+        "mwir", [8.0, 9.0], {"name": "a", "limits": [3.0, 4.0]}, {"name": "b", "center_um": 4.0, "fwhm_um": 0.1}
     )
     assert Scenario.from_toml("", {**SCENE, "bands": list(one.model_dump(mode="json")["bands"])}) == one
 
@@ -61,19 +56,11 @@ def test_forms_survive_being_written():
         ({"name": "x", "centre_um": 4.0}, "bands[0].centre_um", "unknown key; .*closest is 'center_um'"),
         ({"name": "x", "limit": [3, 4]}, "bands[0].limit", "unknown key; .*closest is 'limits'"),
         ({"name": "x", "limits": [3, 4], "fwhm_um": 1.0}, "bands[0]", "limits, fwhm_um in one band; allowed"),
-        (
-            {"name": "x", "limits": [5, 3]},
-            "bands[0].limits",
-            "upside down; closest valid choice is \\[3, 5\\]",
-        ),
+        ({"name": "x", "limits": [5, 3]}, "bands[0].limits", "upside down; closest valid choice is \\[3, 5\\]"),
         ({"name": "x", "limits": 4.0}, "bands[0].limits", "4.0 is not \\[shortest_um, longest_um\\]"),
         ({"limits": [3, 5]}, "bands[0].name", "is missing"),
         ({"name": "x", "center_um": 4.0}, "bands[0].fwhm_um", "is missing; Full width"),
-        (
-            {"name": "x", "center_um": 4.0, "fwhm_um": -1.0},
-            "bands[0].fwhm_um",
-            "-1.0 is out of range; allowed: > 0",
-        ),
+        ({"name": "x", "center_um": 4.0, "fwhm_um": -1.0}, "bands[0].fwhm_um", "-1.0 is out of range; allowed: > 0"),
         (
             {"name": "x", "center_um": 4.0, "fwhm_um": 3.0},
             "bands[0]",

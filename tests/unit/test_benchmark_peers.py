@@ -7,19 +7,17 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.benchmarking.brute_force import (
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.stream import stream
+from hcss_twin.report.benchmarking.bench import (
     even_wavelengths,
     every_nth,
     integrate,
     points_of_scene,
+    private_cache,
     random_columns,
 )
-from hcss_twin.benchmarking.private_cache import private_cache
-from hcss_twin.benchmarking.raw_write import write_raw
-from hcss_twin.benchmarking.rounds import Rounds
-from hcss_twin.benchmarking.timed_clouds import Clock, with_timed_clouds
-from hcss_twin.scene.compile import compile_tables
-from hcss_twin.scene.stream import stream
+from hcss_twin.report.benchmarking.stages import Clock, Rounds, with_timed_clouds, write_raw
 
 SMALL = CHEAP | {"image.rows": 30, "image.columns": 40, "frames.count": 3, "output.certificate": 0}
 
@@ -76,9 +74,7 @@ def test_brute_force_integrates_what_the_bands_hold(plan):
         # Each band keeps its width, so that fewer wavenumbers err by structure in the spectrum alone.
         width = [10_000 / band.lower_um - 10_000 / band.upper_um for band in plan.bands]
         np.testing.assert_allclose(grid.weights_cm1.sum(axis=1), width, rtol=1e-9)
-    errors = [
-        np.max(np.abs(integrate(plan, every_nth(plan, step), columns) / exact - 1.0)) for step in (2, 16)
-    ]
+    errors = [np.max(np.abs(integrate(plan, every_nth(plan, step), columns) / exact - 1.0)) for step in (2, 16)]
     assert 0.0 < errors[0] < errors[1] < 0.3
 
 

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from hcss_twin.benchmarking.regression import BaselineError, Ratio, read_ratios, regressions, write_ratios
+from hcss_twin.report.benchmarking.regression import BaselineError, Ratio, read_ratios, regressions, write_ratios
 
 
 def ratio(value, better="lower", name="a"):
@@ -58,9 +58,7 @@ def test_what_is_allowed_can_be_given():
 
 
 @pytest.mark.parametrize(("value", "better", "reached"), [(0.9, "lower", True), (1.1, "lower", False)])
-def test_an_aim_is_an_upper_limit_where_lower_is_better_and_a_lower_one_where_higher_is(
-    value, better, reached
-):
+def test_an_aim_is_an_upper_limit_where_lower_is_better_and_a_lower_one_where_higher_is(value, better, reached):
     assert ratio(value).reached == reached
     assert ratio(value, "higher").reached != reached
 

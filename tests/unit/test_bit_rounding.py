@@ -4,7 +4,7 @@ import netCDF4
 import numpy as np
 import pytest
 
-from hcss_twin.cube.bit_rounding import MANTISSA_BITS, bits_for, largest_error, round_bits
+from hcss_twin.cube.writer import MANTISSA_BITS, bits_for, largest_error, round_bits
 
 BITS = range(1, MANTISSA_BITS + 1)
 
@@ -38,9 +38,7 @@ def test_rounding_twice_is_rounding_once(bits):
 
 @pytest.mark.parametrize("bits", [1, 8, 22])
 def test_zero_infinity_and_any_nan_stay(bits):
-    special = np.array(
-        [0, 0x80000000, 0x7F800000, 0xFF800000, 0x7FC00000, 0x7FFFFFFF, 0xFFFFFFFF, 0x7F800001]
-    )
+    special = np.array([0, 0x80000000, 0x7F800000, 0xFF800000, 0x7FC00000, 0x7FFFFFFF, 0xFFFFFFFF, 0x7F800001])
     values = special.astype(np.uint32).view(np.float32)
     round_bits(values, bits)
     np.testing.assert_array_equal(values.view(np.uint32), special)

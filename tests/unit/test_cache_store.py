@@ -7,9 +7,7 @@ import os
 import numpy as np
 import pytest
 
-from hcss_twin.cache.fingerprint import package_fingerprint
-from hcss_twin.cache.records import read_record, write_record
-from hcss_twin.cache.store import CacheError, Store, limit_bytes
+from hcss_twin.core.cache import CacheError, Store, limit_bytes, package_fingerprint, read_record, write_record
 
 
 @pytest.fixture(autouse=True)

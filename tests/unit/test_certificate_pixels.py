@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.scene.certificate.certificate_pixels import PixelSample, allot
-from hcss_twin.scene.certificate.checked_frames import checked_frames
-from hcss_twin.scene.certificate.strata import strata, stratum_names
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample, allot
+from hcss_twin.engine.certificate.part_sample import strata, stratum_names
+from hcss_twin.engine.tables.spectrum import checked_frames
 
 SIZES = st.lists(st.integers(0, 400), min_size=1, max_size=10)
 
@@ -93,7 +93,7 @@ def drawn(plan, thickness, shaded=None):
             part_sample = sample.of_part(index)
             for rows in (slice(0, 4), slice(4, 6)):
                 part = None if shaded is None else shaded[rows]
-                part_sample.look((rows, slice(0, 9)), [thickness[rows]], part)
+                part_sample.observe((rows, slice(0, 9)), [thickness[rows]], part)
             frame.add(part_sample.drawn(np.arange(3 * 54, dtype=np.float32).reshape(1, 3, 6, 9)))
             frame.finish()
     return sample.frames
@@ -143,9 +143,7 @@ def test_pixels_in_shadow_are_left_out_and_counted(plan):
         (24, 8, 64, 1, 1),
     ],
 )
-def test_few_pixels_come_from_one_frame_and_many_from_several(
-    plan, asked, frames, samples, checked, from_frames
-):
+def test_few_pixels_come_from_one_frame_and_many_from_several(plan, asked, frames, samples, checked, from_frames):
     output = plan.scenario.output.model_copy(update={"certificate": asked})
     image = plan.scenario.image.model_copy(update={"samples_per_pixel": samples})
     scenario = plan.scenario.model_copy(update={"output": output, "image": image})
@@ -181,7 +179,7 @@ def test_of_each_stratum_those_with_the_smallest_numbers_are_drawn(plan, rare):
     kind, window = strata(plan.layers, [thickness], (size, size), 1), (slice(0, size), slice(0, size))
     sample = PixelSample(plan).of_part(index)
     number = PixelSample(plan).of_part(index)._random.random((size, size))
-    sample.look(window, [thickness], None)
+    sample.observe(window, [thickness], None)
     for stratum in range(len(stratum_names(1))):
         places = np.argwhere(kind == stratum)
         wanted = places[np.argsort(number[kind == stratum])][:24]

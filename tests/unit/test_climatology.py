@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcss_twin.catalog import Catalog, catalog_root
-from hcss_twin.climatology import FURTHEST_KM, Climatology
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.catalog import Catalog, catalog_root
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.climatology import FURTHEST_KM, Climatology
 
 FILE = catalog_root() / "climatology" / "coads-monthly.nc"
 CLIMATE = Climatology(Catalog())
@@ -49,9 +49,7 @@ def test_between_cells_and_months_it_is_the_mean():
 def test_longitude_is_a_circle(latitude, longitude, turns):
     time = middle_of(7)
     one = CLIMATE.sea_surface_temperature_K(latitude, longitude, time)
-    assert CLIMATE.sea_surface_temperature_K(latitude, longitude + 360 * turns, time) == pytest.approx(
-        one, abs=1e-8
-    )
+    assert CLIMATE.sea_surface_temperature_K(latitude, longitude + 360 * turns, time) == pytest.approx(one, abs=1e-8)
 
 
 @pytest.mark.parametrize("longitude", [0.0, 180.0, 1.0, 359.9999])

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hcss_twin.clouds.database.entry import NOT_STATED
-from hcss_twin.clouds.database.entry_file import read_entry, read_facts, write_entry
-from hcss_twin.clouds.database.folder import entry_name, entry_path, list_entries
-from hcss_twin.clouds.database.importing import ImportOptions, import_image
-from hcss_twin.clouds.database.segmentation import Cleaning
-from hcss_twin.errors import CatalogError
+from hcss_twin.analysis.cloud_import import ImportOptions, import_image
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.clouds.database.entry import NOT_STATED, read_entry, read_facts, write_entry
+from hcss_twin.models.clouds.database.folder import entry_name, entry_path, list_entries
+from hcss_twin.models.clouds.database.segmentation import Cleaning
 
 PLAIN = Cleaning(closing=1, opening=1, largest_hole=0, min_area=1)
 
@@ -256,9 +255,7 @@ def test_a_folder_lists_entries_and_what_is_none(image, tmp_path):
         entry_path(folder, "aa")
 
 
-@pytest.mark.parametrize(
-    ("name", "closest"), [("a b", "a-b"), ("../x", "x"), (".hidden", "hidden"), ("", "clouds")]
-)
+@pytest.mark.parametrize(("name", "closest"), [("a b", "a-b"), ("../x", "x"), (".hidden", "hidden"), ("", "clouds")])
 def test_names_are_those_of_plain_files(name, closest):
     with pytest.raises(CatalogError, match=f"closest is '{closest}'"):
         entry_name(name)

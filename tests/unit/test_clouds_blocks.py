@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hcss_twin.clouds.fractal import blocks
-from hcss_twin.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, BlockCache, NodeWindow
-from hcss_twin.clouds.fractal.lattice import lattice_normals, plane_key
+from hcss_twin.models.clouds.fractal import blocks
+from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, BlockCache, NodeWindow
+from hcss_twin.models.clouds.fractal.lattice import lattice_normals, plane_key
 
 
 def at_once(part, count):
@@ -65,7 +65,7 @@ def test_a_long_sequence_of_moving_frames_does_not_grow():
 
 
 def test_a_full_store_throws_out_the_oldest(monkeypatch):
-    monkeypatch.setattr(blocks, "MOST_BLOCKS", 16)
+    monkeypatch.setattr(blocks, "MAX_BLOCKS", 16)
     cache = BlockCache()
     for top in range(0, 64 * 100, 64):
         wanted = window(rows=(top, top + 64), columns=(0, 1024))

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy import stats
 
-from hcss_twin.clouds.coverage import cloud_fraction_value, cloudy_pixels
-from hcss_twin.clouds.thickness import map_thickness
+from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
+from hcss_twin.models.clouds.thickness import map_thickness
 
 COVERAGES = st.one_of(st.sampled_from([0.0, 1.0, 0.5, 1e-9, 1.0 - 1e-9]), st.floats(0.0, 1.0))
 SHAPES = hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12)
@@ -59,11 +59,7 @@ def test_p_is_the_normal_distribution_function():
 
 
 @settings(deadline=None)
-@given(
-    field=FIELDS,
-    coverage=COVERAGES,
-    limits=st.tuples(st.floats(0.0, 2e4), st.floats(1e-3, 2e4)).map(sorted),
-)
+@given(field=FIELDS, coverage=COVERAGES, limits=st.tuples(st.floats(0.0, 2e4), st.floats(1e-3, 2e4)).map(sorted))
 def test_cloudy_pixels_are_positive_and_within_the_limits_and_clear_ones_zero(field, coverage, limits):
     low, high = limits
     mask = cloudy_pixels(field, coverage)

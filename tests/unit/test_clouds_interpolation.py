@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.clouds.interpolation import cubic_weights, split
+from hcss_twin.models.clouds.fractal.rows import cubic_weights, split
 
 FRACTIONS = np.concatenate([np.linspace(0.0, 1.0, 1001)[:-1], [np.nextafter(1.0, 0.0), 1e-300]])
 

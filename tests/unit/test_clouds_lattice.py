@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hcss_twin.clouds.fractal.lattice import lattice_normals, unit_offset
+from hcss_twin.models.clouds.fractal.lattice import lattice_normals, unit_offset
 
 SIDE = np.arange(-500, 500)
 # Four standard errors of a correlation of 1e6 independent pairs.
@@ -80,9 +80,7 @@ def test_a_value_depends_on_its_own_indices_only(origin):
 
 
 def test_offsets_are_uniform_and_differ_between_axes_octaves_and_seeds():
-    offsets = [
-        unit_offset(seed, octave, axis) for seed in range(100) for octave in range(17) for axis in range(3)
-    ]
+    offsets = [unit_offset(seed, octave, axis) for seed in range(100) for octave in range(17) for axis in range(3)]
     assert min(offsets) >= 0.0
     assert max(offsets) < 1.0
     assert len(set(offsets)) == len(offsets)

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.clouds.fractal.generator import FractalClouds
-from hcss_twin.clouds.fractal.parameters import FractalParameters
-from hcss_twin.errors import ScenarioError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 STRATUS = {"gamma": 3, "H": 0.8, "L": [10, 10], "k": [0, 4]}
@@ -30,10 +30,7 @@ def test_defaults_come_from_the_cloud_type_and_given_values_win():
 def test_every_parameter_given_nowhere_is_named():
     with pytest.raises(ScenarioError) as caught:
         generator({"gamma": 3.0}, L=[3, 7])
-    assert [problem.field for problem in caught.value.problems] == [
-        "clouds.parameters.H",
-        "clouds.parameters.k",
-    ]
+    assert [problem.field for problem in caught.value.problems] == ["clouds.parameters.H", "clouds.parameters.k"]
 
 
 def test_a_wrong_value_in_the_cloud_type_is_named():
@@ -119,9 +116,7 @@ def test_what_is_skipped_is_said():
 
 
 @pytest.mark.parametrize(
-    "window",
-    [slice(0, 9), slice(-1, 3), slice(0, 8, 2), slice(5, 4)],
-    ids=["long", "negative", "step", "back"],
+    "window", [slice(0, 9), slice(-1, 3), slice(0, 8, 2), slice(5, 4)], ids=["long", "negative", "step", "back"]
 )
 def test_a_window_outside_the_image_is_refused(window):
     with pytest.raises(ValueError, match="rows"):

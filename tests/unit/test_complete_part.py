@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.complete_part import complete_part
-from hcss_twin.evaluation.fractional_brownian_surface import fractional_brownian_surface
-from hcss_twin.evaluation.histogram_metrics import histogram_metrics, joint_histogram
-from hcss_twin.evaluation.morphology import morphology
+from hcss_twin.analysis.measures.checks import complete_part
+from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
+from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, joint_histogram
+from hcss_twin.analysis.measures.morphology import morphology
+from hcss_twin.core.errors import ImageError
 
 
 def largest_area(valid):

@@ -5,12 +5,12 @@ from datetime import datetime, timedelta, timezone
 import numpy as np
 import pytest
 
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.coordinates import coordinate_values, time_units
 from hcss_twin.cube.example import example_header
-from hcss_twin.cube.footprint import footprint
+from hcss_twin.cube.geometry import footprint
 from hcss_twin.cube.header import BandInfo, LayerInfo
 from hcss_twin.cube.metadata import creation_time, global_attributes
-from hcss_twin.errors import CubeError
 
 EQUATOR_M, ECCENTRICITY_SQUARED = 6378137.0, 6.69437999014e-3
 """Of WGS 84."""
@@ -30,10 +30,7 @@ EQUATOR_M, ECCENTRICITY_SQUARED = 6378137.0, 6.69437999014e-3
         ({"latitude": -90.1}, "latitude: -90.1"),
         ({"pixel_size_m": 0.0}, "pixel_size_m"),
         ({"bands": (BandInfo("A", 3.0, 5.0, 5.5),)}, "band 'A'"),
-        (
-            {"bands": (BandInfo("A", 3.0, 5.0, 4.0), BandInfo("A", 8.0, 9.0, 8.5))},
-            "'A' is empty or used more",
-        ),
+        ({"bands": (BandInfo("A", 3.0, 5.0, 4.0), BandInfo("A", 8.0, 9.0, 8.5))}, "'A' is empty or used more"),
         ({"variables": ()}, "variables: none"),
         ({"layers": ()}, "dimension layer: length 0"),
         ({"layers": (LayerInfo("low", 10.0, 10.0),)}, "layer 'low': 10.0 to 10.0 m"),

@@ -21,18 +21,11 @@ def test_names_are_unique_over_variables_and_coordinates():
 
 
 def test_all_is_the_table_then_the_terms():
-    assert names(["all"]) == [spec.name for spec in VARIABLES] + [
-        "radiance_sea_emission",
-        "radiance_sun_glint",
-    ]
+    assert names(["all"]) == [spec.name for spec in VARIABLES] + ["radiance_sea_emission", "radiance_sun_glint"]
 
 
 def test_groups_and_names_combine_in_the_order_of_the_table_without_repetition():
-    assert names(["terms", "radiance", "terms"]) == [
-        "radiance",
-        "radiance_sea_emission",
-        "radiance_sun_glint",
-    ]
+    assert names(["terms", "radiance", "terms"]) == ["radiance", "radiance_sea_emission", "radiance_sun_glint"]
     assert names(["truth"]) == [spec.name for spec in VARIABLES if spec.kind == "truth"]
     assert names(["radiance_sun_glint", "cloud_mask"]) == ["cloud_mask", "radiance_sun_glint"]
 

@@ -5,15 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.fractal_dimension.body import body_dimension
-from hcss_twin.evaluation.fractal_dimension.boundary import boundary_dimension
-from hcss_twin.evaluation.fractal_dimension.differential_box_counting import box_counting_dimension
-from hcss_twin.evaluation.fractal_dimension.spectrum import spectral_dimension
-from hcss_twin.evaluation.fractal_dimension.variogram import variogram_dimension
-from hcss_twin.evaluation.histogram_metrics import histogram_metrics, to_grey_levels
-from hcss_twin.evaluation.morphology import Morphology, morphology, morphology_errors
-from hcss_twin.evaluation.semivariance import semivariances
+from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
+    body_dimension,
+    boundary_dimension,
+    box_counting_dimension,
+)
+from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
+from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, to_grey_levels
+from hcss_twin.analysis.measures.morphology import Morphology, morphology, morphology_errors
+from hcss_twin.analysis.measures.semivariance import semivariances
+from hcss_twin.core.errors import ImageError
 
 SURFACE_ESTIMATORS = [variogram_dimension, box_counting_dimension, spectral_dimension]
 IMAGE = np.random.default_rng(0).standard_normal((40, 50)).cumsum(axis=0)
@@ -76,10 +77,7 @@ def test_no_estimator_takes_a_constant_broken_small_or_strange_image(estimator, 
         (lambda: to_grey_levels(np.where(ALL, math.nan, IMAGE), -1e9, 1e9), "values: a cloudy pixel is not"),
         (lambda: to_grey_levels(IMAGE, -1e9, 1e9, mask=ALL[:3]), "mask: shape"),
         (lambda: morphology(IMAGE, ~ALL), "mask: no pixel is cloudy"),
-        (
-            lambda: morphology(np.zeros((40, 40)), np.ones((40, 40), dtype=bool)),
-            "values: all cloudy pixels are 0",
-        ),
+        (lambda: morphology(np.zeros((40, 40)), np.ones((40, 40), dtype=bool)), "values: all cloudy pixels are 0"),
         (lambda: morphology(IMAGE, np.indices(IMAGE.shape).sum(axis=0) % 2 == 0), "mask: 0 pairs"),
         (lambda: morphology(np.where(ALL, np.nan, IMAGE), ALL), "values: a cloudy pixel is not finite"),
         (

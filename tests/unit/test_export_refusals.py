@@ -9,12 +9,12 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
-from hcss_twin.cli import cli
+from hcss_twin.cli.main import cli
+from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.example import example_frame, example_header
+from hcss_twin.cube.export.cube_export import export_cube
+from hcss_twin.cube.export.place import axis, local_plane
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.errors import CubeError
-from hcss_twin.export.cube_export import export_cube
-from hcss_twin.export.place import axis, local_plane
 
 START = np.datetime64("2024-06-01T12:00:00.1")
 FORMATS = ["fits", "envi", "geotiff", "png"]
@@ -58,10 +58,7 @@ def run(*arguments):
         ({"output": "nowhere/a.fits"}, "there is no folder .*nowhere"),
         ({"limits": (0.0, 1.0)}, "limits: fits holds the values themselves; allowed: for png"),
         ({"to": "png", "limits": (1.0, 0.0)}, "limits: 1 to 0; two finite values that grow"),
-        (
-            {"to": "png", "limits": (0.0, 0.5)},
-            "radiance, SWIR frame 0 .*the limits 0 to 0.5 have to hold all",
-        ),
+        ({"to": "png", "limits": (0.0, 0.5)}, "radiance, SWIR frame 0 .*the limits 0 to 0.5 have to hold all"),
     ],
 )
 def test_what_cannot_be_exported_is_named_and_leaves_nothing(cube, options, message):
@@ -104,7 +101,7 @@ def test_a_disk_that_refuses_is_told_with_the_file(cube, to, monkeypatch):
     def fsync(handle):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("hcss_twin.drafts.os.fsync", fsync)
+    monkeypatch.setattr("hcss_twin.core.files.os.fsync", fsync)
     with pytest.raises(CubeError, match=r"cannot write .*c_radiance.*: No space left on device"):
         export_cube(cube, to)
     assert [path.name for path in cube.parent.iterdir()] == ["c.nc"]
@@ -204,11 +201,7 @@ def test_the_figure_of_the_earth_is_that_of_the_grid_mapping(figure, expected):
             **figure,
         }
     )
-    assert (plane.latitude, plane.longitude, plane.semi_major_m, plane.inverse_flattening) == (
-        10.0,
-        20.0,
-        *expected,
-    )
+    assert (plane.latitude, plane.longitude, plane.semi_major_m, plane.inverse_flattening) == (10.0, 20.0, *expected)
     assert plane.is_wgs84 == (expected[1] > 0.0)
 
 

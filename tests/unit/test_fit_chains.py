@@ -5,12 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hcss_twin.errors import PosteriorError
-from hcss_twin.uncertainty.chains import Chains, begin, converge, extend, walkers_of
-from hcss_twin.uncertainty.checkpoint import Checkpoint, State
-from hcss_twin.uncertainty.convergence import judge, split_r_hat
-from hcss_twin.uncertainty.posterior_model import SingleModel
-from hcss_twin.uncertainty.prepare import _pilot
+from hcss_twin.analysis.uncertainty.chains import Chains, begin, converge, extend, judge, split_r_hat, walkers_of
+from hcss_twin.analysis.uncertainty.fit_run import Checkpoint, State
+from hcss_twin.analysis.uncertainty.posterior_model import SingleModel
+from hcss_twin.analysis.uncertainty.prepare import _pilot
+from hcss_twin.core.errors import PosteriorError
 
 MEAN, COVARIANCE = np.array([1.0, -2.0]), np.array([[1.0, 0.9], [0.9, 2.0]])
 PRECISION = np.linalg.inv(COVARIANCE)

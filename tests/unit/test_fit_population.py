@@ -5,10 +5,10 @@ import pytest
 from scipy.special import ndtr
 from scipy.stats import kstest
 
-from hcss_twin.uncertainty.chains import begin, extend
-from hcss_twin.uncertainty.population_model import PopulationModel
-from hcss_twin.uncertainty.priors import Prior
-from hcss_twin.uncertainty.space import Space
+from hcss_twin.analysis.uncertainty.chains import begin, extend
+from hcss_twin.analysis.uncertainty.population import PopulationModel
+from hcss_twin.analysis.uncertainty.priors import Prior
+from hcss_twin.analysis.uncertainty.space import Space
 
 LOW, HIGH = 0.02, 0.98
 USUAL = {"H": f"uniform:{LOW}:{HIGH}"}
@@ -84,9 +84,7 @@ def test_the_density_that_a_sweep_keeps_is_that_of_the_model():
     rng = np.random.default_rng(0)
     chains = begin(model.log_probability, model.start(rng, [rng.uniform(0.3, 0.6, (40, 1))] * 2), 0)
     after = extend(model, chains, 20)
-    np.testing.assert_allclose(
-        after.log_probability[-1], model.log_probability(after.positions[-1]), rtol=1e-12
-    )
+    np.testing.assert_allclose(after.log_probability[-1], model.log_probability(after.positions[-1]), rtol=1e-12)
     assert np.all(np.isfinite(after.log_probability))
 
 

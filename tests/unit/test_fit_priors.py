@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hcss_twin.errors import PosteriorError
-from hcss_twin.uncertainty.population_model import _log_between
-from hcss_twin.uncertainty.priors import Prior
-from hcss_twin.uncertainty.scales import KINDS
-from hcss_twin.uncertainty.space import Space
+from hcss_twin.analysis.uncertainty.population import _log_between
+from hcss_twin.analysis.uncertainty.priors import Prior
+from hcss_twin.analysis.uncertainty.space import KINDS, Space
+from hcss_twin.core.errors import PosteriorError
 
 USUAL = {
     "H": "uniform:0.02:0.98",
@@ -111,8 +110,6 @@ def test_the_normal_probability_between_two_numbers_keeps_its_digits_in_the_tail
     high = np.array([2.0, 6.0, -8.0, 1.0, np.inf])
     # Survival functions and distribution functions, each where it is small.
     expected = np.log(
-        np.where(
-            low > 0, stats.norm.sf(low) - stats.norm.sf(high), stats.norm.cdf(high) - stats.norm.cdf(low)
-        )
+        np.where(low > 0, stats.norm.sf(low) - stats.norm.sf(high), stats.norm.cdf(high) - stats.norm.cdf(low))
     )
     np.testing.assert_allclose(_log_between(low, high), expected, rtol=1e-9)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hcss_twin.clouds.frame_summary import summarise, thickness_in_frame
-from hcss_twin.clouds.thickness import frame_thickness
+from hcss_twin.models.clouds.fractal.frame_summary import summarise, thickness_in_frame
+from hcss_twin.models.clouds.thickness import frame_thickness
 from hcss_twin.testing import sample_cloud_inputs, sample_layer
 
 ROWS, COLUMNS = 7, 9
@@ -39,15 +39,14 @@ def test_a_window_equals_the_same_part_of_the_whole(field, coverage):
 
 
 @given(
-    arrays(np.float32, (ROWS, COLUMNS), elements=st.sampled_from([-1.0, -0.0, 0.0, 1e-40, 0.5])),
-    st.floats(0.0, 1.0),
+    arrays(np.float32, (ROWS, COLUMNS), elements=st.sampled_from([-1.0, -0.0, 0.0, 1e-40, 0.5])), st.floats(0.0, 1.0)
 )
 def test_ties_go_to_the_same_pixels(field, coverage):
     agree(field, coverage)
 
 
 def test_the_fractal_generator_gives_windows_of_its_frames(monkeypatch):
-    from hcss_twin.clouds.fractal import generator
+    from hcss_twin.models.clouds.fractal import generator
 
     monkeypatch.setattr(generator, "STRIP_PIXELS", 1000)
     inputs = sample_cloud_inputs(coverage=0.37)

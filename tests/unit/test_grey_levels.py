@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.evaluation.histogram_metrics import to_grey_levels
+from hcss_twin.analysis.measures.histogram_metrics import to_grey_levels
 
 
 def test_cloudy_levels_are_equal_steps_by_hand():

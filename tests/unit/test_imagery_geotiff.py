@@ -7,8 +7,8 @@ import pytest
 import tifffile
 from PIL import Image as Picture
 
-from hcss_twin.clouds.imagery.reader import read_image
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.clouds.imagery.reader import read_image
 
 BANDS = np.random.default_rng(0).integers(1, 60_000, (5, 48, 64), dtype=np.uint16)
 PROJECTED, GEOGRAPHIC = 1, 2
@@ -84,9 +84,7 @@ def test_a_transformation_gives_size_and_direction(tmp_path):
     directory = (1, 1, 0, 1, 1024, 0, 1, PROJECTED)
     for step_y, north_first in ((-20.0, True), (20.0, False)):
         matrix = (20.0, 0, 0, 5e5, 0, step_y, 0, 4e6, 0, 0, 0, 0, 0, 0, 0, 1)
-        path = _write(
-            tmp_path / "a.tif", tags=[(34264, "d", 16, matrix, True), (34735, "H", 8, directory, True)]
-        )
+        path = _write(tmp_path / "a.tif", tags=[(34264, "d", 16, matrix, True), (34735, "H", 8, directory, True)])
         image = read_image(path)
         assert image.pixel_size_m == 20.0
         assert image.north_first is north_first
@@ -135,9 +133,7 @@ def test_colour_becomes_the_luminance_that_pillow_gives(tmp_path, compression):
     picture = Picture.fromarray(colours)
     picture.save(tmp_path / "a.tif", compression=compression)
     # Pillow rounds to whole grey levels.
-    np.testing.assert_allclose(
-        read_image(tmp_path / "a.tif").values, np.asarray(picture.convert("L")), atol=1
-    )
+    np.testing.assert_allclose(read_image(tmp_path / "a.tif").values, np.asarray(picture.convert("L")), atol=1)
     np.testing.assert_array_equal(read_image(tmp_path / "a.tif", "2").values, colours[..., 1])
 
 

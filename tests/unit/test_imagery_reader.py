@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image as Picture
 
-from hcss_twin.clouds.imagery.reader import read_image
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.clouds.imagery.reader import read_image
 
 VALUES = np.arange(12.0).reshape(3, 4)
 
@@ -50,9 +50,7 @@ def _abi(path: Path, *, flags=((0, 0, 1), (2, 3, 0)), units="1", wavelength_um=0
         quality = dataset.createVariable("DQF", "i1", ("y", "x"))
         quality[:] = flags
         quality.setncatts({"standard_name": "status_flag", "flag_values": np.array([0, 1, 2, 3], "i1")})
-        quality.flag_meanings = (
-            "good_pixel_qf conditionally_usable_pixel_qf out_of_range_pixel_qf no_value_pixel_qf"
-        )
+        quality.flag_meanings = "good_pixel_qf conditionally_usable_pixel_qf out_of_range_pixel_qf no_value_pixel_qf"
         projection = dataset.createVariable("goes_imager_projection", "i4")
         projection.setncatts({"grid_mapping_name": "geostationary", "perspective_point_height": 35786023.0})
         dataset.createDimension("band", 1)
@@ -183,9 +181,7 @@ def test_grey_pictures_keep_their_levels(tmp_path, dtype):
 
 
 def test_jpeg_is_read(tmp_path):
-    Picture.fromarray(np.repeat([[0, 200]], 16, axis=0).astype(np.uint8).repeat(8, axis=1)).save(
-        tmp_path / "a.jpg"
-    )
+    Picture.fromarray(np.repeat([[0, 200]], 16, axis=0).astype(np.uint8).repeat(8, axis=1)).save(tmp_path / "a.jpg")
     np.testing.assert_allclose(read_image(tmp_path / "a.jpg").values[:, [0, -1]], [[0, 200]] * 16, atol=3)
 
 
@@ -228,15 +224,7 @@ def test_infinite_values_are_missing(tmp_path):
 
 @pytest.mark.parametrize(
     "content",
-    [
-        b"",
-        b"not an image",
-        b"\x89HDF\r\n\x1a\nrest",
-        b"CDF\x01",
-        b"\x93NUMPY",
-        b"PK\x03\x04",
-        b"\xff\xd8\xff\xe0xx",
-    ],
+    [b"", b"not an image", b"\x89HDF\r\n\x1a\nrest", b"CDF\x01", b"\x93NUMPY", b"PK\x03\x04", b"\xff\xd8\xff\xe0xx"],
 )
 def test_broken_files_are_named(tmp_path, content):
     path = tmp_path / "broken.bin"
@@ -264,9 +252,7 @@ def test_a_broken_file_that_is_called_netcdf_is_said_to_be_none_or_damaged(tmp_p
 
 
 def test_truncated_picture_is_named(tmp_path):
-    Picture.fromarray(np.random.default_rng(0).integers(0, 255, (64, 64), dtype=np.uint8)).save(
-        tmp_path / "a.png"
-    )
+    Picture.fromarray(np.random.default_rng(0).integers(0, 255, (64, 64), dtype=np.uint8)).save(tmp_path / "a.png")
     whole = (tmp_path / "a.png").read_bytes()
     (tmp_path / "a.png").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(CatalogError, match=r"a\.png: not an image"):

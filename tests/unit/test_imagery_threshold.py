@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hcss_twin.clouds.imagery.threshold import (
-    coverage_threshold,
-    local_mean,
-    local_threshold,
-    otsu_threshold,
-)
+from hcss_twin.models.clouds.imagery.threshold import coverage_threshold, local_mean, local_threshold, otsu_threshold
 
 
 def _within_class_scatter(grey: np.ndarray, split: int) -> float:
@@ -63,9 +58,7 @@ def test_local_mean_is_the_mean_of_what_is_there(window):
     mean = local_mean(level, window)
     before = window // 2
     for row, column in np.ndindex(*level.shape):
-        part = level[
-            max(0, row - before) : row - before + window, max(0, column - before) : column - before + window
-        ]
+        part = level[max(0, row - before) : row - before + window, max(0, column - before) : column - before + window]
         finite = part[np.isfinite(part)]
         if finite.size:
             assert mean[row, column] == pytest.approx(finite.mean(), abs=1e-9)

@@ -2,14 +2,13 @@ import numpy as np
 import pytest
 from tape7_text import air, radiance_run, transmittance_run, write
 
-from hcss_twin.atmosphere.imports.combine import combine, surface_zenith_deg
-from hcss_twin.atmosphere.imports.reader import ReadOptions, detect_format, parse_geometry, read_paths
-from hcss_twin.atmosphere.imports.spectral_path import Geometry, SpectralPath
-from hcss_twin.atmosphere.imports.table_writer import write_atmosphere_table
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.atmosphere.table_file import read_atmosphere_table
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.imports.combine import combine, surface_zenith_deg
+from hcss_twin.models.atmosphere.imports.run import ReadOptions, detect_format, parse_geometry, read_paths
+from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, SpectralPath
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import EARTH_RADIUS_M
 
@@ -40,9 +39,7 @@ def path(observer_km=100.0, end_km=0.0, angle_deg=180.0, depth=0.5, temperature_
 def grid():
     """Three heights, three angles from 100 km downwards; depth falls with height and rises with angle."""
     return [
-        path(
-            end_km=height, angle_deg=angle, depth=0.5 * np.exp(-height / 2) / np.cos(np.radians(180 - angle))
-        )
+        path(end_km=height, angle_deg=angle, depth=0.5 * np.exp(-height / 2) / np.cos(np.radians(180 - angle)))
         for height in (0.0, 1.0, 3.0)
         for angle in (180.0, 150.0, 130.0)
     ]
@@ -109,9 +106,7 @@ def test_equal_local_angles_at_different_heights_are_not_one_zenith_angle(profil
 
 def test_transmittance_run_and_radiance_run_complete_each_other(profile):
     up = path(0.0, 100.0, 30.0, path_radiance=None)
-    down = path(
-        angle_deg=180.0 - np.degrees(np.arcsin(np.sin(np.radians(30.0)) / (1 + 1e5 / EARTH_RADIUS_M)))
-    )
+    down = path(angle_deg=180.0 - np.degrees(np.arcsin(np.sin(np.radians(30.0)) / (1 + 1e5 / EARTH_RADIUS_M))))
     down = SpectralPath(**{**vars(down), "transmittance": None})
     table = combine([up, down], profile).table
     np.testing.assert_array_equal(table.transmittance[0, 0], up.transmittance)

@@ -7,15 +7,14 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 from tape7_text import RADIANCE_NAMES, cards, radiance_rows, write
 
-from hcss_twin.atmosphere.imports.combine import REFRACTIVITY, combine
-from hcss_twin.atmosphere.imports.modtran_tape7 import read_tape7
-from hcss_twin.atmosphere.imports.table_writer import write_atmosphere_table
-from hcss_twin.atmosphere.parameters import TableParameters
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.atmosphere.table import TableTransmittance
-from hcss_twin.atmosphere.table_file import read_atmosphere_table
-from hcss_twin.catalog import Catalog, catalog_root
-from hcss_twin.errors import ProviderError
+from hcss_twin.core.catalog import Catalog, catalog_root
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.atmosphere.imports.combine import REFRACTIVITY, combine
+from hcss_twin.models.atmosphere.imports.modtran_tape7 import read_tape7
+from hcss_twin.models.atmosphere.parameters import TableParameters
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.atmosphere.table import TableTransmittance
+from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
 from hcss_twin.physics.monotone_cubic import pchip_in_window, window_start
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M
@@ -105,10 +104,7 @@ def test_nodes_are_met_and_values_between_them_are_between(tmp_path, heights, an
 
 def test_who_has_few_nodes_says_that_nobody_knows_the_error(tmp_path):
     notes = thinned(tmp_path, [0.0, 1000.0], [0.0]).declares.notes
-    assert any(
-        "unverified: 2 heights (linear between them), 1 zenith angles (that one only)" in note
-        for note in notes
-    )
+    assert any("unverified: 2 heights (linear between them), 1 zenith angles (that one only)" in note for note in notes)
     shipped = provider("us-standard-1976-lowtran7")
     assert not any("unverified" in note for note in shipped.declares.notes)
 
@@ -152,9 +148,7 @@ def imported(tmp_path_factory):
     for height in HEIGHTS:
         for angle in ANGLES:
             tau, radiance = stored(height, angle)
-            rows = radiance_rows(
-                WAVENUMBER, np.maximum(tau, 1e-8), radiance * 1e-4, np.full(tau.shape, 1e-12)
-            )
+            rows = radiance_rows(WAVENUMBER, np.maximum(tau, 1e-8), radiance * 1e-4, np.full(tau.shape, 1e-12))
             sight = {"h2_km": height / 1e3, "angle_deg": seen_from_space(height, angle, profile)}
             runs.append([*cards(1, **sight), "    FREQ  " + RADIANCE_NAMES, *rows, " -9999."])
     combined = combine(read_tape7(write(folder / "all.tp7", *runs)), profile)

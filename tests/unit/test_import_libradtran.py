@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.imports.combine import combine
-from hcss_twin.atmosphere.imports.libradtran import read_libradtran, read_settings
-from hcss_twin.atmosphere.imports.reader import ReadOptions, read_paths
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.imports.combine import combine
+from hcss_twin.models.atmosphere.imports.libradtran import read_libradtran, read_settings
+from hcss_twin.models.atmosphere.imports.run import ReadOptions, read_paths
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.planck import planck
 
 WAVENUMBER = np.arange(800.0, 1000.5, 10.0)
@@ -80,11 +80,7 @@ def test_solar_and_thermal_run_together_give_the_path_radiance(tmp_path):
 
 def test_rows_of_several_levels_are_told_apart_by_zout(tmp_path):
     settings = read_settings([*without(SOLAR, "output_user"), "zout 0 120", "output_user lambda zout edir"])
-    rows = [
-        f"{nm} {z} {0.5 * (tau if z == 0 else 1.0)}"
-        for nm, tau in zip(NM, TAU, strict=True)
-        for z in (0, 120)
-    ]
+    rows = [f"{nm} {z} {0.5 * (tau if z == 0 else 1.0)}" for nm, tau in zip(NM, TAU, strict=True) for z in (0, 120)]
     (tmp_path / "a.out").write_text("\n".join(rows))
     (path,) = read_libradtran(tmp_path / "a.out", settings)
     np.testing.assert_allclose(path.transmittance, TAU)

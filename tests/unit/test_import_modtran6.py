@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from tape7_text import air, brightness
 
-from hcss_twin.atmosphere.imports.modtran6_csv import read_modtran6_csv
-from hcss_twin.atmosphere.imports.modtran6_json import read_modtran6_json
-from hcss_twin.atmosphere.imports.spectral_path import Geometry
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.imports.modtran6 import read_modtran6_csv, read_modtran6_json
+from hcss_twin.models.atmosphere.imports.spectral_path import Geometry
 from hcss_twin.physics.planck import planck
 
 WAVENUMBER = np.arange(800.0, 1200.5, 10.0)
@@ -75,8 +74,7 @@ def test_xflag_gives_the_unit_of_wavelength_and_radiance(tmp_path):
     radiances = ("THRML_EM", "THRML_SCT", "SURF_EMIS", "GRND_RFLT", "TOTAL_RAD")
     plain = spectra()
     arrays = {
-        name: (np.array(values) * (per_um if name in radiances else 1.0)).tolist()
-        for name, values in plain.items()
+        name: (np.array(values) * (per_um if name in radiances else 1.0)).tolist() for name, values in plain.items()
     }
     arrays["WAVELENGTH"] = (1e4 / np.array(arrays.pop("FREQ"))).tolist()
     (path,) = read_modtran6_json(write_json(tmp_path / "a.json", case(arrays, flag="M")))
@@ -147,10 +145,7 @@ def test_csv_columns_are_found_by_name_wherever_they_begin(tmp_path, units):
     ("change", "message"),
     [
         (lambda lines: lines.pop(4), r"line \d+: no row of column names"),
-        (
-            lambda lines: lines.__setitem__(10, lines[10].rsplit(",", 1)[0]),
-            r"line 11: 7 fields, the header has 8",
-        ),
+        (lambda lines: lines.__setitem__(10, lines[10].rsplit(",", 1)[0]), r"line 11: 7 fields, the header has 8"),
         (lambda lines: lines.__setitem__(10, lines[10].replace("E", "F", 3)), r"line 11"),
         (lambda lines: lines.__setitem__(4, lines[4].replace("freq", "colour")), r"line 5: the first column"),
         (lambda lines: lines.__delitem__(slice(6, None)), r"line 7: no rows"),

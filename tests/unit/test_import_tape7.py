@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from tape7_text import RADIANCE_NAMES, air, cards, radiance_rows, radiance_run, transmittance_run, write
 
-from hcss_twin.atmosphere.imports.modtran_tape7 import read_tape7
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.imports.modtran_tape7 import read_tape7
 from hcss_twin.physics.planck import planck
 
 WAVENUMBER = np.arange(800.0, 1200.5, 5.0)
@@ -85,9 +85,7 @@ def test_solar_run_transmits_what_it_says(tmp_path):
 )
 def test_convolved_file_in_any_unit_is_the_same_spectrum(tmp_path, name, to_axis, per_cm2):
     tau, radiance, surface = air(WAVENUMBER)
-    rows = radiance_rows(
-        WAVENUMBER, tau, radiance, surface, axis=to_axis(WAVENUMBER), scale=per_cm2(WAVENUMBER)
-    )
+    rows = radiance_rows(WAVENUMBER, tau, radiance, surface, axis=to_axis(WAVENUMBER), scale=per_cm2(WAVENUMBER))
     if not name.startswith("FREQ"):
         rows = rows[::-1]
     lines = [*cards(1), f"{name:>12}  " + RADIANCE_NAMES, *rows, " -9999."]
@@ -241,9 +239,7 @@ def test_real_opaque_air_radiates_like_a_black_body_of_the_air_at_the_observer()
 def test_real_sunlight_obeys_the_transmittance():
     path = sample("tape7-05")
     # The path ends in space: the sun's light reaches its end unweakened.
-    np.testing.assert_allclose(
-        path.solar["via_end"] / path.solar["at_top"], path.transmittance, rtol=6e-3, atol=1e-5
-    )
+    np.testing.assert_allclose(path.solar["via_end"] / path.solar["at_top"], path.transmittance, rtol=6e-3, atol=1e-5)
     # Sun in the zenith, path at 20 deg: the vertical is 0.94 of the slant optical depth (less where lines saturate).
     clear = path.transmittance > 0.4
     vertical = -np.log(path.solar["at_observer"] / path.solar["at_top"])[clear]

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.json_numbers import json_list, json_number, json_value
+from hcss_twin.core.json_numbers import json_list, json_number, json_value
 
 NOT_FINITE = (math.nan, math.inf, -math.inf, np.float64("nan"))
 

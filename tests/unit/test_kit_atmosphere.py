@@ -58,9 +58,7 @@ def test_kit_refuses_a_gas_that_depends_on_its_batch_or_leaves_its_range():
     with pytest.raises(AssertionError):
         kit.test_result_does_not_depend_on_batching(relative, NU, paths)
     with pytest.raises(AssertionError):
-        kit.test_shape_type_and_range(
-            broken_gas(lambda honest, nu, paths: 2.0 * honest(nu, paths)), NU, paths
-        )
+        kit.test_shape_type_and_range(broken_gas(lambda honest, nu, paths: 2.0 * honest(nu, paths)), NU, paths)
     with pytest.raises(AssertionError):
         kit.test_shape_type_and_range(broken_gas(lambda honest, nu, paths: honest(nu, paths).T), NU, paths)
 
@@ -106,20 +104,11 @@ def test_kit_accepts_a_gas_that_scatters_sunlight_in_proportion_to_its_depth():
         lambda lost, nu, paths: lost / len(paths),
         lambda lost, nu, paths: lost / nu.size,
     ],
-    ids=[
-        "less from longer legs",
-        "negative",
-        "not finite",
-        "shape",
-        "batch of paths",
-        "batch of wavenumbers",
-    ],
+    ids=["less from longer legs", "negative", "not finite", "shape", "batch of paths", "batch of wavenumbers"],
 )
 def test_kit_refuses_scattered_sunlight_that_breaks_a_law(mistake):
     with pytest.raises(AssertionError):
-        TransmittanceContract().test_scattered_sunlight_is_not_less_from_a_longer_leg(
-            scattering_gas(mistake), NU
-        )
+        TransmittanceContract().test_scattered_sunlight_is_not_less_from_a_longer_leg(scattering_gas(mistake), NU)
 
 
 @pytest.mark.parametrize("count", [lambda nu, paths: len(paths), lambda nu, paths: nu.size])
@@ -133,9 +122,7 @@ def test_kit_refuses_path_radiance_that_depends_on_its_batch(count):
 def gas_with_amounts(adding=lambda total, paths: total, law=lambda transmittance: transmittance):
     """Grey gas that offers its depth as an amount."""
     gas = PlainGas(sample_profile())
-    gas.absorber_amounts = lambda paths: adding(
-        -np.log(np.maximum(gas.transmittance(NU[:1], paths), 1e-300)), paths
-    )
+    gas.absorber_amounts = lambda paths: adding(-np.log(np.maximum(gas.transmittance(NU[:1], paths), 1e-300)), paths)
     gas.transmittance_of_amounts = lambda nu, amounts: law(np.exp(-np.repeat(amounts, nu.size, axis=1)))
     return gas
 

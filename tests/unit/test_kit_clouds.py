@@ -78,10 +78,7 @@ def test_kit_refuses_clouds_that_break_a_law(law, mistake):
     ("law", "mistake"),
     [
         ("field_does_not_depend_on_earlier_calls", counting),
-        (
-            "undeclared_time_has_no_influence",
-            lambda self, field, time_s: field * np.float32(1 - time_s / 1e4),
-        ),
+        ("undeclared_time_has_no_influence", lambda self, field, time_s: field * np.float32(1 - time_s / 1e4)),
         ("frozen_field_only_translates", lambda self, field, time_s: field[::-1] if time_s else field),
     ],
 )

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Declares
-from hcss_twin.testing import (
-    OpticsContract,
-    PlainOptics,
-    sample_microphysics,
-    sample_optics_inputs,
-    sample_wavenumbers,
-)
+from hcss_twin.testing import OpticsContract, PlainOptics, sample_microphysics, sample_optics_inputs, sample_wavenumbers
 
 NU = sample_wavenumbers(Declares())
 
@@ -35,10 +29,7 @@ class TestPlainOptics(OpticsContract):
             {"extinction_m1": lambda bulk: bulk.extinction_m1**2},
         ),
         ("result_does_not_depend_on_batching", {"albedo": lambda bulk: np.linspace(0, 1, bulk.albedo.size)}),
-        (
-            "scattering_cosine_has_a_variance",
-            {"moments": lambda bulk: np.vstack((bulk.moments, 0.4 + 0 * NU))},
-        ),
+        ("scattering_cosine_has_a_variance", {"moments": lambda bulk: np.vstack((bulk.moments, 0.4 + 0 * NU))}),
         ("ranges", {"moments": lambda bulk: np.array([[1.0], [3.0]]) * bulk.moments}),
     ],
 )

@@ -64,10 +64,7 @@ ONES = np.ones((4, NU.size))
             "every_term_of_every_column",
             {"cloudy": lambda nu, z, sun: {"surface": np.full((len(z), nu.size), np.nan), "glint": ONES}},
         ),
-        (
-            "radiance_is_positive",
-            {"clear": lambda nu, sun: {"surface": -np.ones(nu.size), "glint": np.ones(nu.size)}},
-        ),
+        ("radiance_is_positive", {"clear": lambda nu, sun: {"surface": -np.ones(nu.size), "glint": np.ones(nu.size)}}),
         (
             "result_does_not_depend_on_batching",
             {"cloudy": lambda nu, z, sun: {each: z / z.max() * np.ones(nu.size) for each in GreyModel.terms}},
@@ -78,11 +75,7 @@ ONES = np.ones((4, NU.size))
         ),
         (
             "result_does_not_depend_on_other_wavenumbers",
-            {
-                "cloudy": lambda nu, z, sun: {
-                    each: np.ones((len(z), 1)) * nu / nu.sum() for each in GreyModel.terms
-                }
-            },
+            {"cloudy": lambda nu, z, sun: {each: np.ones((len(z), 1)) * nu / nu.sum() for each in GreyModel.terms}},
         ),
     ],
 )

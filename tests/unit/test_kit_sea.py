@@ -36,22 +36,13 @@ def broken_sea(**methods):
             "no_more_is_reflected_than_is_not_emitted",
             {"brdf": lambda nu, out, into, az: np.full((out.size, nu.size), 0.0069)},
         ),
-        (
-            "undeclared_directions_have_no_influence",
-            {"emissivity": lambda nu, mu: mu[:, None] * np.ones(nu.size)},
-        ),
-        (
-            "undeclared_directions_have_no_influence",
-            {"brdf": lambda nu, out, into, az: az[:, None] * np.ones(nu.size)},
-        ),
+        ("undeclared_directions_have_no_influence", {"emissivity": lambda nu, mu: mu[:, None] * np.ones(nu.size)}),
+        ("undeclared_directions_have_no_influence", {"brdf": lambda nu, out, into, az: az[:, None] * np.ones(nu.size)}),
         (
             "result_does_not_depend_on_batching",
             {"emissivity": lambda nu, mu: mu[:, None] / mu.max() * np.ones(nu.size)},
         ),
-        (
-            "result_does_not_depend_on_batching",
-            {"emissivity": lambda nu, mu: np.ones((mu.size, 1)) * (nu / nu.max())},
-        ),
+        ("result_does_not_depend_on_batching", {"emissivity": lambda nu, mu: np.ones((mu.size, 1)) * (nu / nu.max())}),
         (
             "result_does_not_depend_on_batching",
             {"brdf": lambda nu, out, into, az: np.ones((out.size, 1)) * (nu / nu.max())},
@@ -67,19 +58,11 @@ def broken_sea(**methods):
         ),
         (
             "what_the_sky_sends_and_what_the_sea_emits_is_all",
-            {
-                "reflection_weights": lambda nu, mu, nodes, basis="linear": fold(
-                    nu, mu, nodes, basis == "linear"
-                )
-            },
+            {"reflection_weights": lambda nu, mu, nodes, basis="linear": fold(nu, mu, nodes, basis == "linear")},
         ),
         (
             "what_the_sky_sends_and_what_the_sea_emits_is_all",
-            {
-                "reflection_weights": lambda nu, mu, nodes, basis="lagrange": fold(nu, mu, nodes).swapaxes(
-                    1, 2
-                )
-            },
+            {"reflection_weights": lambda nu, mu, nodes, basis="lagrange": fold(nu, mu, nodes).swapaxes(1, 2)},
         ),
     ],
 )
@@ -123,11 +106,7 @@ class TestTiltedSea(SeaModelContract):
         ("without_a_bearing_results_are_means_over_all", {"mean": 1.3}),
         (
             "without_a_bearing_results_are_means_over_all",
-            {
-                "brdf": lambda nu, out, into, az, wind=None: np.full(
-                    (out.size, nu.size), 1 if wind is None else 2
-                )
-            },
+            {"brdf": lambda nu, out, into, az, wind=None: np.full((out.size, nu.size), 1 if wind is None else 2)},
         ),
         (
             "without_a_bearing_results_are_means_over_all",

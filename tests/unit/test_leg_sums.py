@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
-from hcss_twin.physics.leg_sums import LegSums
-from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.physics.paths import SPACE, Leg, LegSums, Path, to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M, airmass_of_legs
 
 LEGS = (Leg(0.0, 700.0, 10.0), Leg(700.0, SPACE, 10.0), Leg(0.0, SPACE, 60.0))
@@ -72,7 +71,5 @@ def test_air_masses_of_layers_crossed_in_part_count_by_pressure():
 
 def test_air_mass_of_a_path_is_that_of_its_legs():
     path = to_space(300.0, 40.0) + Path((Leg(300.0, 2500.0, 75.0),))
-    np.testing.assert_array_equal(
-        PROFILE.airmass(path), sum(airmass_of_legs(PROFILE, [leg])[0] for leg in path.legs)
-    )
+    np.testing.assert_array_equal(PROFILE.airmass(path), sum(airmass_of_legs(PROFILE, [leg])[0] for leg in path.legs))
     np.testing.assert_array_equal(PROFILE.airmass(Path()), np.zeros(PROFILE.altitude_m.size - 1))

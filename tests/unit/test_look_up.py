@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.radiance_tables import DenseTable
+from hcss_twin.plan.windows import pixel_sums, points_of, windows
 from hcss_twin.providers import Grid
-from hcss_twin.scene.footprint import pixel_sums, points_of, windows
-from hcss_twin.scene.tables.look_up import LookUp
-from hcss_twin.scene.tables.radiance_tables import DenseTable
 
 CHANNELS = 5
 
@@ -39,12 +39,9 @@ def plain(made, thickness_m, samples):
             plane[where] = np.interp(value[where], nodes, alone[:, channel])
         if made.both is not None:
             where = cloudy[0] & cloudy[1]
-            rows = np.stack(
-                [np.interp(values[1][where], made.nodes_m[1], row) for row in made.both[..., channel]]
-            )
+            rows = np.stack([np.interp(values[1][where], made.nodes_m[1], row) for row in made.both[..., channel]])
             plane[where] = [
-                np.interp(value, made.nodes_m[0], rows[:, index])
-                for index, value in enumerate(values[0][where])
+                np.interp(value, made.nodes_m[0], rows[:, index]) for index, value in enumerate(values[0][where])
             ]
     rows, columns = (size // samples for size in points.shape[1:])
     return points.reshape(CHANNELS, rows, samples, columns, samples).mean(axis=(2, 4))
@@ -79,9 +76,7 @@ def test_one_layer_is_the_plain_definition_to_rounding(name, samples):
     made = table(nodes)
     thickness = [sky((24, 48), nodes[0], nodes[-1], samples)]
     thickness[0].flat[: min(20, nodes.size)] = nodes[:20]  # the nodes themselves
-    np.testing.assert_allclose(
-        looked_up(made, thickness, samples), plain(made, thickness, samples), rtol=1.2e-7
-    )
+    np.testing.assert_allclose(looked_up(made, thickness, samples), plain(made, thickness, samples), rtol=1.2e-7)
 
 
 @pytest.mark.parametrize("samples", [1, 2, 8])
@@ -90,18 +85,14 @@ def test_two_layers_are_the_plain_definition_to_rounding(samples):
     thickness = [sky((24, 48), 100.0, 4000.0, 1), sky((24, 48), 1.0, 20_000.0, 2)]
     kinds = {(bool(a), bool(b)) for a, b in zip(thickness[0].flat, thickness[1].flat, strict=True)}
     assert len(kinds) == 4
-    np.testing.assert_allclose(
-        looked_up(made, thickness, samples), plain(made, thickness, samples), rtol=1.2e-7
-    )
+    np.testing.assert_allclose(looked_up(made, thickness, samples), plain(made, thickness, samples), rtol=1.2e-7)
 
 
 def test_no_layer_is_the_clear_column():
     made = DenseTable(np.arange(1.0, 6.0), (), (), None)
     radiance = np.zeros((CHANNELS, 3, 4), dtype=np.float32)
     LookUp(made).fill(radiance, [])
-    np.testing.assert_array_equal(
-        radiance, np.broadcast_to(np.arange(1.0, 6.0)[:, None, None], radiance.shape)
-    )
+    np.testing.assert_array_equal(radiance, np.broadcast_to(np.arange(1.0, 6.0)[:, None, None], radiance.shape))
 
 
 @pytest.mark.parametrize("samples", [1, 4])
@@ -116,9 +107,7 @@ def test_windows_together_are_the_whole(samples, most_points):
     seen = np.zeros((grid.rows, grid.columns), dtype=int)
     for rows, columns in windows(grid, samples, most_points):
         seen[rows, columns] += 1
-        assert (rows.stop - rows.start) * (columns.stop - columns.start) * samples**2 <= max(
-            most_points, samples**2
-        )
+        assert (rows.stop - rows.start) * (columns.stop - columns.start) * samples**2 <= max(most_points, samples**2)
         part = [each[points_of(rows, samples), points_of(columns, samples)] for each in thickness]
         LookUp(made).fill(pieces, part, samples, (rows.start, columns.start))
     assert np.all(seen == 1)
@@ -148,9 +137,7 @@ def test_cloud_in_a_layer_whose_coverage_is_0_is_refused():
     made = table([10.0, 1000.0], np.empty(0), both=False)
     low = np.full((2, 2), 50.0, dtype=np.float32)
     none = np.zeros((2, 2), dtype=np.float32)
-    np.testing.assert_allclose(
-        looked_up(made, [low, none]), plain(table([10.0, 1000.0]), [low], 1), rtol=1.2e-7
-    )
+    np.testing.assert_allclose(looked_up(made, [low, none]), plain(table([10.0, 1000.0]), [low], 1), rtol=1.2e-7)
     with pytest.raises(ProviderError, match="coverage is 0"):
         looked_up(made, [low, low])
 

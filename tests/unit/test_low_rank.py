@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hcss_twin.scene.tables.low_rank import complete
+from hcss_twin.engine.tables.layer_pair import complete
 
 LOW, HIGH = np.geomspace(10.0, 2000.0, 41), np.geomspace(50.0, 1500.0, 33)
 
@@ -28,9 +28,7 @@ def thermal(low, high):
     black = (top / 290.0)[:, None] ** np.array([12.0, 4.0])
     opaque = 1.0 - np.exp(-np.multiply.outer(low, [1 / 40.0, 1 / 70.0]))
     back = (1.0 - through) * opaque
-    return np.stack(
-        [through * opaque * black, through * (1.0 - opaque), (1.0 - through) * 0.3 + 0.05 * back], 1
-    )
+    return np.stack([through * opaque * black, through * (1.0 - opaque), (1.0 - through) * 0.3 + 0.05 * back], 1)
 
 
 def test_few_crosses_say_what_all_columns_are():
@@ -63,9 +61,7 @@ def test_what_is_in_no_cross_is_found_by_trying():
     columns = Counted(ridge)
     found, error = complete(columns, LOW, HIGH, 1e-3)
     low, high = np.meshgrid(LOW, HIGH, indexing="ij")
-    np.testing.assert_allclose(
-        found[..., 0, 0], ridge(low.ravel(), high.ravel()).reshape(low.shape), rtol=5e-3
-    )
+    np.testing.assert_allclose(found[..., 0, 0], ridge(low.ravel(), high.ravel()).reshape(low.shape), rtol=5e-3)
     assert error <= 5e-4
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.matching.quantities import Quantity, describe_unmatched
-from hcss_twin.matching.structure import Structure
+from hcss_twin.analysis.matching.quantities import Quantity, describe_unmatched
+from hcss_twin.analysis.matching.structure import Structure
 
 
 def quantity(image, simulated, **more):

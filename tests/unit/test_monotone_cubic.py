@@ -16,10 +16,7 @@ def test_agrees_with_scipys_pchip_everywhere(count):
     x[:count] = nodes
     around = window_start(nodes, x)[:, None] + np.arange(WINDOW)
     np.testing.assert_allclose(
-        pchip_in_window(nodes[around], values[around], x),
-        PchipInterpolator(nodes, values)(x),
-        rtol=0,
-        atol=1e-12,
+        pchip_in_window(nodes[around], values[around], x), PchipInterpolator(nodes, values)(x), rtol=0, atol=1e-12
     )
 
 

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcss_twin.multiple_scattering.chains import chains
-from hcss_twin.multiple_scattering.doubling import solve_chains
-from hcss_twin.multiple_scattering.layer import solve_layers
-from hcss_twin.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.chains import chains
+from hcss_twin.physics.multiple_scattering.doubling import solve_chains
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
 
 
 def of(thickness):
@@ -31,9 +31,7 @@ def test_families_may_differ_from_one_wavenumber_to_the_next() -> None:
     assert sizes == [(1, 0), (1, 1), (2, 0), (2, 1)]
 
 
-@pytest.mark.parametrize(
-    ("factor", "members"), [(1 + 1e-13, 1), (1 - 1e-13, 1), (1 + 1e-11, 2), (1 - 1e-11, 2)]
-)
+@pytest.mark.parametrize(("factor", "members"), [(1 + 1e-13, 1), (1 - 1e-13, 1), (1 + 1e-11, 2), (1 - 1e-11, 2)])
 def test_a_family_allows_rounding_and_no_more(factor, members) -> None:
     # 8 is a power of 2: just below it the exponent is another.
     for thickest in (8.0, 5.3):
@@ -53,9 +51,7 @@ def test_every_layer_is_in_one_chain(values, columns) -> None:
     np.testing.assert_array_equal(found.wavenumber[found.column], found.cell % columns)
     for start, stop in zip(found.first[:-1], found.first[1:], strict=True):
         steps = np.cumsum(found.doublings[start:stop])
-        np.testing.assert_allclose(
-            found.thickness[start:stop], found.thickness[start] * 2.0**steps, rtol=1e-11
-        )
+        np.testing.assert_allclose(found.thickness[start:stop], found.thickness[start] * 2.0**steps, rtol=1e-11)
 
 
 def test_only_layers_that_are_wanted_are_in_chains() -> None:

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from scipy.special import lpmv
 
-from hcss_twin.multiple_scattering.choice import choose_modes, choose_streams, choose_sun_streams
-from hcss_twin.multiple_scattering.layer import solve_layers
-from hcss_twin.multiple_scattering.legendre import normalised_legendre
-from hcss_twin.multiple_scattering.phase_function import delta_m, phase_function
-from hcss_twin.multiple_scattering.streams import gauss_streams
-from hcss_twin.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.choice import choose_modes, choose_streams, choose_sun_streams
+from hcss_twin.physics.multiple_scattering.directions import gauss_streams, normalised_legendre
+from hcss_twin.physics.multiple_scattering.layer import solve_layers
+from hcss_twin.physics.multiple_scattering.phase_function import delta_m, phase_function
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
 
 HG = np.array([[1.0], [0.8]])
 
@@ -109,9 +108,7 @@ def test_the_first_number_of_streams_that_keeps_the_tolerance_is_chosen() -> Non
     assert [count for count, _ in tight.tried] == [4, 8, 16, 32][: len(tight.tried)]
     assert all(difference > 1e-5 for _, difference in tight.tried[:-1])
     # What was measured is the difference from twice as many.
-    few, many = (
-        solve_layers(np.array([SAMPLES[0]]), *SAMPLES[1:], mu, n) for n in (loose.count, 2 * loose.count)
-    )
+    few, many = (solve_layers(np.array([SAMPLES[0]]), *SAMPLES[1:], mu, n) for n in (loose.count, 2 * loose.count))
     found = np.abs(few.emissivity[..., :2] - many.emissivity[..., :2]).max()
     assert 0.0 < found <= loose.difference <= 0.01
 

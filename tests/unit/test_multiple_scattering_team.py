@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from hcss_twin.multiple_scattering.parallel import Team
+from hcss_twin.physics.multiple_scattering.chains import Team
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3, 8])

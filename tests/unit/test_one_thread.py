@@ -6,14 +6,14 @@ import sys
 
 import pytest
 
-from hcss_twin.radiance.physical.model import Physical
+from hcss_twin.models.radiance.physical.model import Physical
 
 # In a process of its own, whose number of threads is known.
 START = """
 import threading, time
 import scipy.linalg
 from threadpoolctl import threadpool_info
-from hcss_twin.radiance.physical.one_thread import in_one_thread
+from hcss_twin.models.radiance.physical.model import in_one_thread
 
 def threads():
     return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
@@ -24,9 +24,7 @@ assert threads() == {2}
 
 def run(code):
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "2", "OMP_NUM_THREADS": "2", "MKL_NUM_THREADS": "2"}
-    done = subprocess.run(
-        [sys.executable, "-c", START + code], env=environment, capture_output=True, text=True
-    )
+    done = subprocess.run([sys.executable, "-c", START + code], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
@@ -79,7 +77,7 @@ def test_the_model_runs_in_one(call):
     assert hasattr(Physical, "_shared")
     run(f"""
 from types import SimpleNamespace
-from hcss_twin.radiance.physical.model import Physical
+from hcss_twin.models.radiance.physical.model import Physical
 
 class Asked(Exception):
     pass

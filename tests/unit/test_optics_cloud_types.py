@@ -2,8 +2,8 @@
 
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.optics import size_distribution as size
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics import size_distribution as size
 from hcss_twin.providers import Microphysics
 
 KEYS = {

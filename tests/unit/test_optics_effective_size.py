@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import ScenarioError
-from hcss_twin.optics import size_distribution as size
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.models.optics import size_distribution as size
 from hcss_twin.providers import Microphysics
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.models import Layer
@@ -61,12 +61,9 @@ def test_a_cloud_type_may_give_effective_radius_variance_and_water_content(tmp_p
 
 def test_a_range_that_cuts_the_distribution_is_a_problem_of_the_cloud_type(tmp_path) -> None:
     given = (
-        "effective_radius_um = 10.0\neffective_variance = 0.1\nwater_content_kg_m3 = 3e-4\n"
-        "radius_range_um = [9, 11]"
+        "effective_radius_um = 10.0\neffective_variance = 0.1\nwater_content_kg_m3 = 3e-4\nradius_range_um = [9, 11]"
     )
-    with pytest.raises(
-        ScenarioError, match=r"clouds\.type: 'mine\.toml', microphysics: radius_range_um 9, 11"
-    ):
+    with pytest.raises(ScenarioError, match=r"clouds\.type: 'mine\.toml', microphysics: radius_range_um 9, 11"):
         own_type(tmp_path, given)
 
 

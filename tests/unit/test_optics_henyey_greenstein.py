@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 
-from hcss_twin.physics.henyey_greenstein import henyey_greenstein
+from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 
 MU, WEIGHT = legendre.leggauss(400)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from hcss_twin.optics import size_distribution as size
+from hcss_twin.models.optics import size_distribution as size
 from hcss_twin.providers import Microphysics
 
 C1 = Microphysics("water", 6.0, 1.5, 1.0, 100e6, (0.0, math.inf))

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError
-from hcss_twin.optics import table_file, table_store
-from hcss_twin.optics.bulk_table import Accuracy, BulkTable
-from hcss_twin.optics.size_distribution import gamma_distribution
-from hcss_twin.optics.table_store import TableStore, cache_folder
-from hcss_twin.refractive_index import load_refractive_index
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.optics import table_store
+from hcss_twin.models.optics.bulk_table import Accuracy, BulkTable
+from hcss_twin.models.optics.size_distribution import gamma_distribution
+from hcss_twin.models.optics.table_store import TableStore, cache_folder
+from hcss_twin.models.refractive_index import load_refractive_index
 
 CLOUD = gamma_distribution("water", 5.0, 0.1, 1e-4)
 ACCURACY = Accuracy(radius_nodes=50, spectral_step=0.05, moments=16)
@@ -73,7 +73,7 @@ def test_a_damaged_file_is_computed_again(damage, index, folder) -> None:
     for ours, theirs in zip(again(WINDOW), good(WINDOW), strict=True):
         np.testing.assert_array_equal(ours, theirs)
     if damage != "folder":
-        table_file.read_into(make(index), path)  # whole again
+        table_store.read_into(make(index), path)  # whole again
     assert [each.name for each in folder.iterdir()] == [path.name]
 
 
@@ -92,7 +92,7 @@ def test_runs_side_by_side_lose_nothing(index, folder) -> None:
         children.append(child)
     assert all(os.waitpid(child, 0)[1] == 0 for child in children)
     table = make(index)
-    table_file.read_into(table, folder / f"{table.key}.nc")
+    table_store.read_into(table, folder / f"{table.key}.nc")
     known = sum(table.properties.missing(part).size == 0 for part in parts)
     assert known >= 1  # a lost race costs time in the next run, never a damaged file
     assert len(list(folder.iterdir())) == 1
@@ -102,7 +102,7 @@ def test_later_wavelengths_are_added_to_the_file(index, folder) -> None:
     completed(index, WINDOW)
     completed(index, MEDIUM)
     table = make(index)
-    table_file.read_into(table, folder / f"{table.key}.nc")
+    table_store.read_into(table, folder / f"{table.key}.nc")
     assert table.properties.missing(np.concatenate([WINDOW, MEDIUM])).size == 0
     assert table.moments.missing(np.concatenate([WINDOW, MEDIUM])).size == 0
 
@@ -139,9 +139,9 @@ def test_a_user_without_a_home_gets_results_all_the_same(index, monkeypatch) -> 
 
 def test_a_file_of_another_table_is_refused(index, tmp_path) -> None:
     table = completed(index)
-    table_file.write(table, tmp_path / "one.nc")
+    table_store.write(table, tmp_path / "one.nc")
     with pytest.raises(CatalogError, match="another table"):
-        table_file.read_into(make(index, accuracy=replace(ACCURACY, moments=8)), tmp_path / "one.nc")
+        table_store.read_into(make(index, accuracy=replace(ACCURACY, moments=8)), tmp_path / "one.nc")
 
 
 def test_the_cache_lies_where_the_user_says(monkeypatch, tmp_path) -> None:

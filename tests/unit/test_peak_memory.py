@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-ASK = "from hcss_twin.benchmarking.peak_memory import peak_memory_mb; print(peak_memory_mb(), flush=True)"
+ASK = "from hcss_twin.report.benchmarking.regression import peak_memory_mb; print(peak_memory_mb(), flush=True)"
 LARGE = f"""
 import subprocess, sys
 import numpy as np

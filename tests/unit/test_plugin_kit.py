@@ -33,9 +33,7 @@ def test_the_sample_profile_has_all_gases_in_likely_amounts():
     # columns per square metre: some 20 mm of water, some 300 Dobson units of ozone (1 DU = 2.687e20 m-2)
     boltzmann, molecules_per_mm = 1.380649e-23, 1e-3 * 1e3 / 0.018015 * 6.02214076e23
     density = profile.pressure_Pa / (boltzmann * profile.temperature_K)
-    columns = {
-        gas: np.trapezoid(share * density, profile.altitude_m) for gas, share in profile.mixing_ratio.items()
-    }
+    columns = {gas: np.trapezoid(share * density, profile.altitude_m) for gas, share in profile.mixing_ratio.items()}
     assert 5.0 < columns["h2o"] / molecules_per_mm < 40.0
     assert 200.0 < columns["o3"] / 2.687e20 < 450.0
 
@@ -57,11 +55,7 @@ def saying(**attributes):
         (SeaModelContract(), saying(declares=Declares(notes="text")), "tuple of strings"),
         (SeaModelContract(), saying(declares=Declares(resolution_cm1=-1.0)), "resolution_cm1"),
         (SeaModelContract(), saying(declares=Declares(tileable="no")), "tileable"),
-        (
-            SeaModelContract(),
-            saying(declares=Declares(native_grid_cm1=np.array([2.0, 1.0]))),
-            "native_grid",
-        ),
+        (SeaModelContract(), saying(declares=Declares(native_grid_cm1=np.array([2.0, 1.0]))), "native_grid"),
         (SeaModelContract(), saying(declares=Declares(legs="space")), "to_space"),
         (CloudGeneratorContract(), saying(skipped=["waves", "too small"]), "pairs of text"),
         (CloudGeneratorContract(), saying(image_coverage=1.5), "from 0 to 1"),
@@ -81,13 +75,7 @@ def laws(kit):
 
 def test_every_law_of_the_kit_is_broken_by_a_provider_of_these_files():
     here = "".join(path.read_text(encoding="utf-8") for path in Path(__file__).parent.glob("test_*kit*.py"))
-    kits = (
-        CloudGeneratorContract,
-        SeaModelContract,
-        OpticsContract,
-        TransmittanceContract,
-        RadianceModelContract,
-    )
+    kits = (CloudGeneratorContract, SeaModelContract, OpticsContract, TransmittanceContract, RadianceModelContract)
     for kit in kits:
         for law in laws(kit):
             refused = f'"{law.removeprefix("test_")}"' in here or f".{law}(" in here
@@ -107,7 +95,5 @@ def test_sample_inputs_can_be_made():
     assert sample_sea_inputs().temperature_K == 290.0
     assert sample_optics_inputs().catalog.root.is_dir()
     assert np.all(np.diff(sample_profile(288.0).temperature_K) == 0.0)
-    bulk = sample_radiance_inputs().optics.single_scattering(
-        sample_microphysics("ice"), sample_wavenumbers(Declares())
-    )
+    bulk = sample_radiance_inputs().optics.single_scattering(sample_microphysics("ice"), sample_wavenumbers(Declares()))
     assert isinstance(bulk, SingleScattering)

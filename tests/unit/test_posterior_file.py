@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hcss_twin.errors import PosteriorError
-from hcss_twin.uncertainty.posterior_file import Diagnostic, VariogramCheck, read_posterior, write_posterior
+from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, read_posterior, write_posterior
+from hcss_twin.core.errors import PosteriorError
 
 RNG = np.random.default_rng(0)
 H = RNG.uniform(0.3, 0.5, (4, 5))
@@ -43,11 +43,7 @@ def test_what_is_written_is_read(tmp_path):
 def test_xarray_reads_dimensions_and_diagnostics(tmp_path):
     path = tmp_path / "posterior.nc"
     variogram = VariogramCheck(
-        np.array([1, 2]),
-        np.ones((2, 2)),
-        np.full((2, 2), 0.1),
-        np.array([0.05, 0.5, 0.95]),
-        np.ones((3, 2, 2)),
+        np.array([1, 2]), np.ones((2, 2)), np.full((2, 2), 0.1), np.array([0.05, 0.5, 0.95]), np.ones((3, 2, 2))
     )
     write(path, trace=(("H",), np.zeros((1, 4, 9))), variogram=variogram)
     with xr.open_dataset(path) as file:

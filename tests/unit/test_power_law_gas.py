@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from hcss_twin.atmosphere.parameters import TableParameters
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.atmosphere.table import TableTransmittance
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import ProviderError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.atmosphere.parameters import TableParameters
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.atmosphere.table import TableTransmittance
+from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.providers import AtmosphereInputs
-from hcss_twin.radiance.physical.power_law_gas import PowerLawGas
 
 CATALOG = Catalog()
 PROFILE = load_profile("us-standard-1976", CATALOG)
@@ -74,9 +74,7 @@ def mass(height, *zeniths):
 
 
 @pytest.mark.parametrize(("view", "sun"), [(0.0, 87.6), (20.0, 87.5), (60.0, 87.3)])
-def test_light_of_a_low_sun_does_not_jump_where_clouds_rise_out_of_the_reach_of_the_table(
-    gas, table, view, sun
-):
+def test_light_of_a_low_sun_does_not_jump_where_clouds_rise_out_of_the_reach_of_the_table(gas, table, view, sun):
     longest = table.declares.valid["view_zenith"][1]
     height = brentq(lambda z: mass(z, view, sun) - mass(z, longest), 0.0, 10e3)
     paths = [to_space(z, view) + to_space(z, sun) for z in height + np.array([-6.0, -2.0, 2.0, 6.0])]
@@ -98,9 +96,7 @@ def test_suns_beyond_the_angles_of_the_table_continue_its_longest_paths(gas, tab
     assert np.all(np.diff(found, axis=0) < 1e-30)  # at which the table ends
     assert np.all(found > 0.0)
     # ln(-ln T) rises with ln(air mass) by the exponent, which is that of a power of at most 1 (weak absorption).
-    slope = np.log(np.log(found[4]) / np.log(found[3])) / np.log(
-        mass(0.0, 20.0, 89.9) / mass(0.0, 20.0, 89.0)
-    )
+    slope = np.log(np.log(found[4]) / np.log(found[3])) / np.log(mass(0.0, 20.0, 89.9) / mass(0.0, 20.0, 89.0))
     assert np.all((slope > 0.2 - 1e-9) & (slope < 1.0 + 1e-9))
 
 

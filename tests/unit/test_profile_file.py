@@ -4,11 +4,11 @@ import netCDF4
 import numpy as np
 import pytest
 
-from hcss_twin.atmosphere.humidity import relative_humidity, saturation_pressure_Pa
-from hcss_twin.atmosphere.profile_columns import QUANTITIES, recognised
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.moist_air import relative_humidity, saturation_pressure_Pa
+from hcss_twin.models.atmosphere.profile_columns import QUANTITIES, recognised
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.profile import GASES
 
 HEAD = "altitude_km,pressure_hPa,temperature_C,relative_humidity_percent"
@@ -108,9 +108,7 @@ def test_what_a_file_leaves_out_comes_from_the_model_and_is_said(tmp_path):
     assert np.all(np.diff(profile.pressure_Pa) < 0)
     assert set(profile.mixing_ratio) == set(GASES)
     above = profile.altitude_m > 12_000
-    np.testing.assert_array_equal(
-        profile.temperature_K[above], standard.temperature_K[standard.altitude_m >= 13_000]
-    )
+    np.testing.assert_array_equal(profile.temperature_K[above], standard.temperature_K[standard.altitude_m >= 13_000])
     # Temperatures agree with the standard's, so pressures must go on as the standard's do.
     ratio = profile.pressure_Pa[above] / standard.pressure_Pa[standard.altitude_m >= 13_000]
     np.testing.assert_allclose(ratio, 1.0, atol=2e-3)
@@ -159,8 +157,7 @@ def test_thousands_of_levels_are_thinned_within_the_stated_tolerance(tmp_path):
         mean = 0.5 * (temperature[index] + temperature[index - 1])
         pressure.append(pressure[-1] * np.exp(-5.0 * 9.80665 / (287.05 * mean)))
     rows = [
-        f"{z},{p:.5f},{t:.4f},{rh:.4f}"
-        for z, p, t, rh in zip(altitude, pressure, temperature, humidity, strict=True)
+        f"{z},{p:.5f},{t:.4f},{rh:.4f}" for z, p, t, rh in zip(altitude, pressure, temperature, humidity, strict=True)
     ]
     profile = load(tmp_path, csv("altitude_m,pressure_hPa,temperature_K,rh_percent", rows))
     assert 30 < np.count_nonzero(profile.altitude_m <= 25_000) < 600
@@ -183,9 +180,7 @@ class TestRefusals:
         assert bad in text
 
     def test_limits_are_told_in_the_unit_of_the_file(self, tmp_path):
-        assert "allowed: -173.15 to 1226.85" in refusal(
-            tmp_path, csv(rows=[*ROWS[:2], "2,795,-999,55", *ROWS[3:]])
-        )
+        assert "allowed: -173.15 to 1226.85" in refusal(tmp_path, csv(rows=[*ROWS[:2], "2,795,-999,55", *ROWS[3:]]))
 
     def test_supersaturation_names_the_level_and_the_amount(self, tmp_path):
         text = refusal(tmp_path, csv(rows=[*ROWS[:3], "4,616.6,-11,108", *ROWS[4:]]))
@@ -229,12 +224,8 @@ class TestRefusals:
         assert "closest is 'temperature'" in refusal(tmp_path, csv(HEAD.replace("temperature", "temprature")))
 
     def test_missing_quantities(self, tmp_path):
-        assert "humidity is missing" in refusal(
-            tmp_path, csv("altitude_km,pressure_hPa,temperature_C,wind_speed_m_s")
-        )
-        assert "temperature is missing" in refusal(
-            tmp_path, csv("altitude_km,pressure_hPa,wind_from_deg,rh_percent")
-        )
+        assert "humidity is missing" in refusal(tmp_path, csv("altitude_km,pressure_hPa,temperature_C,wind_speed_m_s"))
+        assert "temperature is missing" in refusal(tmp_path, csv("altitude_km,pressure_hPa,wind_from_deg,rh_percent"))
 
     def test_the_same_quantity_twice(self, tmp_path):
         text = refusal(tmp_path, csv("altitude_km,pressure_hPa,temperature_C,T_K"))

@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcss_twin.atmosphere.humidity import (
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.moist_air import (
     BOLTZMANN_J_K,
     from_mixing_ratio,
     from_specific_humidity,
@@ -14,9 +16,7 @@ from hcss_twin.atmosphere.humidity import (
     water_vapour_column_kg_m2,
     with_water_vapour,
 )
-from hcss_twin.atmosphere.profile_file import load_profile
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.profile import Profile
 
 STANDARD = load_profile("us-standard-1976", Catalog())
@@ -36,9 +36,7 @@ def test_column_of_an_exponential_layer_is_density_times_scale_height():
 @given(factor=st.floats(0, 1.2))
 def test_the_column_is_proportional_to_the_factor(factor):
     scaled = with_water_vapour(STANDARD, factor=factor)
-    assert water_vapour_column_kg_m2(scaled) == pytest.approx(
-        factor * water_vapour_column_kg_m2(STANDARD), abs=1e-9
-    )
+    assert water_vapour_column_kg_m2(scaled) == pytest.approx(factor * water_vapour_column_kg_m2(STANDARD), abs=1e-9)
     assert scaled.mixing_ratio["co2"] is STANDARD.mixing_ratio["co2"]
     assert f"water vapour times {factor:.6g}" in scaled.notes[-1]
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hcss_twin.propagation import estimators
-from hcss_twin.propagation.estimators import bootstrap_error, terms_of
-from hcss_twin.propagation.joint_sample import bootstrap_seed
+from hcss_twin.sweeps.propagation import estimators
+from hcss_twin.sweeps.propagation.estimators import bootstrap_error, terms_of
+from hcss_twin.sweeps.propagation.joint_sample import bootstrap_seed
 
 ADDITIVE = np.array([2.0, 1.0, 0.5])
 SHARES = ADDITIVE**2 / np.sum(ADDITIVE**2)
@@ -64,9 +64,7 @@ def test_inputs_together_have_the_sum_of_their_shares_where_they_add():
 def test_an_input_that_does_nothing_has_no_share_on_average():
     rng = np.random.default_rng(5)
     found = [
-        estimators.first_by_regression(
-            terms_of(rng.standard_normal((50, 1)), 50), rng.standard_normal((2, 50, 1))
-        )
+        estimators.first_by_regression(terms_of(rng.standard_normal((50, 1)), 50), rng.standard_normal((2, 50, 1)))
         for _ in range(400)
     ]
     assert abs(np.mean(found)) < 4.0 * np.std(found) / 20.0
@@ -113,8 +111,7 @@ def present_by_chance(count, seed):
 
 
 @pytest.mark.parametrize(
-    ("name", "truth"),
-    [("mean", 2.0 / 3.0), ("standard_deviation", np.sqrt(1.0 / 18.0)), ("median", np.sqrt(0.5))],
+    ("name", "truth"), [("mean", 2.0 / 3.0), ("standard_deviation", np.sqrt(1.0 / 18.0)), ("median", np.sqrt(0.5))]
 )
 def test_what_only_some_scenes_have_has_the_moments_of_these_scenes(name, truth):
     """Draws that have it with both seeds would have the density 3 y^2: mean .75, deviation .19, median .79."""
@@ -158,9 +155,7 @@ def test_bootstrap_errors_are_the_scatter_over_repeated_experiments(name):
     for number in range(1, 25):
         x, y = additive(80, noise=number)
         found.append(estimate(x, y, np.arange(80))[0])
-        errors.append(
-            bootstrap_error(lambda rows, x=x, y=y: estimate(x, y, rows), 80, bootstrap_seed(number))[0]
-        )
+        errors.append(bootstrap_error(lambda rows, x=x, y=y: estimate(x, y, rows), 80, bootstrap_seed(number))[0])
     assert np.mean(errors) == pytest.approx(np.std(found), rel=0.35)
 
 

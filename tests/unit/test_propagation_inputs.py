@@ -5,21 +5,17 @@ import pytest
 from posterior_example import example_posterior
 from scipy import stats
 
-from hcss_twin.errors import PosteriorError, ScenarioError
-from hcss_twin.propagation.joint_sample import joint_sample
-from hcss_twin.propagation.posterior_draws import PosteriorDraws
-from hcss_twin.propagation.uncertain import uncertain_keys
-from hcss_twin.uncertainty.posterior_file import read_posterior
+from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
+from hcss_twin.core.errors import PosteriorError, ScenarioError
+from hcss_twin.sweeps.propagation.joint_sample import joint_sample, uncertain_keys
+from hcss_twin.sweeps.propagation.posterior_draws import PosteriorDraws
 
 
 @pytest.mark.parametrize(
     ("short", "table"),
     [
         ("normal:291:0.5", {"distribution": "normal", "mean": 291.0, "standard_deviation": 0.5}),
-        (
-            "normal:5:3:0:9",
-            {"distribution": "normal", "mean": 5.0, "standard_deviation": 3.0, "from": 0.0, "to": 9.0},
-        ),
+        ("normal:5:3:0:9", {"distribution": "normal", "mean": 5.0, "standard_deviation": 3.0, "from": 0.0, "to": 9.0}),
         ("uniform:1:2", {"distribution": "uniform", "from": 1.0, "to": 2.0}),
         ("log-uniform:1 km:2 km", {"distribution": "log-uniform", "from": "1 km", "to": "2 km"}),
     ],
@@ -48,10 +44,7 @@ def test_the_short_form_and_the_table_are_the_same(short, table):
         ({"seaa.temperature": "normal:1:2"}, "closest is 'sea'"),
         ({"bands": "normal:1:2"}, "must be the same in all draws"),
         ({"seed": "uniform:1:2"}, "must be the same in all draws"),
-        (
-            {"sea.temperature": "normal:1:2", "sea": {"distribution": "uniform", "from": 1, "to": 2}},
-            "overlaps",
-        ),
+        ({"sea.temperature": "normal:1:2", "sea": {"distribution": "uniform", "from": 1, "to": 2}}, "overlaps"),
     ],
 )
 def test_a_distribution_that_cannot_be_names_its_key(given, told):
@@ -69,13 +62,7 @@ def drawn(tmp_path, keys, count=2000, seed=3, **options):
 
 def columns(sample):
     values = [np.array(each) for each in sample.values.values()]
-    return np.column_stack(
-        [
-            np.concatenate(sample.rows),
-            *values,
-            sample.seeds.ravel() / 2.0**63,
-        ]
-    )
+    return np.column_stack([np.concatenate(sample.rows), *values, sample.seeds.ravel() / 2.0**63])
 
 
 def test_inputs_seeds_and_the_two_samples_are_independent(tmp_path):
@@ -104,9 +91,7 @@ def test_the_first_draws_do_not_depend_on_what_else_is_uncertain(tmp_path):
 def test_mixtures_exchange_what_they_say(tmp_path):
     sample = drawn(tmp_path, ["sea.temperature"], count=4, pick_freeze=True)
     first, seed, others, posterior, key = (sample.overrides(each, 2) for each in sample.mixtures)
-    differ = [
-        {name for name in first if first[name] != each[name]} for each in (seed, others, posterior, key)
-    ]
+    differ = [{name for name in first if first[name] != each[name]} for each in (seed, others, posterior, key)]
     clouds = {"clouds.parameters.H", "clouds.parameters.L", "clouds.coverage"}
     assert differ == [{"seed"}, {"seed", "sea.temperature"} | clouds, clouds, {"sea.temperature"}]
 

@@ -7,10 +7,10 @@ import pytest
 from click.testing import CliRunner
 from pydantic import BaseModel, Field
 
-from hcss_twin.cli import cli
-from hcss_twin.errors import ProviderError
-from hcss_twin.registry import Origin, ProviderSpec, Registry, hookimpl
-from hcss_twin.reporting.provider_text import described, provider_text
+from hcss_twin.cli.main import cli
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.report.provider_text import described, provider_text
 
 
 class Parameters(BaseModel):
@@ -40,9 +40,7 @@ def registry(monkeypatch):
 
 
 def test_parameters_are_told_with_type_limits_default_and_description(registry):
-    (optics,) = (
-        each for each in described(registry, "hcss-ada/ada") if each["selected_by"] == "optics.provider"
-    )
+    (optics,) = (each for each in described(registry, "hcss-ada/ada") if each["selected_by"] == "optics.provider")
     fields = {each.pop("name"): each for each in optics["parameters"]}
     assert fields == {
         "depth": {

@@ -4,9 +4,9 @@ from types import ModuleType
 import pytest
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.errors import CatalogError, ProviderError
+from hcss_twin.core.errors import CatalogError, ProviderError
 from hcss_twin.providers import Declares
-from hcss_twin.registry import Entry, Kind, Origin, ProviderSpec, Registry
+from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec, Registry
 
 LABEL = "sea model 'toy' of hcss-a 1.2"
 
@@ -165,8 +165,6 @@ def test_wrong_parameters_are_refused(entry):
 
 
 def test_module_that_cannot_be_imported_is_named():
-    spec = ProviderSpec(
-        name="toy", target="no_such_module_x:Y", parameters=None, api_version=1, summary="a toy"
-    )
+    spec = ProviderSpec(name="toy", target="no_such_module_x:Y", parameters=None, api_version=1, summary="a toy")
     with pytest.raises(ProviderError, match="cannot import 'no_such_module_x:Y': ModuleNotFoundError"):
         Registry().create(Entry(Kind.SEA, spec, Origin("a", "hcss-a", "1.2")), "inputs")

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hcss_twin.errors import ProviderError
-from hcss_twin.registry import (
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.providers.registry import (
     API_VERSION,
     Kind,
     Origin,
@@ -23,9 +23,7 @@ HOOK = Kind.ATMOSPHERE.hook
 
 
 def spec(name="grey", api_version=API_VERSION):
-    return ProviderSpec(
-        name=name, target="nowhere:Class", parameters=None, api_version=api_version, summary="a gas"
-    )
+    return ProviderSpec(name=name, target="nowhere:Class", parameters=None, api_version=api_version, summary="a gas")
 
 
 def plugin(result=None, hook=HOOK, mark=hookimpl, error=None):
@@ -61,11 +59,7 @@ def test_defaults_are_registered_through_the_hooks():
 def test_default_names_resolve_whatever_is_installed():
     registry = Registry.discover()
     silent = Scenario.from_dict(
-        {
-            "time": "2024-04-20T12:30:00Z",
-            "place": {"latitude": 0, "longitude": 0},
-            "clouds": {"type": "cirrus"},
-        }
+        {"time": "2024-04-20T12:30:00Z", "place": {"latitude": 0, "longitude": 0}, "clouds": {"type": "cirrus"}}
     )
     names = {
         Kind.CLOUDS: selected(silent.clouds.layers[0], "generator"),
@@ -87,12 +81,7 @@ def test_default_names_stay_unambiguous_beside_a_duplicate():
 def test_plugin_is_listed_with_distribution_and_version():
     registry = registry_with((plugin([spec()]), origin()))
     [entry] = [entry for entry in registry.entries() if entry.name == "grey"]
-    assert (entry.kind, entry.distribution, entry.version, entry.summary) == (
-        "atmosphere",
-        "hcss-a",
-        "1.2",
-        "a gas",
-    )
+    assert (entry.kind, entry.distribution, entry.version, entry.summary) == ("atmosphere", "hcss-a", "1.2", "a gas")
     assert registry.broken == ()
     assert registry.resolve("atmosphere", "grey") is entry
 
@@ -125,10 +114,7 @@ BROKEN = {
     "text": (plugin("grey"), "returned str"),
     "list of text": (plugin(["grey"]), "list with str"),
     "twice": (plugin([spec(), spec()]), "'grey' twice"),
-    "draft api": (
-        plugin([spec(api_version=0)]),
-        "version 0 of the provider API, the draft before version 1,",
-    ),
+    "draft api": (plugin([spec(api_version=0)]), "version 0 of the provider API, the draft before version 1,"),
     "newer api": (plugin([spec(api_version=2)]), "version 2 of the provider API and this hcss_twin"),
     "malformed": (Malformed(), "do not look at me"),
     "arguments": (SimpleNamespace(**{HOOK: hookimpl(lambda surprise: [])}), "surprise"),
@@ -203,9 +189,7 @@ def test_one_distribution_cannot_bring_a_name_twice():
 
 
 def test_unknown_name_gets_the_closest_and_what_to_install():
-    with pytest.raises(
-        ProviderError, match=r"allowed: fractal, imagery, surrogate; closest is 'fractal'.*pip install"
-    ):
+    with pytest.raises(ProviderError, match=r"allowed: fractal, imagery, surrogate; closest is 'fractal'.*pip install"):
         registry_with().resolve("clouds", "fractle")
     with pytest.raises(ProviderError, match="closest is 'hcss-twin/table'"):
         registry_with().resolve("atmosphere", "hcss-win/table")
@@ -245,7 +229,7 @@ def test_entry_points_are_read_one_distribution_at_a_time(tmp_path, monkeypatch)
     (tmp_path / "hcss_plugin_that_raises.py").write_text("1 / 0\n")
     (tmp_path / "hcss_plugin_that_exits.py").write_text("import sys; sys.exit('bye')\n")
     (tmp_path / "hcss_plugin_that_works.py").write_text(
-        "from hcss_twin.registry import ProviderSpec, hookimpl\n"
+        "from hcss_twin.providers.registry import ProviderSpec, hookimpl\n"
         "@hookimpl\n"
         "def hcss_register_optics():\n"
         "    return [ProviderSpec('shiny', 'not_imported:Yet', None, 1, 'shiny')]\n"
@@ -270,7 +254,7 @@ def test_first_of_two_installations_of_a_distribution_counts(tmp_path, monkeypat
 
 def test_discovery_imports_nothing_heavy():
     code = (
-        "from hcss_twin.registry import Registry, Kind; import sys\n"
+        "from hcss_twin.providers.registry import Registry, Kind; import sys\n"
         "registry = Registry.discover(); registry.resolve(Kind.CLOUDS, 'hcss-twin/fractal')\n"
         "print(*sorted({'numpy', 'scipy', 'pydantic', 'xarray', 'hcss_twin.providers'} & set(sys.modules)))"
     )

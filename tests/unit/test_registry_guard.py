@@ -5,27 +5,12 @@ import pickle
 import numpy as np
 import pytest
 
-from hcss_twin.errors import CatalogError, ProviderError
+from hcss_twin.core.errors import CatalogError, ProviderError
 from hcss_twin.physics.paths import to_space
-from hcss_twin.providers import (
-    CloudGenerator,
-    Declares,
-    Optics,
-    SeaModel,
-    SingleScattering,
-    Sun,
-    TransmittanceProvider,
-)
-from hcss_twin.registry import Entry, Kind, Origin, ProviderSpec
-from hcss_twin.registry.guard import guard
-from hcss_twin.testing import (
-    PlainGas,
-    PlainOptics,
-    PlainSea,
-    sample_cloud_inputs,
-    sample_microphysics,
-    sample_profile,
-)
+from hcss_twin.providers import CloudGenerator, Declares, Optics, SeaModel, SingleScattering, Sun, TransmittanceProvider
+from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
+from hcss_twin.providers.registry.guard import guard
+from hcss_twin.testing import PlainGas, PlainOptics, PlainSea, sample_cloud_inputs, sample_microphysics, sample_profile
 
 NU = np.array([800.0, 1000.0, 2500.0])
 MU = np.array([1.0, 0.5])
@@ -69,13 +54,9 @@ def with_one(value, shape=(2, 3), dtype=float):
 
 
 def test_good_values_pass_unaltered():
-    np.testing.assert_array_equal(
-        guarded("sea", PlainSea()).emissivity(NU, MU), PlainSea().emissivity(NU, MU)
-    )
+    np.testing.assert_array_equal(guarded("sea", PlainSea()).emissivity(NU, MU), PlainSea().emissivity(NU, MU))
     gas = PlainGas(sample_profile())
-    np.testing.assert_array_equal(
-        guarded("atmosphere", gas).transmittance(NU, PATHS), gas.transmittance(NU, PATHS)
-    )
+    np.testing.assert_array_equal(guarded("atmosphere", gas).transmittance(NU, PATHS), gas.transmittance(NU, PATHS))
     bulk = guarded("optics", PlainOptics()).single_scattering(sample_microphysics(), NU)
     np.testing.assert_array_equal(bulk.albedo, 0.6)
     field = clouds(np.full((48, 64), 800.0))

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from hcss_twin import providers, testing
-from hcss_twin.registry import API_VERSION, Kind, ProviderSpec, hookspecs
+from hcss_twin.providers.registry import API_VERSION, Kind, ProviderSpec, specs
 
 
 def spec(**changes):
@@ -23,9 +23,7 @@ def test_bad_names_are_refused(name):
         spec(name=name)
 
 
-@pytest.mark.parametrize(
-    "target", ["", "a.b", "a.b:", ":C", "a..b:C", "a-b:C", "a.b:C.d", "1a:C", "a.b:C\n", None]
-)
+@pytest.mark.parametrize("target", ["", "a.b", "a.b:", ":C", "a..b:C", "a-b:C", "a.b:C.d", "1a:C", "a.b:C\n", None])
 def test_bad_targets_are_refused(target):
     with pytest.raises(ValueError, match="target"):
         spec(target=target)
@@ -59,11 +57,11 @@ def test_registry_speaks_the_version_of_the_contract():
 
 
 def test_every_kind_has_a_documented_hook_and_a_protocol():
-    hooks = {name for name in vars(hookspecs) if name.startswith("hcss_register_")}
+    hooks = {name for name in vars(specs) if name.startswith("hcss_register_")}
     assert {kind.hook for kind in Kind} == hooks
     for kind in Kind:
-        assert getattr(hookspecs, kind.hook).__doc__
-        assert getattr(providers, kind.protocol).__name__ in getattr(hookspecs, kind.hook).__doc__
+        assert getattr(specs, kind.hook).__doc__
+        assert getattr(providers, kind.protocol).__name__ in getattr(specs, kind.hook).__doc__
     assert [str(kind) for kind in Kind] == ["clouds", "sea", "optics", "atmosphere", "radiance", "sensors"]
 
 

@@ -5,11 +5,22 @@ from html.parser import HTMLParser
 import pytest
 from matplotlib.figure import Figure
 
-from hcss_twin.errors import HcssError
-from hcss_twin.reporting.page.blocks import badge, facts, folded, paragraph, table
-from hcss_twin.reporting.page.markup import Markup, element, joined
-from hcss_twin.reporting.page.page import Page, Section, page_text, write_page
-from hcss_twin.reporting.page.pictures import picture, png_of
+from hcss_twin.core.errors import HcssError
+from hcss_twin.report.page.page import (
+    Markup,
+    Page,
+    Section,
+    badge,
+    element,
+    facts,
+    folded,
+    joined,
+    page_text,
+    paragraph,
+    table,
+    write_page,
+)
+from hcss_twin.report.page.pictures import picture, png_of
 
 VOID = {"meta", "img", "br", "input", "link", "hr"}
 
@@ -47,9 +58,7 @@ def parsed(text):
 
 
 SECTIONS = (
-    Section(
-        "First & <last>", [paragraph("a < b & c"), badge("passed", "good"), picture(figure(), "a line", "x")]
-    ),
+    Section("First & <last>", [paragraph("a < b & c"), badge("passed", "good"), picture(figure(), "a line", "x")]),
     Section("Second", [table(["name", "value"], [["<x>", "1"]]), folded("more", facts([("k", "v")]))]),
     Section("Third", ["plain <text>"]),
 )
@@ -80,9 +89,7 @@ def test_the_same_figure_gives_the_same_bytes():
 
 def test_markup_is_not_escaped_again_and_attributes_always_are():
     assert joined([Markup("<b>"), "<b>"]) == "<b>&lt;b&gt;"
-    assert element("a", "x", class_="c", data_key='"<', hidden=None) == (
-        '<a class="c" data-key="&quot;&lt;">x</a>'
-    )
+    assert element("a", "x", class_="c", data_key='"<', hidden=None) == ('<a class="c" data-key="&quot;&lt;">x</a>')
 
 
 def test_rows_and_titles_that_do_not_fit_are_refused():

@@ -9,21 +9,14 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from hcss_twin.errors import HcssError
-from hcss_twin.reporting.page.page import page_text
-from hcss_twin.reproduction.fitted import fitted_inputs
-from hcss_twin.reproduction.index import ITEMS, chosen, heading
-from hcss_twin.reproduction.item import Check, Drawing, Reproduction, Row, TakenInput, in_words
-from hcss_twin.reproduction.report import reproduction_page
-from hcss_twin.reproduction.run import Item, Outcome, outcomes, relative
-from hcss_twin.reproduction.verdict import (
-    deviation_check,
-    judged,
-    largest_check,
-    rms_check,
-    settled,
-    verdict_of,
-)
+from hcss_twin.core.errors import HcssError
+from hcss_twin.paper.fitted import fitted_inputs
+from hcss_twin.paper.index import ITEMS, chosen, heading
+from hcss_twin.paper.item import Check, Drawing, Reproduction, Row, TakenInput, in_words
+from hcss_twin.paper.report import reproduction_page
+from hcss_twin.paper.run import Item, Outcome, outcomes, relative
+from hcss_twin.paper.verdict import deviation_check, judged, largest_check, rms_check, settled, verdict_of
+from hcss_twin.report.page.page import page_text
 
 GOOD, BAD = Check("good", True), Check("bad", False)
 SEA = in_words("sea")
@@ -55,13 +48,9 @@ def test_the_reason_told_is_that_of_the_verdict():
 def test_fitted_inputs_are_told_with_their_values_and_how_to_fit_them():
     found = judged([], [GOOD], "yes", "no", ["sea temperature"])
     [sea], [note] = found.fitted_inputs, found.notes
-    assert (sea.name, sea.value, sea.unit) == (
-        "sea temperature",
-        fitted_inputs()["sea temperature"].value,
-        "K",
-    )
+    assert (sea.name, sea.value, sea.unit) == ("sea temperature", fitted_inputs()["sea temperature"].value, "K")
     assert f"{sea.value:g} K" in sea.text
-    assert "python -m hcss_twin.reproduction.fits" in note
+    assert "python -m hcss_twin.paper.fits" in note
 
 
 def test_a_reading_chosen_to_fit_is_a_fitted_input():
@@ -124,13 +113,7 @@ def test_names_of_items_differ_and_each_target_is_there():
 
 def test_headings_are_those_of_the_paper():
     names = ("table-4", "table-10", "table-4-modtran", "figure-12", "headline")
-    assert [heading(name) for name in names] == [
-        "Table IV",
-        "Table X",
-        "Table IV, MODTRAN",
-        "Figure 12",
-        "Headline",
-    ]
+    assert [heading(name) for name in names] == ["Table IV", "Table X", "Table IV, MODTRAN", "Figure 12", "Headline"]
 
 
 def test_items_come_in_the_papers_order_and_once():
@@ -230,8 +213,6 @@ def test_rows_without_print_have_three_digits_and_no_difference():
 def test_numbers_that_are_not_finite_spoil_neither_page_nor_json():
     rows = [Row("a", "m", 1.0, float("nan"), float("inf")), Row("b", "m", None, float("nan"))]
     assert ">nan<" in cells(rows)
-    found = Outcome(
-        Item("a", "", "", 0.0), Reproduction("reproduced", "", rows, [Check("x", np.True_)]), "", 0.0, 1
-    )
+    found = Outcome(Item("a", "", "", 0.0), Reproduction("reproduced", "", rows, [Check("x", np.True_)]), "", 0.0, 1)
     assert found.worst is None
     assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["rows"][0]["computed"] is None

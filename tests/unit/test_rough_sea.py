@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.sea.facets import smith_lambda
+from hcss_twin.models.sea.parameters import RoughSeaParameters
+from hcss_twin.models.sea.reflection import basis_values, checked_nodes, gathered_linearly
+from hcss_twin.models.sea.rough_sea import RoughSea
+from hcss_twin.models.sea.sea_water import foam_coverage, foam_reflectance
+from hcss_twin.models.sea.slope_statistics import slope_statistics
 from hcss_twin.providers import SeaInputs
-from hcss_twin.sea.foam import foam_coverage, foam_reflectance
-from hcss_twin.sea.node_basis import basis_values, checked_nodes, gathered_linearly
-from hcss_twin.sea.parameters import RoughSeaParameters
-from hcss_twin.sea.rough_sea import RoughSea
-from hcss_twin.sea.shadowing import smith_lambda
-from hcss_twin.sea.slope_statistics import slope_statistics
 
 
 def sea(wind=5.0, temperature_K=290.0, **parameters):
@@ -57,9 +57,7 @@ def test_bases_reproduce_the_nodes_and_straight_lines(basis):
     np.testing.assert_allclose(basis_values(nodes, nodes, basis), np.eye(4), atol=1e-14)
     mu = np.linspace(0.1, 0.9, 33)
     np.testing.assert_allclose(basis_values(mu, nodes, basis) @ (2.0 - nodes), 2.0 - mu, atol=1e-13)
-    np.testing.assert_allclose(
-        basis_values(np.array([0.001, 1.0]), nodes, basis).sum(axis=1), 1.0, atol=1e-12
-    )
+    np.testing.assert_allclose(basis_values(np.array([0.001, 1.0]), nodes, basis).sum(axis=1), 1.0, atol=1e-12)
 
 
 def test_values_are_gathered_as_the_linear_basis_says():
@@ -136,13 +134,9 @@ def test_a_view_is_folded_once_and_reflects_the_same_alone_and_among_others(slop
     model, nu = sea(slopes=slopes), np.array([900.0, 2500.0])
     mu, nodes, wind = np.array([0.3, 0.6, 0.95]), np.array([0.2, 0.5, 0.9]), np.array([0.1, 1.0, 2.0])
     together = model.reflection_weights(nu, mu, nodes, "linear", wind)
-    alone = [
-        sea(slopes=slopes).reflection_weights(nu, mu[[i]], nodes, "linear", wind[[i]])[0] for i in range(3)
-    ]
+    alone = [sea(slopes=slopes).reflection_weights(nu, mu[[i]], nodes, "linear", wind[[i]])[0] for i in range(3)]
     np.testing.assert_allclose(together, alone, rtol=1e-12, atol=1e-15)
     asked, first = [], model._reflection.first
-    monkeypatch.setattr(
-        model._reflection, "first", lambda view, *rest: asked.append(view) or first(view, *rest)
-    )
+    monkeypatch.setattr(model._reflection, "first", lambda view, *rest: asked.append(view) or first(view, *rest))
     model.reflection_weights(nu, np.append(mu, 0.7), nodes, "linear", np.append(wind, 3.0))
     assert asked == [0.7]

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from hcss_twin import Scenario, ScenarioError, make_plan
-from hcss_twin.catalog import catalog_root
+from hcss_twin.core.catalog import catalog_root
 
 TIME = "time = 2024-04-20T12:30:00+10:00\n"
 PLACE = "place = {latitude = 35.0, longitude = 150.0}\n"
@@ -109,12 +109,7 @@ WRONG = [
     ("motion.evolution_time = true", "motion.evolution_time", "true is not a duration"),
     # bands
     ("bands = [[5, 3]]", "bands[0]", "upside down", "choice is [3, 5]"),
-    (
-        "bands = ['lwir-11']",
-        "bands[0]",
-        "no band named 'lwir-11'",
-        "closest is 'lwir-10.8' (10.3 to 11.3 um)",
-    ),
+    ("bands = ['lwir-11']", "bands[0]", "no band named 'lwir-11'", "closest is 'lwir-10.8' (10.3 to 11.3 um)"),
     ("bands = ['mwir-4']", "bands[0]", "closest is 'mwir-3.4-4.1' (3.4 to 4.1 um)"),
     ("bands = ['mwir5.5um']", "bands[0]", "closest is 'mwir-4.5-4.8' (4.5 to 4.8 um)"),
     ("output.quantization = '6 %'", "output.quantization", "'6 %' = 0.06 is out of range", "choice is 0.05"),
@@ -148,11 +143,7 @@ WRONG = [
     ("clouds.base = 1500", "clouds.base", "1500 m is not below the top", "below 1000"),
     ("clouds = {base = 1500, top = 1500}", "clouds.top", "allowed: above 1500"),
     ("clouds.thickness_min = 5000", "clouds.thickness_min", "choice is 967"),
-    (
-        "clouds.type = 'stratus'\n[[clouds.layers]]\ntype = 'cirrus'",
-        "clouds",
-        "'type' beside [[clouds.layers]]",
-    ),
+    ("clouds.type = 'stratus'\n[[clouds.layers]]\ntype = 'cirrus'", "clouds", "'type' beside [[clouds.layers]]"),
     (
         "[[clouds.layers]]\n[[clouds.layers]]\ntype = 'cirrus'\n[[clouds.layers]]\nbase = 11000\ntop = 12000",
         "clouds.layers",
@@ -237,9 +228,7 @@ def test_time_must_be_an_instant(time, part):
     assert part in refusal(f"time = {time}\n{PLACE}")["time"]
 
 
-@pytest.mark.parametrize(
-    "time", ["2024-04-20T12:30:00+10:00", "'2024-04-20T02:30:00Z'", "'2024-04-20 12:30+10:00'"]
-)
+@pytest.mark.parametrize("time", ["2024-04-20T12:30:00+10:00", "'2024-04-20T02:30:00Z'", "'2024-04-20 12:30+10:00'"])
 def test_an_instant_may_be_text(time):
     assert Scenario.from_toml(f"time = {time}\n{PLACE}").time.timestamp() == 1713580200
 
@@ -271,11 +260,7 @@ STRATUS = (catalog_root() / "cloud_types" / "stratus.toml").read_text(encoding="
 @pytest.mark.parametrize(
     ("old", "new", "parts"),
     [
-        (
-            "gamma =",
-            "gama =",
-            ["fractal.gama: unknown key", "closest is 'gamma'", "fractal.gamma: is missing"],
-        ),
+        ("gamma =", "gama =", ["fractal.gama: unknown key", "closest is 'gamma'", "fractal.gamma: is missing"]),
         ("H = 0.8", "H = 1.8", ["fractal.H: 1.8 is out of range"]),
         ("L = [10, 10]", "L = [-1, nan]", ["fractal.L[0]: -1", "just above 0", "fractal.L[1]: nan"]),
         ("k = [0, 4]", "k = [4, 0]", ["fractal.k: [4, 0] descends", "closest is [0, 4]"]),
@@ -320,19 +305,14 @@ def test_a_cloud_type_file_of_the_user_is_checked_with_the_scenario(old, new, pa
 )
 def test_a_response_file_is_checked_with_the_scenario(content, part, tmp_path):
     (tmp_path / "r.csv").write_bytes(content)
-    problems = refusal(
-        TIME + PLACE + "bands = [{name = 'x', response = 'r.csv'}]\nview.zenith = 99", base=tmp_path
-    )
+    problems = refusal(TIME + PLACE + "bands = [{name = 'x', response = 'r.csv'}]\nview.zenith = 99", base=tmp_path)
     assert set(problems) == {"bands[0].response", "view.zenith"}
     assert part in problems["bands[0].response"]
 
 
 @pytest.mark.parametrize(
     ("content", "part"),
-    [
-        (b"altitude_m,pressure_Pa\n0,1e5\n1000,9e4\n", "temperature is missing"),
-        (bytes(range(256)), "not a text file"),
-    ],
+    [(b"altitude_m,pressure_Pa\n0,1e5\n1000,9e4\n", "temperature is missing"), (bytes(range(256)), "not a text file")],
 )
 def test_a_profile_file_is_checked_with_the_scenario(content, part, tmp_path):
     (tmp_path / "p.csv").write_bytes(content)
@@ -363,9 +343,7 @@ def test_files_that_are_no_scenario(name, content, part, tmp_path):
     assert part in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "source", ["", ".", "stratuss", "nope.toml", "x" * 300, "~nobody-here/a.toml", "a\0b"]
-)
+@pytest.mark.parametrize("source", ["", ".", "stratuss", "nope.toml", "x" * 300, "~nobody-here/a.toml", "a\0b"])
 def test_sources_that_are_no_file(source):
     with pytest.raises(ScenarioError, match="file: "):
         Scenario.load(source)
@@ -406,12 +384,7 @@ def test_endless_nesting_is_refused():
 )
 def test_overrides_into_nonsense(key, value, field, part):
     for source in ({"type": "stratus"}, {"layers": [{"type": "stratus"}]}):
-        raw = {
-            "time": EXAMPLE,
-            "place": {"latitude": 35, "longitude": 150},
-            "clouds": source,
-            "view": {"zenith": 1.0},
-        }
+        raw = {"time": EXAMPLE, "place": {"latitude": 35, "longitude": 150}, "clouds": source, "view": {"zenith": 1.0}}
         with pytest.raises(ScenarioError) as caught:
             Scenario.from_dict(raw, {key: value})
         (problem,) = caught.value.problems

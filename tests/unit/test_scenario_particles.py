@@ -3,8 +3,8 @@
 import pytest
 
 from hcss_twin import Scenario, ScenarioError, make_plan
-from hcss_twin.catalog import Catalog
-from hcss_twin.optics import size_distribution as size
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics import size_distribution as size
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.models import Layer
 
@@ -30,11 +30,7 @@ def own_type(folder, microphysics, phase="water"):
 def test_particles_given_in_the_scenario_are_those_of_the_same_type_file(tmp_path, variance, phase):
     catalog = own_type(tmp_path, BY_SIZE.format(12.0, variance, 3e-4), phase)
     given = particles(
-        type="stratus",
-        phase=phase,
-        effective_radius=12.0,
-        effective_variance=variance,
-        water_content=0.3,
+        type="stratus", phase=phase, effective_radius=12.0, effective_variance=variance, water_content=0.3
     )
     assert given == particles(catalog, type="mine.toml")
 
@@ -74,11 +70,7 @@ def test_a_phase_alone_keeps_sizes_and_mass():
 
 @pytest.mark.parametrize(
     ("value", "plain"),
-    [
-        ("effective_radius='12 um'", 12.0),
-        ("effective_radius='12000 nm'", 12.0),
-        ("water_content='3e-4 kg/m3'", 0.3),
-    ],
+    [("effective_radius='12 um'", 12.0), ("effective_radius='12000 nm'", 12.0), ("water_content='3e-4 kg/m3'", 0.3)],
 )
 def test_sizes_and_contents_may_have_units(value, plain):
     key, text = value.split("=")
@@ -108,10 +100,7 @@ def refusal(overrides, scenario="stratus"):
 )
 def test_errors_name_the_key_of_the_layer(key, value, message):
     assert message in refusal({f"clouds.{key}": value})[f"clouds.{key}"]
-    assert (
-        message
-        in refusal({f"clouds.layers.1.{key}": value}, "cirrus-over-cumulus")[f"clouds.layers[1].{key}"]
-    )
+    assert message in refusal({f"clouds.layers.1.{key}": value}, "cirrus-over-cumulus")[f"clouds.layers[1].{key}"]
 
 
 def test_all_that_is_wrong_with_the_particles_is_told_at_once():
@@ -131,8 +120,6 @@ def test_a_variance_of_the_type_that_no_gamma_distribution_may_have_is_asked_for
     catalog = own_type(
         tmp_path, "alpha = 0.0\nb = 3.0\nnu = 0.5\nnumber_density = 80.0e6\nradius_range_um = [0.01, 1000.0]"
     )
-    with pytest.raises(
-        ScenarioError, match=r"clouds\.effective_variance: is missing.*closest valid choice is 0\.4"
-    ):
+    with pytest.raises(ScenarioError, match=r"clouds\.effective_variance: is missing.*closest valid choice is 0\.4"):
         particles(catalog, type="mine.toml", effective_radius=10.0)
     assert particles(catalog, type="mine.toml", effective_radius=10.0, effective_variance=0.4).nu == 1.0

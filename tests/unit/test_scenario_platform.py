@@ -7,7 +7,7 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan
-from hcss_twin.viewing.look_angle import slant_range_m
+from hcss_twin.physics.viewing import slant_range_m
 
 RAW = {"time": "2024-04-20T12:30:00+10:00", "place": {"latitude": 35, "longitude": 150}}
 ALTITUDE = {"altitude": "800 km"}
@@ -26,10 +26,7 @@ def scenario(platform, **sections):
 
 
 def test_the_plan_says_how_long_the_footprints_of_detectors_are():
-    told = [
-        make_plan(scenario({**ALTITUDE, **OPTICS}, view={"zenith": zenith}, **CUBE)).notes
-        for zenith in (0, 60)
-    ]
+    told = [make_plan(scenario({**ALTITUDE, **OPTICS}, view={"zenith": zenith}, **CUBE)).notes for zenith in (0, 60)]
     assert not any("footprint" in note for note in told[0])
     size = slant_range_m(60.0, 800e3) * 15e-6 / 0.4
     assert any(f"{size:.4g} m; along" in note and f"{2 * size:.4g} m long" in note for note in told[1])
@@ -106,12 +103,7 @@ def test_a_scenario_with_a_platform_survives_json_and_overrides():
             ["beside image.pixel_size 20 m", "one of them"],
         ),
         ({**ALTITUDE, "focal_length": 1}, {}, "platform.detector_pitch", ["missing beside focal_length"]),
-        (
-            {**ALTITUDE, "detector_pitch": 1e-5},
-            {},
-            "platform.focal_length",
-            ["missing beside detector_pitch"],
-        ),
+        ({**ALTITUDE, "detector_pitch": 1e-5}, {}, "platform.focal_length", ["missing beside detector_pitch"]),
         (
             {**ALTITUDE, "focal_length": "1 mm", "detector_pitch": "1 cm"},
             {},

@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from hcss_twin import Scenario, ScenarioError
-from hcss_twin.catalog import catalog_root
+from hcss_twin.core.catalog import catalog_root
 from hcss_twin.scenario.overrides import parse_assignment
 from hcss_twin.scenario.reference import PREAMBLE, json_schema, markdown
 
@@ -114,11 +114,7 @@ def test_what_the_caller_gave_stays_the_callers():
 
 def test_a_scenario_cannot_be_changed():
     scenario = Scenario.load("stratus")
-    for target, key in (
-        (scenario, "seed"),
-        (scenario.view, "zenith"),
-        (scenario.clouds.layers[0], "coverage"),
-    ):
+    for target, key in ((scenario, "seed"), (scenario.view, "zenith"), (scenario.clouds.layers[0], "coverage")):
         with pytest.raises(ValidationError, match="frozen"):
             setattr(target, key, 0)
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.sea.cox_munk import CoxMunkSea
+from hcss_twin.models.sea.parameters import CoxMunkParameters
+from hcss_twin.models.sea.pierson_moskowitz import significant_wave_height_m
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import SeaInputs, SeaModel
-from hcss_twin.sea.cox_munk import CoxMunkSea
-from hcss_twin.sea.parameters import CoxMunkParameters
-from hcss_twin.sea.pierson_moskowitz import significant_wave_height_m
 
 TABLE = "# title: stand-in\nwavelength_um,n,k\n2.0,1.3,0.001\n5.0,1.36,0.01\n20.0,1.1,0.2\n"
 WAVENUMBER = np.array([600.0, 1000.0, 2500.0])

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.refractive_index import load_refractive_index
+from hcss_twin.models.sea.cox_munk import TERMS, reflectance_at
 from hcss_twin.physics.fresnel import unpolarised_reflectance
-from hcss_twin.refractive_index import load_refractive_index
-from hcss_twin.sea.fresnel_series import TERMS, reflectance_at
 
 COSINES = np.concatenate((np.geomspace(1e-6, 0.1, 50), np.linspace(0.1, 1.0, 200)))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.sea import pierson_moskowitz as pm
+from hcss_twin.models.sea import pierson_moskowitz as pm
 
 
 def test_a_calm_sea_is_flat() -> None:
@@ -57,9 +57,7 @@ def test_waves_run_away_from_where_the_wind_comes() -> None:
     time, x = 0.4, np.linspace(0.0, 400.0, 4001)
     omega = pm.component_frequencies_rad_s(8.0, 1)[0]
     for seed in range(5):
-        now, later = (
-            pm.surface_elevation(x, np.zeros(1), t, 8.0, 270.0, seed=seed, components=1) for t in (0.0, time)
-        )
+        now, later = (pm.surface_elevation(x, np.zeros(1), t, 8.0, 270.0, seed=seed, components=1) for t in (0.0, time))
         shifts = np.arange(-200, 201)
         match = [np.sum((later[200:-200] - np.roll(now, shift)[200:-200]) ** 2) for shift in shifts]
         # The trace along x moves at the phase speed or faster, as the wave runs obliquely.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.sea.slopes import mean_square_slope, slope_density
+from hcss_twin.models.sea.slope_statistics import mean_square_slope, slope_density
 
 
 def test_the_linear_law_has_cox_and_munks_coefficients() -> None:

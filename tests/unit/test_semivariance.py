@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.evaluation.semivariance import semivariances
+from hcss_twin.analysis.measures.semivariance import semivariances
 
 
 def counted(image, lag, mask):

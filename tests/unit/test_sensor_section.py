@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError, ScenarioError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, ScenarioError
+from hcss_twin.models.sensor.point_spread import read_kernel
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import Sensor, choose_sensor, load_sensor
-from hcss_twin.sensor.kernel import read_kernel
 
 SCENE = """
 time = 2024-04-20T12:30:00+10:00
@@ -61,23 +61,11 @@ def test_keys_of_the_section_go_before_those_of_the_named_sensor():
 @pytest.mark.parametrize(
     ("text", "field", "message"),
     [
-        (
-            'name = "modos"',
-            "sensor.name",
-            "'modos' is neither in catalogs/sensors nor a file; .*closest is 'modis'",
-        ),
-        (
-            'model = "radiometr"',
-            "sensor.model",
-            "no sensor model is called 'radiometr'; .*closest is 'radiometer'",
-        ),
+        ('name = "modos"', "sensor.name", "'modos' is neither in catalogs/sensors nor a file; .*closest is 'modis'"),
+        ('model = "radiometr"', "sensor.model", "no sensor model is called 'radiometr'; .*closest is 'radiometer'"),
         ("naem = 1", "sensor.naem", "unknown key; .*closest is 'name'"),
         ("parameters = {psff = 1}", "sensor.parameters.psff", "unknown key; .*closest is 'psf'"),
-        (
-            'parameters = {psf = "gauss"}',
-            "sensor.parameters.psf",
-            "'gauss' is not a choice; .*closest is 'gaussian'",
-        ),
+        ('parameters = {psf = "gauss"}', "sensor.parameters.psf", "'gauss' is not a choice; .*closest is 'gaussian'"),
         ("seed = -1", "sensor.seed", "-1 is out of range"),
     ],
 )
@@ -96,10 +84,7 @@ def test_a_wrong_section_is_told_by_key_value_and_choices(text, field, message):
         ({"noise": "photon"}, "needs aperture_diameter and pixel_angle and integration_time"),
         ({"noise": "nedt"}, 'noise = "nedt" needs nedt'),
         ({"psf_sigma": 1.0}, 'psf_sigma has no influence with psf = "none"; allowed with psf = "gaussian"'),
-        (
-            {"read_noise": 3.0},
-            'read_noise has no influence with noise = "none"; allowed with noise = "photon"',
-        ),
+        ({"read_noise": 3.0}, 'read_noise has no influence with noise = "none"; allowed with noise = "photon"'),
         ({"pixel_angle": 1e-5}, "pixel_angle has no influence without aperture_diameter"),
         ({"transmission": 0.5}, "transmission has no influence without aperture_diameter and pixel_angle"),
         ({"bits": 12}, "bits needs radiance_per_number or saturation_radiance"),
@@ -121,14 +106,9 @@ def test_parameters_that_do_not_fit_are_told(parameters, message):
 def test_a_number_for_each_of_the_bands_is_needed():
     from hcss_twin import make_plan
 
-    with pytest.raises(
-        ScenarioError, match=r"sensor.parameters.nedt: gives no number for band 'lwir'; allowed: mwir"
-    ):
+    with pytest.raises(ScenarioError, match=r"sensor.parameters.nedt: gives no number for band 'lwir'; allowed: mwir"):
         make_plan(
-            scenario(
-                'bands = ["mwir", "lwir"]\n',
-                **{"sensor.parameters": {"noise": "nedt", "nedt": {"mwir": 0.1}}},
-            )
+            scenario('bands = ["mwir", "lwir"]\n', **{"sensor.parameters": {"noise": "nedt", "nedt": {"mwir": 0.1}}})
         )
 
 

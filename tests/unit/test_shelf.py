@@ -4,9 +4,9 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.catalog import Catalog
-from hcss_twin.scene.simulate import run
-from hcss_twin.shelf import MOST, Shelf
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.result_cache import MAX, ResultCache
+from hcss_twin.engine.simulate import run
 
 SMALL = CHEAP | {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": ["lwir-10.8"]}
 
@@ -18,26 +18,26 @@ def catalog_with(shelf, base):
 
 
 def test_a_thing_is_made_once_until_it_is_forgotten():
-    shelf, made = Shelf(), []
+    shelf, made = ResultCache(), []
     for number in (1, 2, 1, 2):
-        assert shelf.once(number, lambda number=number: made.append(number) or number) == number
+        assert shelf.get_or_compute(number, lambda number=number: made.append(number) or number) == number
     assert made == [1, 2]
-    for number in range(3, MOST + 2):
-        shelf.once(number, lambda: 0)
-    shelf.once(2, lambda: made.append(2))
-    shelf.once(1, lambda: made.append("again"))
+    for number in range(3, MAX + 2):
+        shelf.get_or_compute(number, lambda: 0)
+    shelf.get_or_compute(2, lambda: made.append(2))
+    shelf.get_or_compute(1, lambda: made.append("again"))
     assert made == [1, 2, "again"]
 
 
 def test_what_cannot_be_made_is_tried_again():
-    shelf = Shelf()
+    shelf = ResultCache()
     with pytest.raises(ZeroDivisionError):
-        shelf.once("x", lambda: 1 // 0)
-    assert shelf.once("x", lambda: 1) == 1
+        shelf.get_or_compute("x", lambda: 1 // 0)
+    assert shelf.get_or_compute("x", lambda: 1) == 1
 
 
 def test_a_changed_file_is_read_again_and_recorded_as_it_is(tmp_path):
-    shelf, path = Shelf(), tmp_path / "table.csv"
+    shelf, path = ResultCache(), tmp_path / "table.csv"
     path.write_text("a,b\n1,2\n")
     first = catalog_with(shelf, tmp_path)
     assert first.columns(first.file("table.csv"))["b"] == [2.0]
@@ -48,7 +48,7 @@ def test_a_changed_file_is_read_again_and_recorded_as_it_is(tmp_path):
 
 
 def test_what_a_scene_changes_in_what_it_read_is_not_seen_by_the_next(tmp_path):
-    shelf = Shelf()
+    shelf = ResultCache()
     (tmp_path / "table.csv").write_text("a,b\n1,2\n")
     (tmp_path / "table.toml").write_text("[a]\nb = [1]\n")
     for _ in range(2):
@@ -63,7 +63,7 @@ def test_what_a_scene_changes_in_what_it_read_is_not_seen_by_the_next(tmp_path):
 
 def test_scenes_that_share_make_the_same_bytes_as_scenes_alone(tmp_path, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    shelf = Shelf()
+    shelf = ResultCache()
     # The second type needs other files of the catalog than the first: each cube names its own.
     for name in ("stratus", "cirrus", "stratus"):
         scenario = Scenario.load(name, SMALL)

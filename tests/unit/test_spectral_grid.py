@@ -1,15 +1,13 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
-from hcss_twin.errors import CatalogError, ProviderError
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, ProviderError
+from hcss_twin.models.radiance.brightness import BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
 from hcss_twin.physics.planck import planck
-from hcss_twin.radiance.solar_spectrum import SolarSpectrum
-from hcss_twin.radiance.spectral_band import SpectralBand
-from hcss_twin.radiance.spectral_grid import dense_grid
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.models import ResponseBand
-from hcss_twin.scene.brightness import BrightnessTemperature
 
 NATIVE = np.arange(500.0, 10_001.0, 5.0)
 
@@ -31,9 +29,7 @@ def test_bands_that_overlap_share_wavenumbers_and_not_weights():
     for row, alone in enumerate((flat(8.0, 12.0), flat(10.0, 14.0))):
         single = dense_grid([alone], NATIVE)
         spectrum = planck(together.wavenumber_cm1, 290.0) @ together.weights_cm1[row]
-        assert spectrum == pytest.approx(
-            planck(single.wavenumber_cm1, 290.0) @ single.weights_cm1[0], rel=1e-13
-        )
+        assert spectrum == pytest.approx(planck(single.wavenumber_cm1, 290.0) @ single.weights_cm1[0], rel=1e-13)
 
 
 def test_planck_integral_agrees_with_adaptive_quadrature():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.physics.geometry import scattering_cosine
-from hcss_twin.scene.sun_track import SunTrack
+from hcss_twin.plan.lines_of_sight import SunTrack
 
 NOON = datetime(2024, 3, 20, 12, 0, tzinfo=UTC)
 

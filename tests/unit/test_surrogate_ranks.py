@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as stnp
 
-from hcss_twin.clouds.surrogate.ranks import ascending_order, match_ranks
+from hcss_twin.models.clouds.surrogate.amplitude_adjusted import ascending_order, match_ranks
 
 RNG = np.random.default_rng(0)
 
@@ -46,9 +46,7 @@ def test_order_is_that_of_a_stable_sort(values):
 
 @given(
     stnp.arrays(
-        np.float32,
-        stnp.array_shapes(max_dims=2, max_side=40),
-        elements=st.floats(-(2.0**100), 2.0**100, width=32),
+        np.float32, stnp.array_shapes(max_dims=2, max_side=40), elements=st.floats(-(2.0**100), 2.0**100, width=32)
     )
 )
 def test_any_finite_field_is_ordered_as_by_a_stable_sort(values):

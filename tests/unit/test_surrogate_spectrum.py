@@ -6,7 +6,7 @@ from scipy.sparse import lil_array
 from scipy.sparse.linalg import spsolve
 from scipy.stats import gamma, norm
 
-from hcss_twin.clouds.surrogate.spectrum import periodic_component, plane_magnitude, underlying_magnitude
+from hcss_twin.models.clouds.surrogate.spectrum import periodic_component, plane_magnitude, underlying_magnitude
 
 
 def power_law(shape, beta, seed, cutoff=1.0):
@@ -25,9 +25,7 @@ def cross_excess(field):
     ky, kx = np.meshgrid(np.fft.fftfreq(n) * n, np.fft.fftfreq(n) * n, indexing="ij")
     ring = np.rint(np.hypot(ky, kx)).astype(int)
     on_axis = (kx == 0) | (ky == 0)
-    ratio = [
-        power[on_axis & (ring == k)].mean() / power[~on_axis & (ring == k)].mean() for k in range(16, n // 2)
-    ]
+    ratio = [power[on_axis & (ring == k)].mean() / power[~on_axis & (ring == k)].mean() for k in range(16, n // 2)]
     return float(np.mean(ratio))
 
 

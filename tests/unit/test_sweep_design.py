@@ -60,9 +60,7 @@ def test_values_are_those_of_the_scenario_in_plain_units():
 
 
 def test_keys_given_beside_the_file_replace_those_of_the_file():
-    made = points(
-        {"view.zenith": [0, 20]}, over={"view.zenith": [30], "seed": [1]}, overrides={"frames.count": 3}
-    )
+    made = points({"view.zenith": [0, 20]}, over={"view.zenith": [30], "seed": [1]}, overrides={"frames.count": 3})
     assert [(p.scenario.view.zenith, p.scenario.seed, p.scenario.frames.count) for p in made] == [(30, 1, 3)]
 
 
@@ -76,13 +74,7 @@ def test_a_scenario_can_be_swept_as_it_is():
 def test_all_problems_of_the_section_are_told_at_once():
     found = problems(
         lambda: design(
-            {
-                "view.zenith": 3,
-                "seed": {"cuont": 4},
-                "combine": "zipp",
-                "clouds": [{}],
-                "clouds.coverage": [1],
-            }
+            {"view.zenith": 3, "seed": {"cuont": 4}, "combine": "zipp", "clouds": [{}], "clouds.coverage": [1]}
             | {"vieew.zenith": [1]},
             overrides={"view": {}},
         )
@@ -112,9 +104,7 @@ def test_a_wrong_section_is_told_with_what_is_allowed(section, field, words):
 
 
 def test_problems_of_points_are_told_once_with_the_points_that_have_them():
-    found = problems(
-        lambda: points({"view.zenith": [0, 95], "clouds.coverage": [0.5, 1.5], "clouds.colour": ["red"]})
-    )
+    found = problems(lambda: points({"view.zenith": [0, 95], "clouds.coverage": [0.5, 1.5], "clouds.colour": ["red"]}))
     assert set(found) == {"view.zenith", "clouds.coverage", "clouds.colour"}
     assert "(points 2 to 3, view.zenith = 95" in found["view.zenith"]
     assert "(points 1, 3, clouds.coverage = 1.5" in found["clouds.coverage"]

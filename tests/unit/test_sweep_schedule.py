@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.scene.tables.kept_tables import table_key
-from hcss_twin.sweeps.schedule import Schedule, shared_tables
+from hcss_twin.engine.compile import table_key
+from hcss_twin.sweeps.points import Schedule, shared_tables
 
 
 @given(

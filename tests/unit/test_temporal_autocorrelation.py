@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hcss_twin.errors import ImageError
-from hcss_twin.evaluation.temporal import temporal_autocorrelation
+from hcss_twin.analysis.measures.temporal import temporal_autocorrelation
+from hcss_twin.core.errors import ImageError
 
 
 def autoregressive(share, count=12, size=120, seed=0):

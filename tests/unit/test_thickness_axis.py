@@ -6,11 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hcss_twin.errors import ProviderError
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.engine.tables.layer_pair import place_pair
+from hcss_twin.engine.tables.thickness_axis import Source, breakpoints, place_axis
 from hcss_twin.providers import CloudLayer, Microphysics
-from hcss_twin.scene.tables.jumps import Source
-from hcss_twin.scene.tables.layer_pair import place_pair
-from hcss_twin.scene.tables.thickness_axis import breakpoints, place_axis
 
 PARTICLES = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
 LEVELS = np.array([0.0, 1000.0, 2000.0, 3500.0, 7000.0])
@@ -22,9 +21,7 @@ def layer(anchor, base=400.0, top=4000.0, least=10.0):
     return CloudLayer("x", base, top, anchor, least, 0.5, None, PARTICLES)
 
 
-@pytest.mark.parametrize(
-    ("anchor", "inner"), [("base", [600.0, 1600.0, 3100.0]), ("top", [500.0, 2000.0, 3000.0])]
-)
+@pytest.mark.parametrize(("anchor", "inner"), [("base", [600.0, 1600.0, 3100.0]), ("top", [500.0, 2000.0, 3000.0])])
 def test_an_axis_breaks_where_the_face_that_moves_crosses_a_level(anchor, inner):
     assert breakpoints(layer(anchor), LEVELS) == [10.0, *inner, 3600.0]
 
@@ -79,10 +76,8 @@ def test_an_axis_that_does_not_converge_says_who_jumps_and_where(anchor, between
 
 
 def test_two_layers_that_do_not_converge_say_which_one_jumps(monkeypatch):
-    monkeypatch.setattr("hcss_twin.scene.tables.layer_pair.MOST_NODES", 65)
+    monkeypatch.setattr("hcss_twin.engine.tables.layer_pair.MAX_NODES", 65)
     low, high = layer("base", 400.0, 900.0), layer("base", 5000.0, 6000.0)
     axes = [place_axis(lambda m: terms(0.0 * m), each, LEVELS, 1e-3, SOURCE) for each in (low, high)]
-    with pytest.raises(
-        ProviderError, match=r"term 'cloud' of radiance model 'mine' .* near .* of layer 'x' at 5[67]"
-    ):
+    with pytest.raises(ProviderError, match=r"term 'cloud' of radiance model 'mine' .* near .* of layer 'x' at 5[67]"):
         place_pair(lambda m: terms(m[:, 1] > 700.0), *axes, 1e-3, SOURCE, (low, high))

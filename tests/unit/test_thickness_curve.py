@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.scene.tables.curve import DEGREE, curve_through, spline_through
+from hcss_twin.engine.tables.thickness_axis import DEGREE, curve_through, spline_through
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 6, 7, 8, 17])

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hcss_twin.physics import chebyshev
+from hcss_twin.engine.tables import over_views
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_views import ViewedLookUp
+from hcss_twin.engine.tables.radiance_tables import DenseTable
+from hcss_twin.physics import quadrature
+from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.plan.views import ImageViews, ViewAxis, place_axis
 from hcss_twin.providers import Grid
-from hcss_twin.scene.tables.look_up import LookUp
-from hcss_twin.scene.tables.radiance_tables import DenseTable
-from hcss_twin.scene.views import viewed_look_up
-from hcss_twin.scene.views.view_axis import ImageViews, ViewAxis, place_axis
-from hcss_twin.scene.views.viewed_look_up import ViewedLookUp
-from hcss_twin.viewing.lines_of_sight import LinesOfSight
 
 GRID = Grid(30, 41, 5000.0)
 
@@ -19,14 +19,14 @@ GRID = Grid(30, 41, 5000.0)
 def test_polynomials_up_to_the_order_are_exact(order):
     places = np.linspace(-1.0, 1.0, 23)
     power = np.arange(order + 1)
-    found = chebyshev.weights(order, places) @ chebyshev.nodes(order)[:, None] ** power
+    found = quadrature.weights(order, places) @ quadrature.nodes(order)[:, None] ** power
     np.testing.assert_allclose(found, places[:, None] ** power, atol=1e-13)
 
 
 @pytest.mark.parametrize(("order", "following"), [(0, 2), (1, 4), (2, 4), (4, 8), (8, 16)])
 def test_nodes_and_those_between_them_are_the_nodes_of_a_following_order(order, following):
-    both = np.concatenate((chebyshev.nodes(order), chebyshev.between(order)))
-    assert np.array_equal(np.sort(both), chebyshev.nodes(following))
+    both = np.concatenate((quadrature.nodes(order), quadrature.between(order)))
+    assert np.array_equal(np.sort(both), quadrature.nodes(following))
 
 
 def test_weights_make_the_value_at_pixel_centres():
@@ -83,7 +83,7 @@ def test_the_error_told_is_that_of_the_polynomial(width, tolerance):
 
     order, error = place_axis(radiance(glint), True, tolerance, 32)
     places = np.random.default_rng(1).uniform(-1.0, 1.0, 400)
-    guess = chebyshev.weights(order, places) @ glint(chebyshev.nodes(order), 0.0)
+    guess = quadrature.weights(order, places) @ glint(quadrature.nodes(order), 0.0)
     off = np.max(np.abs(guess / glint(places, 0.0) - 1.0))
     assert error <= tolerance
     assert off < 1.5 * error
@@ -125,7 +125,7 @@ def test_a_frame_is_the_weighted_sum_of_look_ups_in_whatever_strips(layers, samp
         look_up.fill(part, thickness, samples)
         expected += part * up[:, node // 3, None] * across[:, node % 3]
     np.testing.assert_allclose(whole, np.maximum(expected, 0.0), rtol=1e-6)
-    monkeypatch.setattr(viewed_look_up, "VALUES_AT_ONCE", 400)
+    monkeypatch.setattr(over_views, "VALUES_AT_ONCE", 400)
     strips = np.empty_like(whole)
     viewed.fill(strips, thickness, samples)
     assert np.array_equal(strips, whole)

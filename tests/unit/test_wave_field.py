@@ -3,21 +3,21 @@
 import numpy as np
 import pytest
 
-from hcss_twin.catalog import Catalog
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.sea import pierson_moskowitz, wave_spectrum
+from hcss_twin.models.sea.parameters import RoughSeaParameters
+from hcss_twin.models.sea.rough_sea import RoughSea
+from hcss_twin.models.sea.wave_contrast import glint_contrast_bound, resolved_slope, thermal_contrast_bound
+from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s
+from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import SeaInputs
-from hcss_twin.sea import jonswap, pierson_moskowitz
-from hcss_twin.sea.parameters import RoughSeaParameters
-from hcss_twin.sea.rough_sea import RoughSea
-from hcss_twin.sea.wave_contrast import glint_contrast_bound, resolved_slope, thermal_contrast_bound
-from hcss_twin.sea.wave_field import WaveField, cutoff_frequency_rad_s
-from hcss_twin.sea.wave_spectrum import WaveSpectrum
 
 PM, JONSWAP = WaveSpectrum("pierson-moskowitz", 10.0), WaveSpectrum("jonswap", 10.0, 50e3)
 
 
 def test_jonswap_without_its_peak_is_the_closed_form():
     """For gamma = 3.3 the variance is alpha g^2 / (5 omega_p^4) / (1 - 0.287 ln gamma) (DNV-RP-C205, 3.5.5)."""
-    peak = jonswap.peak_frequency_rad_s(10.0, 50e3)
+    peak = wave_spectrum.peak_frequency_rad_s(10.0, 50e3)
     alpha = 0.076 * (100.0 / (9.81 * 50e3)) ** 0.22
     expected = alpha * 9.81**2 / (5.0 * peak**4) / (1.0 - 0.287 * np.log(3.3))
     assert JONSWAP.significant_wave_height_m**2 / 16.0 == pytest.approx(expected, rel=0.01)
@@ -25,8 +25,8 @@ def test_jonswap_without_its_peak_is_the_closed_form():
 
 def test_jonswap_peaks_at_its_peak_and_grows_with_fetch():
     omega = np.linspace(0.3, 4.0, 20_000)
-    density = jonswap.spectrum_m2_s(omega, 10.0, 50e3)
-    assert omega[np.argmax(density)] == pytest.approx(jonswap.peak_frequency_rad_s(10.0, 50e3), rel=1e-3)
+    density = wave_spectrum.spectrum_m2_s(omega, 10.0, 50e3)
+    assert omega[np.argmax(density)] == pytest.approx(wave_spectrum.peak_frequency_rad_s(10.0, 50e3), rel=1e-3)
     heights = [WaveSpectrum("jonswap", 10.0, f).significant_wave_height_m for f in (1e4, 5e4, 1e5)]
     assert np.all(np.diff(heights) > 0.2)
 
@@ -34,7 +34,7 @@ def test_jonswap_peaks_at_its_peak_and_grows_with_fetch():
 @pytest.mark.parametrize(("wind", "fetch"), [(-1.0, 1e5), (np.nan, 1e5), (5.0, 0.0), (5.0, np.inf)])
 def test_jonswap_refuses_what_cannot_be(wind, fetch):
     with pytest.raises(ValueError, match="allowed"):
-        jonswap.spectrum_m2_s(np.ones(1), wind, fetch)
+        wave_spectrum.spectrum_m2_s(np.ones(1), wind, fetch)
 
 
 def test_resolved_slope_agrees_with_the_closed_form():
@@ -57,9 +57,7 @@ def test_the_field_has_the_resolved_slope_and_leaves_the_rest(spectrum):
     along, down = field.slopes(0.0, *window)
     assert along.shape == down.shape == (300, 400)
     assert along.var() + down.var() == pytest.approx(field.resolved_mean_square_slope, rel=0.05)
-    assert field.subpixel_mean_square_slope(0.0542) + field.resolved_mean_square_slope == pytest.approx(
-        0.0542
-    )
+    assert field.subpixel_mean_square_slope(0.0542) + field.resolved_mean_square_slope == pytest.approx(0.0542)
     elevation = field.elevation_m(0.0, *window)
     assert 4.0 * elevation.std() == pytest.approx(spectrum.significant_wave_height_m, rel=0.1)
     with pytest.raises(ValueError, match="total mean-square slope"):
@@ -103,8 +101,7 @@ def test_waves_of_the_field_have_the_spectrum():
     field = WaveField(PM, 0.0, 5.0, seed=5, components=2048)
     times = np.arange(0.0, 1600.0, 0.8)
     series = np.real(
-        np.exp(-1j * np.outer(times, field._omega))
-        @ (field._slope / field._wavenumber * np.exp(1j * field._phase))
+        np.exp(-1j * np.outer(times, field._omega)) @ (field._slope / field._wavenumber * np.exp(1j * field._phase))
     )
     power = np.abs(np.fft.rfft(series)) ** 2 * 2.0 / times.size**2
     omega = 2.0 * np.pi * np.fft.rfftfreq(times.size, 0.8)

@@ -85,9 +85,7 @@ def test_two_way_transmittance_is_lowtran7s_own(make, height_m, view, sun):
     output = run(build(find_source()), [Job(AS_IT_IS, (cards,))], INFRARED_CM1[0], INFRARED_CM1[-1])
     expected = read_tape7(output.tape7, SOLAR_RADIANCE)["sun_to_end_to_observer_transmittance"]
     path = to_space(height_m, view) + to_space(height_m, sun)
-    one, other, both = make().transmittance(
-        INFRARED_CM1, [to_space(height_m, view), to_space(height_m, sun), path]
-    )
+    one, other, both = make().transmittance(INFRARED_CM1, [to_space(height_m, view), to_space(height_m, sun), path])
     np.testing.assert_allclose(both, expected, rtol=0, atol=3e-4)
     assert np.max(both - one * other) > 0.03, "a product of legs would have passed"
 
@@ -138,7 +136,7 @@ def test_profile_with_another_gas_is_not_taken_for_the_built_in_one(make, standa
 @pytest.mark.parametrize(("name", "model"), BUILT_IN.items())
 def test_catalog_profiles_are_recognised_as_built_in(standard, name, model):
     """The tropical atmosphere is not the US Standard, and so on; those in the catalog are LOWTRAN7's."""
-    from hcss_twin.atmosphere.profile_file import load_profile
+    from hcss_twin.models.atmosphere.profile_file import load_profile
 
     own = built_in(build(find_source()), model)
     assert agrees(own, own)

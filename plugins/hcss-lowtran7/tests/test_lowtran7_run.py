@@ -35,9 +35,7 @@ def folder(tmp_path_factory, compiler):
     folder = tmp_path_factory.mktemp("run")
     (folder / "scenario.toml").write_text(SCENARIO)
     for name in ("table", "lowtran7"):
-        done = hcss(
-            folder, "run", "scenario.toml", "-o", f"{name}.nc", "--set", f"atmosphere.provider={name}"
-        )
+        done = hcss(folder, "run", "scenario.toml", "-o", f"{name}.nc", "--set", f"atmosphere.provider={name}")
         assert done.returncode == 0, done.stderr
     return folder
 

@@ -12,15 +12,11 @@ TIMES = np.array([0.0, 1.0, 2.5, 3.0])
 def test_a_held_frame_is_there_until_the_next_and_the_last_as_long_as_the_one_before():
     for index, (start, end) in enumerate([(0.0, 1.0), (1.0, 2.5), (2.5, 3.0), (3.0, 3.5)]):
         for low, high in ((start, end), (start, start + 1e-3), (end - 1e-3, end)):
-            np.testing.assert_allclose(
-                frame_weights(TIMES, low, high, "hold"), np.eye(4)[index], rtol=0, atol=1e-12
-            )
+            np.testing.assert_allclose(frame_weights(TIMES, low, high, "hold"), np.eye(4)[index], rtol=0, atol=1e-12)
 
 
 def test_an_exposure_over_several_frames_has_each_for_its_time():
-    np.testing.assert_allclose(
-        frame_weights(TIMES, 0.75, 2.75, "hold"), np.array([0.25, 1.5, 0.25, 0.0]) / 2.0
-    )
+    np.testing.assert_allclose(frame_weights(TIMES, 0.75, 2.75, "hold"), np.array([0.25, 1.5, 0.25, 0.0]) / 2.0)
 
 
 def test_radiance_that_changes_evenly_is_that_of_the_middle_of_the_exposure():
@@ -35,9 +31,7 @@ def test_photons_do_not_depend_on_how_an_exposure_is_split(between):
     random = np.random.default_rng(2)
     edges = np.sort(random.uniform(0.0, 3.0, 12))
     whole = frame_weights(TIMES, edges[0], edges[-1], between) * (edges[-1] - edges[0])
-    parts = sum(
-        frame_weights(TIMES, low, high, between) * (high - low) for low, high in itertools.pairwise(edges)
-    )
+    parts = sum(frame_weights(TIMES, low, high, between) * (high - low) for low, high in itertools.pairwise(edges))
     np.testing.assert_allclose(parts, whole, rtol=0, atol=1e-12)
 
 

@@ -28,9 +28,7 @@ def expected(value, wavelength_um=4.0, seconds=1.0, transmission=1.0, f_number=2
 def test_a_pixel_gets_the_photons_of_the_radiometric_equation(cube, detector):
     made = detector(time=3.0)
     load_cube(made, cube, "mwir", **OPTICS, transmission=0.7)
-    np.testing.assert_allclose(
-        made.photon.array_2d, expected(radiance(cube, "mwir", 2), transmission=0.7), rtol=1e-6
-    )
+    np.testing.assert_allclose(made.photon.array_2d, expected(radiance(cube, "mwir", 2), transmission=0.7), rtol=1e-6)
 
 
 def test_an_aperture_and_its_focal_length_are_an_f_number(cube, detector):
@@ -123,10 +121,7 @@ def test_a_longer_mean_wavelength_is_more_photons(cube, detector):
         ({"f_number": "2"}, "f_number: '2'; a finite number is needed"),
         ({"transmission": 70.0}, "transmission: 70; allowed: above 0, at most 1"),
         ({"frames": "nearest"}, "frames: 'nearest'; allowed: hold, interpolate"),
-        (
-            {"integration_time": 2.0},
-            "integration_time: 2 s; allowed: above 0, at most the step of the readout, 1 s",
-        ),
+        ({"integration_time": 2.0}, "integration_time: 2 s; allowed: above 0, at most the step of the readout, 1 s"),
         ({"time_offset": 8.0}, "exposure from 8 to 9 s .*: the cube covers 0 to 8 s"),
         ({"window": [0]}, r"window: \[0\]; two whole numbers"),
         ({"window": [1, 0]}, "window: row 1 for 96 rows of the detector, 96 of the cube; allowed: 0 to 0"),

@@ -96,22 +96,13 @@ def test_an_example_is_for_the_instrument_asked_for(cube, tmp_path):
     from hcss_pyxel.airy import airy_kernel
 
     given = ["--pitch", "20", "--f-number", "4", "--full-well", "1e5", "--bits", "12"]
-    made = CliRunner().invoke(
-        cli, ["example", str(cube), "--band", "lwir", "-o", str(tmp_path / "e"), *given]
-    )
+    made = CliRunner().invoke(cli, ["example", str(cube), "--band", "lwir", "-o", str(tmp_path / "e"), *given])
     assert made.exit_code == 0, made.output
     text = (tmp_path / "e" / "pipeline.yaml").read_text()
-    for line in (
-        "pixel_vert_size: 20.0",
-        "f_number: 4.0",
-        "full_well_capacity: 100000",
-        "adc_bit_resolution: 12",
-    ):
+    for line in ("pixel_vert_size: 20.0", "f_number: 4.0", "full_well_capacity: 100000", "adc_bit_resolution: 12"):
         assert line in text
     np.testing.assert_array_equal(np.load(tmp_path / "e" / "psf.npy"), airy_kernel(11.0, 4.0, 20.0))
-    refused = CliRunner().invoke(
-        cli, ["example", str(cube), "-o", str(tmp_path / "f"), "--quantum-efficiency", "70"]
-    )
+    refused = CliRunner().invoke(cli, ["example", str(cube), "-o", str(tmp_path / "f"), "--quantum-efficiency", "70"])
     assert isinstance(refused.exception, HcssError)
     assert "quantum_efficiency: 70; allowed: above 0, at most 1" in str(refused.exception)
     assert not (tmp_path / "f").exists()

@@ -11,9 +11,7 @@ from scipy.integrate import quad
 def test_etendue_is_area_of_the_aperture_times_solid_angle_of_the_pixel():
     diameter, focal_length, pitch = 0.1, 0.25, 15e-6
     aperture = np.pi / 4 * diameter**2
-    assert etendue_m2_sr(pitch**2, focal_length / diameter) == pytest.approx(
-        aperture * (pitch / focal_length) ** 2
-    )
+    assert etendue_m2_sr(pitch**2, focal_length / diameter) == pytest.approx(aperture * (pitch / focal_length) ** 2)
 
 
 def test_a_watt_of_one_wavelength_is_its_photons():

@@ -11,9 +11,9 @@ import pytest
 from evaluation_images import FOUR, clouds, hcss, made
 
 from hcss_twin import EvaluationChoice, evaluate, open_cube
-from hcss_twin.clouds.imagery.goes_temperature import PlanckCoefficients
-from hcss_twin.evaluation.fractional_brownian_surface import fractional_brownian_surface
-from hcss_twin.matching.target import ImageChoice, read_target
+from hcss_twin.analysis.matching.target import ImageChoice, read_target
+from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
+from hcss_twin.models.clouds.imagery.netcdf_image import PlanckCoefficients
 
 
 def test_an_image_beside_itself_differs_in_nothing(seviri):

@@ -79,18 +79,12 @@ def test_frames_without_cloud_are_left_out_and_told(cube, tmp_path):
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
-        (
-            EvaluationChoice(band="lwir-10.3"),
-            "no such band; allowed: lwir-10.8, mwir; closest is 'lwir-10.8'",
-        ),
+        (EvaluationChoice(band="lwir-10.3"), "no such band; allowed: lwir-10.8, mwir; closest is 'lwir-10.8'"),
         (EvaluationChoice(), "2 bands; choose one, as --sim-band mwir; allowed: lwir-10.8, mwir"),
         (EvaluationChoice(band="mwir", frames=(7,)), "the cube has 0 to 2; closest is 2"),
         (EvaluationChoice(band="mwir", variable="radiancee"), "closest is 'radiance'"),
         (EvaluationChoice(band="mwir", method="coverage"), "coverage: goes with the method"),
-        (
-            EvaluationChoice(band="mwir", window_pixels=5),
-            "window_pixels (--window): goes with the method 'local'",
-        ),
+        (EvaluationChoice(band="mwir", window_pixels=5), "window_pixels (--window): goes with the method 'local'"),
         (EvaluationChoice(band="mwir", method="coverage", coverage=0.0), "greater than 0"),
         (EvaluationChoice(variable="cloud_mask", band="mwir"), "the same for all bands"),
     ],

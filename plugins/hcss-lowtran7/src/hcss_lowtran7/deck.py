@@ -95,9 +95,7 @@ def deck(
     radius_km = EARTH_RADIUS_M / 1000.0
     ends = _reals(ray.h1_km, ray.h2_km, ray.angle_deg)
     if iemsct == SOLAR_IRRADIANCE and sun is not None:
-        cards.append(
-            ends + _integers(sun.day_of_year) + 5 * " " + _reals(radius_km) + _integers(0) + _reals(0)
-        )
+        cards.append(ends + _integers(sun.day_of_year) + 5 * " " + _reals(radius_km) + _integers(0) + _reals(0))
     else:
         cards.append(ends + _reals(0, 0, radius_km) + _integers(0))
     if iemsct == SOLAR_RADIANCE and sun is not None:

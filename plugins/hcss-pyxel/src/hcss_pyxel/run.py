@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from hcss_pyxel.loader import load_cube
+from hcss_twin.core.files import atomic_write
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.drafts import draft_of
 from hcss_twin.errors import CubeError, HcssError, choose_from
 
 LOADER = "hcss_pyxel.load_cube"
@@ -52,11 +52,9 @@ def run_pipeline(pipeline: Path, output: Path) -> dict[str, float]:
         print(file=sys.stderr)
         raise HcssError(str(error)) from error
     held.attrs.update(_provenance(pipeline, calls))
-    with draft_of(output, CubeError) as draft:
+    with atomic_write(output, CubeError) as draft:
         held.to_netcdf(draft, engine="netcdf4")
-    return {
-        f"{name} ({data.attrs.get('units', '')})": float(data.mean()) for name, data in held.data_vars.items()
-    }
+    return {f"{name} ({data.attrs.get('units', '')})": float(data.mean()) for name, data in held.data_vars.items()}
 
 
 def _loader_calls(configuration: Any) -> Iterator[dict[str, Any]]:
@@ -86,7 +84,5 @@ def _provenance(pipeline: Path, calls: Iterable[dict[str, Any]]) -> dict[str, st
     if cubes:
         found["cube"] = ", ".join(cubes)
         with open_cube(cubes[0]) as dataset:
-            found |= {
-                f"cube_{name}": str(dataset.attrs[name]) for name in ("id", "title") if name in dataset.attrs
-            }
+            found |= {f"cube_{name}": str(dataset.attrs[name]) for name in ("id", "title") if name in dataset.attrs}
     return found

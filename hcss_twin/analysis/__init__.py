@@ -1,0 +1,1 @@
+"""Judges images and estimates cloud parameters from them: measures, comparison, matching, uncertainty."""

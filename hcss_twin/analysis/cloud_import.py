@@ -1,0 +1,193 @@
+"""From an image file to an entry of the cloud database."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.analysis.measures.fractal_dimension.box_counting import box_counting_dimension
+from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate
+from hcss_twin.analysis.measures.fractal_dimension.slopes import variogram_dimension
+from hcss_twin.core.errors import CatalogError, ImageError
+from hcss_twin.models.clouds.database.entry import NOT_STATED, CloudEntry, EntryFacts
+from hcss_twin.models.clouds.database.segmentation import Cleaning, segment
+from hcss_twin.models.clouds.imagery.cloudiness import (
+    CloudIs,
+    bright_is_cloud,
+    cloudiness_level,
+    find_threshold,
+    relative_grey,
+)
+from hcss_twin.models.clouds.imagery.image import Image
+from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.version import __version__
+
+# Percentiles of the image between which the picture for people is stretched.
+_SHOWN_PERCENTILES = (0.5, 99.5)
+
+
+@dataclass(frozen=True)
+class ImportOptions:
+    """What the image does not tell, and choices.
+
+    Attributes
+    ----------
+    variable : str or None
+        Plane of a file with several.
+    method : {"otsu", "local", "coverage", "valid"}
+        How cloudy pixels are found. ``valid`` is for products that have values in cloud only, such as
+        cloud-top heights: every pixel with a value is cloud, every other one clear.
+    window : int or None
+        Side of the surroundings of method ``local``.
+    coverage : float or None
+        Fraction of cloudy pixels of method ``coverage``, before the cleaning.
+    cloud_is : {"auto", "bright", "dark"}
+        Which values are cloud.
+    cleaning : Cleaning
+        Sizes of closing, opening, holes and smallest cloud.
+    pixel_size_m : float or None
+        Replaces what the file says; needed where it says nothing.
+    band, source, licence : str or None
+        Replace what the file says.
+    """
+
+    variable: str | None = None
+    method: Literal["otsu", "local", "coverage", "valid"] = "otsu"
+    window: int | None = None
+    coverage: float | None = None
+    cloud_is: CloudIs = "auto"
+    cleaning: Cleaning = field(default_factory=Cleaning)
+    pixel_size_m: float | None = None
+    band: str | None = None
+    source: str | None = None
+    licence: str | None = None
+
+
+def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry:
+    """Cut the clouds out of an image.
+
+    Raises
+    ------
+    CatalogError
+        If the image cannot be read, has no known pixel size, no contrast, or no cloud of the least size;
+        or if the coverage is given for another method than its own, or not given for it.
+    """
+    options = options or ImportOptions()
+    _check(path, options)
+    image = read_image(path, options.variable)
+    size = _pixel_size(path, image, options)
+    # The functions of the generator count rows from the south, files and people from the north.
+    level = cloudiness_level(image, options.cloud_is)[::-1]
+    missing = np.isnan(level)
+    bright = bright_is_cloud(image, options.cloud_is)
+    if options.method == "valid":
+        cloudy, lowest = ~missing, float(np.nanmin(level))
+        threshold: float | NDArray[np.float64] = lowest
+        missing = np.zeros_like(missing)
+    else:
+        try:
+            threshold, lowest = find_threshold(level, options.method, options.window, options.coverage or 0.0, level)
+        except ValueError as error:
+            raise CatalogError(f"{path}: {error}") from error
+        cloudy = level > threshold
+    found = segment(cloudy, missing, options.cleaning)
+    mask = found.labels > 0
+    if not found.clouds:
+        raise CatalogError(
+            f"{path}: no cloud of {options.cleaning.min_area} or more pixels among {np.count_nonzero(cloudy)} "
+            "cloudy ones; allowed: another method, a smaller min_area, or no opening"
+        )
+    grey = np.zeros(level.shape, dtype=np.uint8)
+    # Of a product with values in cloud only, closing and filling take pixels that have none.
+    grey[mask] = 1 + np.rint(254.0 * relative_grey(np.nan_to_num(level[mask], nan=lowest), lowest)).astype(np.uint8)
+    surface = _dimension(lambda: variogram_dimension(level, mask=mask & ~np.isnan(level)))
+    boxes = _dimension(lambda: box_counting_dimension(grey))
+    sign = 1.0 if bright else -1.0
+    facts = EntryFacts(
+        source_file=path.name,
+        source_sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+        variable=image.variable or NOT_STATED,
+        band=options.band or image.band or NOT_STATED,
+        observed=image.date or NOT_STATED,
+        source=options.source or NOT_STATED,
+        licence=options.licence or (f"stated in the file: {image.rights}" if image.rights else NOT_STATED),
+        pixel_size_m=size,
+        pixel_size_is_nominal=options.pixel_size_m is None and image.pixel_size_is_nominal,
+        pixel_size_from="file" if options.pixel_size_m is None else "user",
+        units=image.units or NOT_STATED,
+        cloud_is="bright" if bright else "dark",
+        method=options.method,
+        window_pixels=(options.window or max(3, min(level.shape) // 8)) if options.method == "local" else 0,
+        threshold_lowest=sign * lowest,
+        threshold_highest=sign * max(lowest, float(np.nanmax(threshold))),
+        closing=options.cleaning.closing,
+        opening=options.cleaning.opening,
+        largest_hole=options.cleaning.largest_hole,
+        min_area=options.cleaning.min_area,
+        holes_filled=found.holes,
+        hole_pixels=found.hole_pixels,
+        clouds_dropped=found.dropped,
+        coverage=float(np.count_nonzero(mask)) / mask.size,
+        clouds=found.clouds,
+        missing_pixels=int(np.count_nonzero(missing)),
+        fractal_dimension=surface.dimension,
+        fractal_dimension_error=surface.standard_error,
+        fractal_dimension_method=surface.method,
+        box_counting_dimension=boxes.dimension,
+        box_counting_error=boxes.standard_error,
+        box_counting_method=boxes.method,
+        created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        created_with=f"hcss-twin {__version__}",
+    )
+    return CloudEntry(grey, found.labels, missing, _shown(level), facts)
+
+
+def _check(path: Path, options: ImportOptions) -> None:
+    """Refuse options that contradict each other: none is ignored."""
+    if (options.coverage is None) is (options.method == "coverage"):
+        given = "not given" if options.coverage is None else f"{options.coverage:g} given"
+        raise CatalogError(
+            f"{path}: coverage: {given} with the method '{options.method}'; allowed: with the method 'coverage', "
+            "and only with it"
+        )
+    if options.window is not None and (options.method != "local" or options.window < 3):
+        raise CatalogError(
+            f"{path}: window: {options.window} given with the method '{options.method}'; allowed: 3 or more, with "
+            "the method 'local'"
+        )
+    size = options.pixel_size_m
+    if size is not None and not 0.0 < size < math.inf:
+        raise CatalogError(f"{path}: pixel_size: {size:g} m given, allowed: greater than 0 and finite")
+
+
+def _pixel_size(path: Path, image: Image, options: ImportOptions) -> float:
+    size = options.pixel_size_m or image.pixel_size_m
+    if size is None:
+        why = image.pixel_size_note or "the file gives no pixel size"
+        raise CatalogError(f"{path}: {why}; say how large a pixel is on the ground (--pixel-size)")
+    return size
+
+
+def _dimension(estimate: Callable[[], DimensionEstimate]) -> DimensionEstimate:
+    """Return an estimate, or NaN with the reason in place of the method: small images have no dimension."""
+    try:
+        return estimate()
+    except ImageError as error:
+        return DimensionEstimate(math.nan, math.nan, f"not estimated: {error}")
+
+
+def _shown(level: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return the picture for people (rows, columns): 1 to 255 over most of the range, 0 where missing."""
+    low, high = np.nanpercentile(level, _SHOWN_PERCENTILES)
+    if not high > low:
+        low, high = float(np.nanmin(level)), float(np.nanmax(level))
+    scaled = np.clip((level - low) / (high - low), 0.0, 1.0)
+    return np.where(np.isnan(scaled), 0, 1 + np.rint(254.0 * np.nan_to_num(scaled))).astype(np.uint8)

@@ -1,0 +1,186 @@
+"""What comes of comparing a real image or sequence with a simulated one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.analysis.comparison.common import DistributionDistance
+from hcss_twin.analysis.comparison.side_result import Side, side_document
+from hcss_twin.analysis.measures.definitions import DEFINITIONS, Mode
+from hcss_twin.analysis.measures.morphology import MorphologyErrors
+from hcss_twin.core.json_numbers import json_list, json_number
+
+TERMS: dict[Mode, dict[str, str]] = {
+    "as-printed": {"EV": "EV", "Den": "Den, printed", "DP": "DP, printed", "FD": "FD"},
+    "corrected": {"EV": "EV", "Den": "Den", "DP": "DP", "FD": "FD"},
+}
+"""Terms of eq 24 in each definition, and the metrics that they are of."""
+
+Scale = Literal["any", "pixel size", "pixel size and number of pixels"]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One measure of both sides.
+
+    Attributes
+    ----------
+    name, meaning, unit : str
+    definition : {"as-printed", "corrected", "both"}
+        Which of the two definitions it belongs to.
+    group : str
+        Heading under which it stands.
+    real, sim, real_spread, sim_spread : float
+        Means over frames and standard deviations; spreads of single frames are 0, of none NaN.
+    difference : float
+        sim - real; directions modulo half a turn.
+    scale : {"any", "pixel size", "pixel size and number of pixels"}
+        What it depends on besides what is seen.
+    comparable : bool
+        Whether both sides have what it depends on in common.
+    is_ratio : bool
+        Whether a difference relative to the real value means something.
+    limits : (float, float) or None
+        Least and greatest value that something of its kind can have; an estimator may find another.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    definition: Literal["as-printed", "corrected", "both"]
+    group: str
+    real: float
+    sim: float
+    real_spread: float
+    sim_spread: float
+    difference: float
+    scale: Scale
+    comparable: bool
+    is_ratio: bool = True
+    limits: tuple[float, float] | None = None
+
+    def is_out_of_range(self, value: float) -> bool:
+        """Whether a value is beyond the limits; NaN is not."""
+        return self.limits is not None and (value < self.limits[0] or value > self.limits[1])
+
+    @property
+    def relative(self) -> float:
+        """Difference over the real value; NaN where that says nothing."""
+        if not self.is_ratio:
+            return math.nan
+        if self.difference == 0.0:
+            return 0.0
+        return self.difference / self.real if self.real else math.nan
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A simulated image or sequence judged against a real one.
+
+    Attributes
+    ----------
+    real, sim : Side
+    quantity, unit : str
+        What both sides' values were compared in: brightness temperature (K), a common unit, or grey levels ("").
+    pairing : str
+        Which frame was compared with which, in words.
+    metrics : sequence of Metric
+    errors : dict of str to sequence of MorphologyErrors
+        Eq 24 for each simulated frame, "as-printed" and "corrected"; empty where a value divided by is 0.
+    distributions : sequence of DistributionDistance
+        Of each simulated frame from what it is compared with.
+    spectral_distance_db : float
+        Root mean square difference of the mean spectra.
+    edges : ndarray (bins + 1,)
+        Of both histograms, in the unit.
+    notes : sequence of str
+        What limits the comparison.
+    """
+
+    real: Side
+    sim: Side
+    quantity: str
+    unit: str
+    pairing: str
+    metrics: Sequence[Metric]
+    errors: dict[Mode, Sequence[MorphologyErrors]]
+    distributions: Sequence[DistributionDistance]
+    spectral_distance_db: float
+    edges: NDArray[np.float64]
+    notes: Sequence[str]
+
+    def metric(self, name: str) -> Metric:
+        """Return a metric by its name.
+
+        Raises
+        ------
+        KeyError
+            If there is none.
+        """
+        for each in self.metrics:
+            if each.name == name:
+                return each
+        raise KeyError(name)
+
+    def rmse(self, mode: Mode) -> float:
+        """Return the mean over frames of eq 24's RMSE, as a fraction; NaN where it cannot be had."""
+        found = self.errors[mode]
+        return float(np.mean([each.rmse for each in found])) if found else math.nan
+
+    def rmse_compares(self, mode: Mode) -> bool:
+        """Whether both sides have in common all that the terms of eq 24's RMSE depend on."""
+        names = TERMS[mode].values()
+        return all(each.comparable for each in self.metrics if each.name in names)
+
+    def distance(self, name: str) -> float:
+        """Return the mean over frames of a distance of distributions, by its attribute's name."""
+        return float(np.mean([getattr(each, name) for each in self.distributions]))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it but the pictures, for JSON: numbers that do not exist are None."""
+        return {
+            "quantity": self.quantity,
+            "unit": self.unit,
+            "pairing": self.pairing,
+            "notes": list(self.notes),
+            "definitions": {
+                each.name: {"as-printed": each.as_printed, "corrected": each.corrected} for each in DEFINITIONS
+            },
+            "eq24": {mode: self._eq_24(mode) for mode in self.errors},
+            "metrics": [
+                {
+                    **{key: getattr(each, key) for key in _OF_A_METRIC},
+                    **{key: json_number(getattr(each, key)) for key in _NUMBERS_OF_A_METRIC},
+                }
+                for each in self.metrics
+            ],
+            "distributions": {
+                key: json_number(self.distance(key)) for key in DistributionDistance.__dataclass_fields__
+            },
+            "spectral_distance_db": json_number(self.spectral_distance_db),
+            "histogram_edges": json_list(self.edges),
+            "real": side_document(self.real),
+            "sim": side_document(self.sim),
+        }
+
+    def _eq_24(self, mode: Mode) -> dict[str, Any]:
+        found = self.errors[mode]
+        names = {"EV": "entropy", "Den": "density", "DP": "diagonal_peak", "FD": "fractal_dimension", "RMSE": "rmse"}
+        return {
+            **{
+                name: json_number(float(np.mean([getattr(each, field) for each in found]))) if found else None
+                for name, field in names.items()
+            },
+            "RMSE_spread": float(np.std([each.rmse for each in found])) if found else None,
+            "RMSE_of_frames": [each.rmse for each in found],
+        }
+
+
+_OF_A_METRIC = ("name", "meaning", "unit", "definition", "group", "scale", "comparable")
+_NUMBERS_OF_A_METRIC = ("real", "real_spread", "sim", "sim_spread", "difference", "relative")

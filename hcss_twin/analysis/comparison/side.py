@@ -1,0 +1,275 @@
+"""Grey levels of the clouds in one frame, as `hcss match` and the static scenes have them.
+
+One side of a comparison: its frames brought to the compared quantity and part, and measured.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.analysis.comparison.footage import EvaluationChoice, Footage, Method
+from hcss_twin.analysis.comparison.side_result import FrameResult, Pictured
+from hcss_twin.analysis.measures.histogram_metrics import joint_histogram, to_grey_levels
+from hcss_twin.analysis.measures.image_measures import measure_image
+from hcss_twin.analysis.measures.temporal import TemporalAutocorrelation, temporal_autocorrelation
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ImageError
+from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, relative_grey, thickness_of
+
+LEVELS = (1.0, 255.0)
+"""Of cloudy pixels."""
+
+MEANINGS: dict[Method, str] = {
+    "otsu": "Otsu's threshold of the frame's own histogram",
+    "local": "the mean of the surroundings, between the sea's limit and Otsu's threshold",
+    "coverage": "the cloudiest pixels, as many as --coverage asks for",
+    "valid": "every pixel with a value",
+    "truth": "the cube's own cloud mask",
+}
+
+
+def grey_clouds(
+    values: Array, bright: bool, method: Method, choice: EvaluationChoice, truth: NDArray[np.bool_] | None
+) -> NDArray[np.float32]:
+    """Return the grey levels of a frame: 0 clear or missing, 1 to 255 cloudy, not rounded.
+
+    Eq 7 of the HCSS paper: linear from the threshold (the least cloudy value, where the mask is no threshold) to the
+    99.9th percentile of the cloudy pixels.
+
+    Parameters
+    ----------
+    values : ndarray (rows, columns)
+        NaN where missing.
+    bright : bool
+        Whether large values are cloud.
+    method : str
+        How cloud is found, not ``auto``.
+    choice : EvaluationChoice
+        Coverage and window.
+    truth : ndarray of bool or None
+        Cloud mask, for method ``truth``.
+
+    Raises
+    ------
+    ImageError
+        If there is no contrast or no cloud.
+    """
+    known = ~np.isnan(values)
+    if not known.any():
+        raise ImageError(f"all {values.size} pixels are missing")
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    if low == high:
+        raise ImageError(f"all pixels have the value {low:g}; clouds need a contrast")
+    level = values if bright else -values
+    if method == "truth":
+        if truth is None:
+            raise ImageError("method 'truth': there is no mask; allowed: another method")
+        cloudy = truth & known
+        lowest = float(level[cloudy].min()) if cloudy.any() else 0.0
+    elif method == "valid":
+        cloudy, lowest = known, float(np.nanmin(level))
+    else:
+        assert method != "auto"
+        coverage = 0.5 if choice.coverage is None else choice.coverage
+        try:
+            threshold, lowest = find_threshold(level, method, choice.window_pixels, coverage, level)
+        except ValueError as error:
+            raise ImageError(f"method '{method}': {error}") from error
+        cloudy = level > threshold
+    if not cloudy.any():
+        raise ImageError(f"no pixel is cloudy by the method '{method}'; allowed: another method or frame")
+    grey = np.zeros(values.shape, dtype=np.float32)
+    grey[cloudy] = thickness_of(relative_grey(level[cloudy], lowest), *LEVELS)
+    return grey
+
+
+Progress = Callable[[Iterable[Any], int], Iterable[Any]]
+In = Literal["kelvin", "unit", "grey levels"]
+
+MAX_KEPT = 2**25
+"""Values that are kept for histograms and the correlation over time; of more, every n-th row and column."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is measured of one frame.
+
+    Attributes
+    ----------
+    values : ndarray (rows, columns)
+        NaN where there is none.
+    level : ndarray of float32 (rows, columns)
+        Grey level: 0 clear or missing, 1 to 255 cloudy.
+    known : ndarray of bool (rows, columns)
+        Whether a pixel is known to be cloudy or clear.
+    """
+
+    values: Array
+    level: NDArray[np.float32]
+    known: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """How frames of one side are brought to what is compared.
+
+    Attributes
+    ----------
+    title : str
+        REAL or SIM, for messages.
+    footage : Footage
+    choice : EvaluationChoice
+    quantity : {"kelvin", "unit", "grey levels"}
+    part : tuple of slice
+        Rows and columns.
+    """
+
+    title: str
+    footage: Footage
+    choice: EvaluationChoice
+    quantity: In
+    part: tuple[slice, slice]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the part."""
+        rows, columns = self.part
+        return rows.stop - rows.start, columns.stop - columns.start
+
+    def frame(self, number: int) -> Frame:
+        """Return the part of a frame; clouds are found in the whole frame.
+
+        Raises
+        ------
+        ImageError
+            If there is no contrast or no cloud.
+        """
+        footage = self.footage
+        values = footage.values(number)
+        if self.quantity == "kelvin":
+            assert footage.kelvin is not None
+            values = footage.kelvin(values)
+        truth = None if footage.truth is None else footage.truth(number)
+        level = grey_clouds(values, footage.bright_is_cloud, footage.method, self.choice, truth)[self.part]
+        if not level.any():
+            raise ImageError(
+                f"the compared part, {level.shape[0]} x {level.shape[1]} pixels, has no cloud; allowed: another "
+                "method, or a file cut to where there is some"
+            )
+        part = values[self.part]
+        # Products of cloud have no value where it is clear: nothing is missing there.
+        known = np.ones(part.shape, np.bool_) if footage.method == "valid" else ~np.isnan(part)
+        if self.quantity == "grey levels":
+            part = np.where(known, level.astype(np.float64), np.nan)
+        return Frame(np.ascontiguousarray(part), np.ascontiguousarray(level), np.ascontiguousarray(known))
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was found in the frames of one side.
+
+    Attributes
+    ----------
+    frames : tuple of FrameResult
+    numbers : tuple of int
+        Of these frames.
+    left_out : tuple of (str, str)
+        Labels of the others, and why.
+    kept : ndarray of float32 (T, rows, columns)
+        Values, thinned by ``step`` along both axes.
+    step : int
+    """
+
+    frames: tuple[FrameResult, ...]
+    numbers: tuple[int, ...]
+    left_out: tuple[tuple[str, str], ...]
+    kept: NDArray[np.float32]
+    step: int
+
+
+def measure_side(side: Prepared, progress: Progress | None = None) -> Measured:
+    """Measure all frames of a side; those without measurable clouds are left out and told.
+
+    Raises
+    ------
+    ImageError
+        If no frame can be measured.
+    """
+    footage = side.footage
+    rows, columns = side.shape
+    step = math.ceil(math.sqrt(max(1.0, footage.count * rows * columns / MAX_KEPT)))
+    frames, numbers, left_out, kept = [], [], [], []
+    every: Iterable[int] = range(footage.count)
+    for number in every if progress is None else progress(every, footage.count):
+        label = footage.labels[number]
+        try:
+            frame = side.frame(number)
+            measures = measure_image(frame.values, frame.level, frame.known)
+        except ImageError as error:
+            left_out.append((label, str(error)))
+            continue
+        mask = None if footage.truth is None else footage.truth(number)[side.part]
+        frames.append(
+            FrameResult(
+                label=label,
+                seconds=math.nan if footage.seconds is None else footage.seconds[number],
+                measures=measures,
+                missing=int(np.count_nonzero(~frame.known)),
+                truth_coverage=math.nan if mask is None else float(np.mean(mask)),
+            )
+        )
+        numbers.append(number)
+        kept.append(frame.values[::step, ::step].astype(np.float32))
+    if not frames:
+        label, why = left_out[0]
+        which = "" if footage.count == 1 else f", frame {label}"
+        raise ImageError(f"{side.title} {footage.name}{which}: {why}")
+    return Measured(tuple(frames), tuple(numbers), tuple(left_out), np.stack(kept), step)
+
+
+def correlation_over_time(measured: Measured, notes: list[str]) -> TemporalAutocorrelation | None:
+    """Return the autocorrelation of a side with several frames; None, and why in ``notes``, where it has none."""
+    if len(measured.frames) < 2:
+        return None
+    if measured.left_out:
+        notes.append("No correlation over time: frames are missing between others.")
+        return None
+    seconds = np.array([frame.seconds for frame in measured.frames])
+    steps = np.diff(seconds)
+    if np.isnan(seconds).any():
+        notes.append("The files tell no times: the correlation over time is by order.")
+    elif np.ptp(steps) > 0.01 * float(np.mean(steps)):
+        notes.append("Frames are not evenly spaced in time: the correlation over time is by order.")
+    if measured.step > 1:
+        notes.append(
+            f"Correlation over time and histograms are of every {measured.step}th row and column of the "
+            f"{len(measured.frames)} frames."
+        )
+    try:
+        found = temporal_autocorrelation(measured.kept, None if np.isnan(seconds).any() else seconds)
+    except ImageError as error:
+        notes.append(f"No correlation over time: {error}.")
+        return None
+    if found.is_unresolved:
+        after = "" if np.isnan(seconds).any() else f", {found.lag_s[1]:g} s later"
+        notes.append(
+            f"Decorrelation is too quick to be told: in the next frame{after}, the correlation is "
+            f"{found.correlation[1]:.2g}, below 1/e."
+        )
+    return found
+
+
+def pictured(side: Prepared, number: int) -> Pictured:
+    """Return a frame to be drawn, with its 2-D histogram as ``morphology`` counts it."""
+    frame = side.frame(number)
+    level = frame.level
+    cloudy = level > 0.0
+    grey = to_grey_levels(level, float(level[cloudy].min()), float(level[cloudy].max()), mask=cloudy)
+    pairs = joint_histogram(grey, valid=frame.known)
+    return Pictured(side.footage.labels[number], frame.values, level, frame.known, pairs)

@@ -1,0 +1,175 @@
+"""Algorithm 1 of the HCSS paper as printed: parameters whose fractal dimension lies in a given range."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from hcss_twin.analysis.matching.match import FRESH_SEEDS, SEARCH_SEEDS, rounded
+from hcss_twin.analysis.matching.structure import CloudImage, simulate_image
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ImageError
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+
+Dimension = Literal["fractal", "surface"]
+
+# Changes of L that are tried, the smallest first, and Hurst exponents at each.
+_FACTORS = (1.0, 2.0, 0.5, 4.0, 0.25)
+_HURST = (0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
+
+# Between two Hurst exponents with the wanted dimension between theirs.
+_BISECTIONS = 6
+
+_APART = 1000
+
+
+@dataclass(frozen=True)
+class DimensionMatch:
+    """Parameters with the wanted dimension.
+
+    Attributes
+    ----------
+    parameters : FractalParameters
+        Complete, rounded as they are written.
+    dimension : {"fractal", "surface"}
+        Which dimension it is, an attribute of
+        :class:`hcss_twin.analysis.measures.morphology.Morphology` without ``_dimension``.
+    wanted : (float, float)
+        The range.
+    dimensions : tuple of float
+        Of the fresh simulations.
+    seeds : tuple of int
+        Their seeds, which the search has not used.
+    changed : str
+        What was changed of the parameters it started with.
+    """
+
+    parameters: FractalParameters
+    dimension: Dimension
+    wanted: tuple[float, float]
+    dimensions: tuple[float, ...]
+    seeds: tuple[int, ...]
+    changed: str
+
+    @property
+    def inside(self) -> float:
+        """Part of the fresh simulations whose dimension lies in the range."""
+        low, high = self.wanted
+        return float(np.mean([low <= value <= high for value in self.dimensions]))
+
+
+def match_dimension(
+    wanted: tuple[float, float],
+    start: FractalParameters,
+    coverage: float,
+    like: CloudImage,
+    dimension: Dimension = "fractal",
+    seed: int = 0,
+) -> DimensionMatch:
+    """Change H, and L only if that is not enough, until the mean dimension lies in a range.
+
+    A dimension need not be monotonic in H: the body's is not. Therefore H is scanned first, and among the
+    solutions the one nearest to the start is taken. Where the scan crosses the middle of the range, that is
+    aimed at.
+
+    Parameters
+    ----------
+    wanted : (float, float)
+        Range of the dimension, within 2 to 3.
+    start : FractalParameters
+        Complete.
+    coverage : float
+        Fraction of cloudy pixels, which the body's dimension depends on most.
+    like : CloudImage
+        Size and pixels; its levels do not matter.
+    dimension : {"fractal", "surface"}
+        That of the tables of the paper, or that of the grey levels' variogram.
+    seed : int
+        The search uses this seed and the five after it; the mean over ten from 1000 later on must lie in
+        the range as well.
+
+    Raises
+    ------
+    ImageError
+        If the range is none, or no mean lies in it; says what was reached.
+    """
+    low, high = wanted
+    if not 2.0 <= low < high <= 3.0:
+        raise ImageError(f"fractal dimension: {low:g} to {high:g} given, allowed: 2 <= low < high <= 3")
+    if start.H is None or start.L is None:
+        raise ImageError("start: H and L must be given")
+    start_hurst = start.H
+    middle = 0.5 * (low + high)
+    search_seeds = tuple(range(seed, seed + SEARCH_SEEDS))
+    fresh_seeds = tuple(range(seed + _APART, seed + _APART + FRESH_SEEDS))
+
+    def with_changes(hurst: float, factor: float) -> FractalParameters:
+        x, y = start.L or (1.0, 1.0)
+        return rounded(start.model_copy(update={"H": hurst, "L": (factor * x, factor * y)}))
+
+    def mean(factor: float, hurst: float) -> float:
+        parameters = with_changes(hurst, factor)
+        return float(np.mean(dimensions(parameters, coverage, like, dimension, search_seeds)))
+
+    reached: list[float] = []
+    for factor in _FACTORS:
+        tried = sorted({*_HURST, min(max(start.H, _HURST[0]), _HURST[-1])})
+        found = {hurst: mean(factor, hurst) for hurst in tried}
+        reached += found.values()
+        for left, right in pairwise(tried):
+            if (found[left] - middle) * (found[right] - middle) < 0.0:
+                crossing = _bisect(partial(mean, factor), middle, left, right, found[left])
+                found[crossing] = mean(factor, crossing)
+        # The middle half of the range first, so that not only the mean but most images lie in it.
+        for margin in (0.25 * (high - low), 0.0):
+            inside = [hurst for hurst, value in found.items() if low + margin <= value <= high - margin]
+            if not inside:
+                continue
+            parameters = with_changes(min(inside, key=lambda each: abs(each - start_hurst)), factor)
+            fresh = dimensions(parameters, coverage, like, dimension, fresh_seeds)
+            # Where a frame has few clouds, the mean of six may lie inside by chance.
+            if low <= np.mean(fresh) <= high:
+                return DimensionMatch(
+                    parameters, dimension, wanted, tuple(fresh.tolist()), fresh_seeds, _changes(start, parameters)
+                )
+            reached.append(float(np.mean(fresh)))
+    nearest = min(reached, key=lambda value: abs(value - middle))
+    raise ImageError(
+        f"{dimension} dimension: mean of {low:g} to {high:g} not reached with gamma {start.gamma:g} and k {start.k} at "
+        f"a coverage of {coverage:g}: H from {_HURST[0]:g} to {_HURST[-1]:g} and L from a quarter to four times "
+        f"{list(start.L)} give {min(reached):.3f} to {max(reached):.3f}; closest is {nearest:.3f}. Allowed: another "
+        "coverage, type or range"
+    )
+
+
+def dimensions(
+    parameters: FractalParameters, coverage: float, like: CloudImage, dimension: Dimension, seeds: tuple[int, ...]
+) -> Array:
+    """Return the dimension (N,) of a simulation for each seed."""
+    images = (simulate_image(parameters, coverage, like, seed) for seed in seeds)
+    return np.array([getattr(each.morphology(), f"{dimension}_dimension") for each in images])
+
+
+def _bisect(function: Callable[[float], float], level: float, left: float, right: float, value: float) -> float:
+    """Return where ``function`` crosses ``level``; ``value`` is that at ``left``."""
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (left + right)
+        if (function(middle) - level) * (value - level) > 0.0:
+            left = middle
+        else:
+            right = middle
+    return 0.5 * (left + right)
+
+
+def _changes(start: FractalParameters, found: FractalParameters) -> str:
+    parts = []
+    if found.H != start.H:
+        parts.append(f"H from {start.H:g} to {found.H:g}")
+    if found.L != start.L:
+        parts.append(f"L from {list(start.L or ())} to {list(found.L or ())}")
+    return " and ".join(parts) or "nothing"

@@ -1,0 +1,197 @@
+"""Algorithm 1 of the HCSS paper: generator parameters whose morphology is that of an image."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcss_twin.analysis.matching.finish import Progress, refine
+from hcss_twin.analysis.matching.quantities import Quantity, compare, describe_unmatched
+from hcss_twin.analysis.matching.start import (
+    BRIGHTNESS_EXPONENT,
+    FEWEST_CELLS,
+    HURST,
+    brightness_exponent,
+    fit_variogram,
+    frame_cells,
+)
+from hcss_twin.analysis.matching.structure import (
+    CloudImage,
+    Structure,
+    image_structure,
+    mean_structure,
+    octave_lags,
+    simulate_image,
+    underlying_structure,
+)
+from hcss_twin.analysis.matching.target import Target
+from hcss_twin.analysis.measures.morphology import morphology_errors
+from hcss_twin.core.errors import ImageError
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+
+# Realisations per step of the search, and fresh ones by which its result is judged.
+SEARCH_SEEDS = 6
+FRESH_SEEDS = 10
+
+# Images that the search simulates.
+BUDGET = 360
+
+# Fresh seeds begin this far from those of the search.
+_APART = 1000
+
+# A parameter this near to a limit has been stopped by it.
+_NEAR = 1.02
+
+
+@dataclass(frozen=True)
+class Match:
+    """Parameters, and how far images simulated with them are from the measured one.
+
+    Attributes
+    ----------
+    target : Target
+        What was matched.
+    parameters : FractalParameters
+        Complete, rounded as they are written.
+    quantities : tuple of Quantity
+        The image beside the fresh simulations.
+    rmse : tuple of float
+        Eq 24 for each fresh simulation, as a fraction.
+    seeds : tuple of int
+        Seeds of the fresh simulations, which the search has not used.
+    structure, simulated_structure : Structure
+        Semivariances of the image, and mean ones of the fresh simulations.
+    start_misfit : float
+        Root mean square of ln(expected / inferred) variogram of the analytic start.
+    start_rmse : tuple of float
+        Eq 24 of the start with the same seeds.
+    simulations : int
+        Images that the search simulated.
+    unmatched : tuple of str
+        What differs, in sentences.
+    """
+
+    target: Target
+    parameters: FractalParameters
+    quantities: tuple[Quantity, ...]
+    rmse: tuple[float, ...]
+    seeds: tuple[int, ...]
+    structure: Structure
+    simulated_structure: Structure
+    start_misfit: float
+    start_rmse: tuple[float, ...]
+    simulations: int
+    unmatched: tuple[str, ...]
+
+    @property
+    def coverage(self) -> float:
+        """Fraction of cloudy pixels of the image."""
+        return self.target.image.coverage
+
+    @property
+    def mean_rmse(self) -> float:
+        """Mean over fresh seeds of eq 24's RMSE, as a fraction."""
+        return float(np.mean(self.rmse))
+
+    @property
+    def typical_seed(self) -> int:
+        """Fresh seed whose RMSE is the median (the lower one of two): neither the best nor the worst."""
+        return self.seeds[int(np.argsort(self.rmse)[(len(self.rmse) - 1) // 2])]
+
+    def simulate(self, seed: int) -> CloudImage:
+        """Simulate one frame like the image."""
+        return simulate_image(self.parameters, self.coverage, self.target.image, seed)
+
+
+def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progress | None = None) -> Match:
+    """Find parameters of the fractal generator for an image.
+
+    The variogram of the normal field under the image gives gamma, H, L and k without any simulation;
+    simulations then refine H, L and the brightness exponent. Coverage is exact by construction.
+
+    Parameters
+    ----------
+    target : Target
+        From :func:`hcss_twin.analysis.matching.target.read_target`.
+    seed : int
+        The search uses this seed and the five after it; the judgement, ten from 1000 later on.
+    budget : int
+        Images that the search may simulate; 0 keeps the start.
+    progress : callable, optional
+        Is told after each step how many images it simulated.
+
+    Raises
+    ------
+    ImageError
+        If the image has too little cloud to be measured, or the budget or the seed is negative.
+    """
+    if seed < 0 or budget < 0:
+        raise ImageError(f"seed, budget: {seed} and {budget} given, allowed: 0 or more")
+    image = target.image
+    measured = image.morphology()
+    lags = octave_lags(image.level.shape)
+    structure = image_structure(image.level, lags)
+    start = fit_variogram(underlying_structure(image.level, structure), image)
+    first = start.parameters.model_copy(update={"brightness_exponent": brightness_exponent(image)})
+    found, simulations = first, 0
+    if budget > 0:
+        finish = refine(image, structure, first, tuple(range(seed, seed + SEARCH_SEEDS)), budget, progress)
+        found, simulations = finish.parameters, finish.simulations
+    found = rounded(found)
+    fresh = tuple(range(seed + _APART, seed + _APART + FRESH_SEEDS))
+    images = [simulate_image(found, image.coverage, image, each) for each in fresh]
+    begun = [simulate_image(first, image.coverage, image, each) for each in fresh] if budget else images
+    simulated = mean_structure([image_structure(each.level, lags) for each in images])
+    quantities = compare(image, images)
+    return Match(
+        target=target,
+        parameters=found,
+        quantities=quantities,
+        rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in images),
+        seeds=fresh,
+        structure=structure,
+        simulated_structure=simulated,
+        start_misfit=start.misfit,
+        start_rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in begun),
+        simulations=simulations,
+        unmatched=(*_at_limits(found, image), *describe_unmatched(quantities, structure, simulated)),
+    )
+
+
+def rounded(parameters: FractalParameters) -> FractalParameters:
+    """Round H, L and the brightness exponent to four digits: what is written is what was judged."""
+    if parameters.H is None or parameters.L is None:
+        raise ValueError("parameters: H and L must be given")
+    x, y = parameters.L
+    return parameters.model_copy(
+        update={
+            "H": _digits(parameters.H),
+            "L": (_digits(x), _digits(y)),
+            "brightness_exponent": _digits(parameters.brightness_exponent),
+        }
+    )
+
+
+def _digits(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _at_limits(parameters: FractalParameters, image: CloudImage) -> list[str]:
+    """Say if the search ended at a limit: the image asks for more."""
+    cells = frame_cells(parameters.L or (math.nan, math.nan), image)
+    lines = []
+    for axis, number in zip("xy", cells, strict=True):
+        if number < _NEAR * FEWEST_CELLS:
+            lines.append(
+                f"L along {axis}: at its limit of {FEWEST_CELLS:g} cell per frame; the largest structures are as "
+                "large as the image or larger"
+            )
+    for name, value, limits in (
+        ("H", parameters.H or math.nan, HURST),
+        ("brightness_exponent", parameters.brightness_exponent, BRIGHTNESS_EXPONENT),
+    ):
+        if not _NEAR * limits[0] < value < limits[1] / _NEAR:
+            lines.append(f"{name}: {value:g} is at the limit of the search, {limits[0]:g} to {limits[1]:g}")
+    return lines

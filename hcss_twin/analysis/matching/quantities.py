@@ -1,0 +1,193 @@
+"""Properties of an image that no parameter of the fractal field changes.
+
+An image beside simulations of it, quantity by quantity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcss_twin.analysis.matching.structure import CloudImage, Structure
+
+# Diagonal steps of these many pixels along x and y.
+_STEPS = (2, 4, 8)
+
+
+def obliqueness(image: CloudImage) -> float:
+    """Return the ratio of mean square differences along the two diagonals, at least 1.
+
+    1 where clouds are stretched along x or y, or not at all: the lattices of eq 2 are. Geometric mean
+    over diagonal steps of 2, 4 and 8 pixels.
+    """
+    level = image.level.astype(np.float64)
+    ratios = []
+    for step in _STEPS:
+        rising = np.mean((level[step:, step:] - level[:-step, :-step]) ** 2)
+        falling = np.mean((level[:-step, step:] - level[step:, :-step]) ** 2)
+        ratios.append(math.log(rising / falling))
+    return math.exp(abs(float(np.mean(ratios))))
+
+
+def unevenness(image: CloudImage) -> float:
+    """Return the standard deviation of the coverage among the four quarters of an image.
+
+    The field is stationary; a storm or a front that fills a corner is not.
+    """
+    cloudy = image.cloudy
+    rows, columns = cloudy.shape
+    quarters = [
+        part.mean()
+        for half in (cloudy[: rows // 2], cloudy[rows // 2 :])
+        for part in (half[:, : columns // 2], half[:, columns // 2 :])
+    ]
+    return float(np.std(quarters))
+
+
+# A quantity is matched if the mean of the simulations is this near, relative to the image's value.
+CLOSE = 0.05
+
+# Anisotropy, aspect, grey level: ratios of lengths and of means.
+_CLOSE_RATIO = 0.10
+
+# Dimensions, as differences.
+_CLOSE_DIMENSION = 0.05
+
+# Semivariances at single lags: a frame has few clouds of its own size.
+_CLOSE_SEMIVARIANCE = 0.25
+
+# What no parameter changes differs if it lies this many standard deviations of the simulations outside.
+_FAR_OUTSIDE = 2.0
+
+EQ24 = ("EV", "Den", "DP", "FD")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One measure of the image and of the simulations.
+
+    Attributes
+    ----------
+    name, meaning : str
+        For people.
+    image : float
+        Of the image.
+    simulated, spread : float
+        Mean and standard deviation over simulations.
+    tolerance : float
+        Largest |error| that counts as matched; infinity where the quantity is only shown.
+    is_ratio : bool
+        Whether the error is relative to the image's value or a difference. Eq 24, which the RMSE is made of, divides
+        by the simulated value instead.
+    is_one_sided : bool
+        Whether an image with less than the simulations have is one of their own.
+    """
+
+    name: str
+    meaning: str
+    image: float
+    simulated: float
+    spread: float
+    tolerance: float
+    is_ratio: bool = True
+    is_one_sided: bool = False
+
+    @property
+    def error(self) -> float:
+        """(simulated - image) / image, or the difference; infinite where only the image's value is 0."""
+        difference = self.simulated - self.image
+        if not self.is_ratio or difference == 0.0:
+            return difference
+        return difference / self.image if self.image else math.copysign(math.inf, difference)
+
+    @property
+    def is_matched(self) -> bool:
+        """Whether the error is within the tolerance; NaN, which nothing is compared with, is."""
+        size = -self.error if self.is_one_sided else abs(self.error)
+        return not size > self.tolerance
+
+
+def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Quantity, ...]:
+    """Measure everything in the image and in the simulations.
+
+    Raises
+    ------
+    ImageError
+        If an image has too little cloud to be measured.
+    """
+    measured = image.morphology()
+    shapes = [each.morphology() for each in simulations]
+    rows = (
+        ("EV", "entropy of neighbouring grey levels, bits", "entropy", CLOSE, True),
+        ("Den", "mean of 1 / (1 + difference of neighbours)", "density", CLOSE, True),
+        ("DP", "pairs of equal neighbours / 255", "diagonal_peak", CLOSE, True),
+        ("FD", "fractal dimension, boxes that fill the cloud", "fractal_dimension", CLOSE, True),
+        ("coverage", "cloudy part of the pixels", "coverage", CLOSE, True),
+        ("surface", "fractal dimension of the grey levels, variogram", "surface_dimension", _CLOSE_DIMENSION, False),
+        ("boundary", "fractal dimension of the outlines", "boundary_dimension", _CLOSE_DIMENSION, False),
+        ("anisotropy", "semivariance along y / along x, 1-2 pixels", "anisotropy", _CLOSE_RATIO, True),
+        ("aspect", "length along x / along y", "aspect", _CLOSE_RATIO, True),
+    )  # fmt: skip
+    quantities = [
+        _quantity(name, meaning, getattr(measured, field), [getattr(s, field) for s in shapes], close, ratio)
+        for name, meaning, field, close, ratio in rows
+    ]
+    levels = [each.mean_level for each in simulations]
+    quantities.append(_quantity("level", "mean grey level of cloud", image.mean_level, levels, _CLOSE_RATIO, True))
+    for name, meaning, measure in (
+        ("oblique", "ratio of differences along the two diagonals", obliqueness),
+        ("uneven", "scatter of the coverage of the four quarters", unevenness),
+    ):
+        values = [measure(each) for each in simulations]
+        limit = _FAR_OUTSIDE * float(np.std(values))
+        quantities.append(_quantity(name, meaning, measure(image), values, limit, False, is_one_sided=True))
+    return tuple(quantities)
+
+
+def _quantity(
+    name: str,
+    meaning: str,
+    image: float,
+    simulated: Sequence[float],
+    tolerance: float,
+    is_ratio: bool,
+    is_one_sided: bool = False,
+) -> Quantity:
+    mean, spread = float(np.mean(simulated)), float(np.std(simulated))
+    return Quantity(name, meaning, image, mean, spread, tolerance, is_ratio, is_one_sided)
+
+
+def describe_unmatched(quantities: Sequence[Quantity], image: Structure, simulated: Structure) -> tuple[str, ...]:
+    """Say in sentences what differs, and why where that is known."""
+    lines = []
+    for each in quantities:
+        if each.is_matched:
+            continue
+        size = f"{each.error:+.1%}" if each.is_ratio else f"{each.error:+.3g}"
+        why = _WHY.get(each.name, "")
+        lines.append(
+            f"{each.name} ({each.meaning}): image {each.image:.4g}, simulated {each.simulated:.4g} +- "
+            f"{each.spread:.2g} ({size}){'; ' + why if why else ''}"
+        )
+    for axis in ("x", "y"):
+        ratio = np.log(getattr(simulated, f"along_{axis}") / getattr(image, f"along_{axis}"))
+        bad = np.abs(ratio) > math.log1p(_CLOSE_SEMIVARIANCE)
+        if bad.any():
+            listed = ", ".join(
+                f"{lag} px {math.expm1(value):+.0%}" for lag, value in zip(image.lags[bad], ratio[bad], strict=True)
+            )
+            lines.append(f"semivariance along {axis}: {listed} in the simulations, relative to the image")
+    return tuple(lines)
+
+
+_WHY = {
+    "surface": "one exponent for all scales; real clouds are smoother or rougher at the scale of pixels",
+    "boundary": "outlines and grey levels of a Gaussian field have one roughness, those of real clouds two",
+    "anisotropy": "one ratio of lengths for all scales",
+    "aspect": "one ratio of lengths for all scales",
+    "oblique": "the lattices of eq 2 stretch along x and y only",
+    "uneven": "the field is alike everywhere; a storm or a front is not",
+}

@@ -1,0 +1,237 @@
+"""The image that is to be matched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.analysis.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
+from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
+from hcss_twin.core.errors import CatalogError, ImageError, ScenarioError
+from hcss_twin.models.clouds.database.entry import read_facts
+from hcss_twin.models.clouds.imagery.cloudiness import (
+    CloudIs,
+    cloudiness_level,
+    has_values_in_cloud_only,
+    relative_grey,
+    thickness_of,
+)
+from hcss_twin.models.clouds.imagery.generator import ImageryClouds
+from hcss_twin.models.clouds.imagery.image import Image
+from hcss_twin.models.clouds.imagery.moving_window import MovingWindow, position_problems
+from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
+from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.providers import Grid
+
+# Larger images are cut to this many rows and columns unless told otherwise: the paper's frame.
+LARGEST_SIDE = 800
+
+Method = Literal["auto", "otsu", "local", "coverage", "valid"]
+
+# What has no meaning for an entry, which has been cut out already.
+_OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
+
+
+@dataclass(frozen=True)
+class ImageChoice:
+    """Which part of an image is matched, and what in it is cloud.
+
+    Attributes
+    ----------
+    variable, window_pixels, cloud_is, missing, row_origin, column_origin
+        As the parameters of the imagery generator
+        (:class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`).
+    method : {"auto", "otsu", "local", "coverage", "valid"}
+        How cloudy pixels are found. ``valid``, for products that have values in cloud only, takes every
+        pixel that has one; ``auto`` is ``valid`` for variables that are called cloud top something and
+        have missing pixels, ``otsu`` for all others.
+    coverage : float or None
+        Fraction of cloudy pixels, for method ``coverage``.
+    pixel_size_m : float or None
+        Side of a pixel; needed where the file does not say.
+    rows, columns : int or None
+        Size of the part; default: the image's, at most 800.
+    """
+
+    variable: str | None = None
+    method: Method = "auto"
+    window_pixels: int | None = None
+    cloud_is: CloudIs = "auto"
+    missing: Literal["error", "clear"] = "error"
+    row_origin: int | None = None
+    column_origin: int | None = None
+    coverage: float | None = None
+    pixel_size_m: float | None = None
+    rows: int | None = None
+    columns: int | None = None
+
+
+@dataclass(frozen=True)
+class Target:
+    """A cloud image and what was done to get it.
+
+    Attributes
+    ----------
+    image : CloudImage
+        The part that is matched.
+    source : str
+        Name of the file.
+    notes : tuple of str
+        Which part it is, how clouds were found, what is nominal or missing.
+    """
+
+    image: CloudImage
+    source: str
+    notes: tuple[str, ...]
+
+
+def read_target(path: Path, choice: ImageChoice | None = None) -> Target:
+    """Read an image with the generator of static scenes: its clouds are what would be simulated from it.
+
+    Parameters
+    ----------
+    path : Path
+        NetCDF (GOES ABI among them), GeoTIFF, picture, ``.npy`` or ``.npz``; or an entry of the cloud
+        database, whose mask has been cleaned.
+    choice : ImageChoice, optional
+        Part and threshold.
+
+    Raises
+    ------
+    CatalogError
+        If the file is not a usable image.
+    ImageError
+        If it gives no pixel size and none is given, is too small, or has no cloud or no clear pixel
+        where a threshold was to find some; or options contradict each other or the file.
+    ScenarioError
+        If part and image do not fit, or pixels are missing.
+    """
+    choice = choice or ImageChoice()
+    _check(choice)
+    try:
+        return _read(path, choice)
+    except ScenarioError as error:
+        raise ScenarioError(error.problems, origin=str(path)) from error
+
+
+def _read(path: Path, choice: ImageChoice) -> Target:
+    source = _open(path, choice)
+    shape = source.shape
+    size = choice.pixel_size_m or source.pixel_size_m
+    if size is None:
+        raise ImageError(f"pixel_size: {path} does not give it{source.why}; allowed: a length, as --pixel-size '1 km'")
+    part = (choice.rows or min(shape[0], LARGEST_SIDE), choice.columns or min(shape[1], LARGEST_SIDE))
+    if min(part) < SMALLEST_SIDE:
+        raise ImageError(f"image: {part[0]} rows x {part[1]} columns, allowed: {SMALLEST_SIDE} or more along each axis")
+    grid = Grid(*part, size)
+    method = _method(choice, source.image)
+    if source.image is not None and method == "valid":
+        level, how = _valid_level(source.image, choice, grid), "every pixel with a value"
+    else:
+        level, how = _imagery_level(path, choice, grid, method, source.image is None)
+    cloudy = np.count_nonzero(level)
+    if cloudy == 0 or (cloudy == level.size and method != "coverage"):
+        what = "no pixel" if cloudy == 0 else "every pixel"
+        raise ImageError(
+            f"image: {what} of the part is cloudy by the method '{method}'; allowed: another method or part"
+        )
+    which = "the whole image" if part == shape else f"a part of {shape[0]} x {shape[1]}"
+    if part != shape and choice.row_origin is None and choice.column_origin is None:
+        which = f"the centre of {shape[0]} x {shape[1]}"
+    notes = [f"{part[0]} rows x {part[1]} columns of {size:g} m: {which}.", f"Cloud is {how}."]
+    if choice.pixel_size_m is None and source.is_nominal:
+        notes.append("The pixel size is that below the satellite; pixels elsewhere are larger.")
+    if source.pixel_size_m is not None and size != source.pixel_size_m:
+        notes.append(f"Pixels of {source.pixel_size_m:.6g} m are taken for pixels of {size:g} m.")
+    return Target(CloudImage(level, size), path.name, tuple(notes))
+
+
+@dataclass(frozen=True)
+class _Source:
+    """What a file says about itself; ``image`` is None for an entry, ``why`` tells why there is no size."""
+
+    shape: tuple[int, ...]
+    pixel_size_m: float | None
+    is_nominal: bool
+    why: str
+    image: Image | None
+
+
+def _open(path: Path, choice: ImageChoice) -> _Source:
+    try:
+        facts, shape = read_facts(path)
+    except CatalogError:
+        # Any other image. If it was meant to be an entry, the reader says what is wrong with it.
+        image = read_image(path, choice.variable)
+        why = f" ({image.pixel_size_note})" if image.pixel_size_note else ""
+        return _Source(image.values.shape, image.pixel_size_m, image.pixel_size_is_nominal, why, image)
+    usual = ImageChoice()
+    given = [name for name in _OF_AN_IMAGE if getattr(choice, name) != getattr(usual, name)]
+    if given:
+        raise ImageError(f"{', '.join(given)}: has no meaning for an entry of the database; leave it out")
+    return _Source(shape, facts.pixel_size_m, facts.pixel_size_is_nominal, "", None)
+
+
+def _check(choice: ImageChoice) -> None:
+    """Refuse options that contradict each other: none is ignored."""
+    if (choice.coverage is None) is (choice.method == "coverage"):
+        raise ImageError("coverage: goes with the method 'coverage', and only with it")
+    if choice.window_pixels is not None and choice.method != "local":
+        raise ImageError("window_pixels: goes with the method 'local', and only with it")
+
+
+def _method(choice: ImageChoice, image: Image | None) -> Literal["otsu", "local", "coverage", "valid"]:
+    if choice.method != "auto":
+        return choice.method
+    return "valid" if image is not None and has_values_in_cloud_only(image) else "otsu"
+
+
+def _imagery_level(
+    path: Path, choice: ImageChoice, grid: Grid, method: str, is_entry: bool
+) -> tuple[NDArray[np.float32], str]:
+    """Return grey levels, and what cloud is, by the generator of static scenes."""
+    how: dict[str, Any] = {"entry": str(path.resolve())}
+    said = "what the entry's mask has"
+    if not is_entry:
+        how = {
+            "image": str(path.resolve()),
+            "method": method,
+            "variable": choice.variable,
+            "window_pixels": choice.window_pixels,
+            "cloud_is": choice.cloud_is,
+        }
+        said = f"what the method '{method}' finds"
+    parameters = ImageryParameters(
+        **how,
+        missing=choice.missing,
+        row_origin=choice.row_origin,
+        column_origin=choice.column_origin,
+        reinterpret_pixel_size=choice.pixel_size_m is not None,
+    )
+    coverage = 0.5 if choice.coverage is None else choice.coverage
+    clouds = ImageryClouds(
+        grey_inputs(coverage, grid.rows, grid.columns, grid.pixel_size_m, base=path.parent), parameters
+    )
+    # What else the generator declares, coverage and motion, is about a scene and not about a picture.
+    said += "".join(f"; {note}" for note in clouds.declares.notes if "missing" in note).rstrip(".")
+    return clouds.thickness_m(0.0, slice(0, grid.rows), slice(0, grid.columns)), said
+
+
+def _valid_level(image: Image, choice: ImageChoice, grid: Grid) -> NDArray[np.float32]:
+    """Return grey levels of an image whose pixels are cloud wherever they have a value."""
+    origins = (choice.row_origin, choice.column_origin)
+    rows, columns = image.values.shape
+    problems = position_problems((rows, columns), grid, origins)
+    if problems:
+        raise ScenarioError(problems, origin="image")
+    turned = (image.north_first, image.east_first)
+    window = MovingWindow((rows, columns), grid, STILL, origins, turned)
+    level = cloudiness_level(image, choice.cloud_is)
+    relative = relative_grey(level[~np.isnan(level)], float(np.nanmin(level)))
+    grey = np.zeros(level.shape, dtype=np.float32)
+    grey[~np.isnan(level)] = thickness_of(relative, *LEVELS)
+    return grey[window.at(0.0)].copy()

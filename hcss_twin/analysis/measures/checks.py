@@ -1,0 +1,179 @@
+"""What every measure asks of an image and of a mask.
+
+The largest rectangle of an image that has no missing pixel.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import ImageError
+
+# Sides shorter than this leave too few scales for any estimator here.
+SMALLEST_SIDE = 32
+
+
+def checked_image(name: str, image: NDArray[Any], smallest: int = SMALLEST_SIDE) -> NDArray[Any]:
+    """Return ``image`` as a contiguous array (rows, columns) of float32, float64 or uint8.
+
+    Other integers, booleans excepted, become float64; values are not looked at.
+
+    Raises
+    ------
+    ImageError
+        If it is not two-dimensional, has a side shorter than ``smallest``, or holds no real numbers.
+    """
+    array = np.asarray(image)
+    if array.ndim != 2:
+        raise ImageError(f"{name}: {array.ndim} axes given, allowed: 2 (rows, columns)")
+    if min(array.shape) < smallest:
+        rows, columns = array.shape
+        raise ImageError(
+            f"{name}: {rows} x {columns} pixels given, allowed: {smallest} or more along each axis; "
+            f"closest is {max(rows, smallest)} x {max(columns, smallest)}"
+        )
+    if array.dtype.kind not in "fiu" or array.dtype.itemsize > 8:
+        raise ImageError(f"{name}: {array.dtype} given, allowed: float32, float64 or integers")
+    if array.dtype not in (np.float32, np.float64, np.uint8):
+        array = array.astype(np.float64)
+    return np.ascontiguousarray(array)
+
+
+def checked_mask(name: str, mask: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return ``mask`` as a contiguous array of bool with the given shape.
+
+    Raises
+    ------
+    ImageError
+        If its type or its shape differs.
+    """
+    array = np.asarray(mask)
+    if array.dtype != np.bool_:
+        raise ImageError(f"{name}: {array.dtype} given, allowed: bool")
+    if array.shape != shape:
+        raise ImageError(f"{name}: shape {array.shape} given, allowed: that of the image, {shape}")
+    return np.ascontiguousarray(array)
+
+
+def checked_levels(levels: int, fewest: int, grey: NDArray[np.uint8] | None = None) -> None:
+    """Check a number of grey levels and that all levels of ``grey`` lie below it.
+
+    Raises
+    ------
+    ImageError
+        If one of the two is not so.
+    """
+    if not fewest <= levels <= 256:
+        raise ImageError(
+            f"levels: {levels} given, allowed: {fewest} to 256; closest is {min(max(fewest, levels), 256)}"
+        )
+    if grey is not None and levels < 256 and int(grey.max()) >= levels:
+        raise ImageError(f"grey: level {int(grey.max())} given, allowed: 0 to {levels - 1} (levels = {levels})")
+
+
+def finite_range(name: str, image: NDArray[Any]) -> tuple[NDArray[Any], float, float]:
+    """Return the image with its least and greatest value.
+
+    Numbers so large or so small that their differences leave the range of double precision are
+    multiplied by a power of two, which changes no digit.
+
+    Raises
+    ------
+    ImageError
+        If a pixel is not finite or all are equal.
+    """
+    low, high = float(image.min()), float(image.max())
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise ImageError(f"{name}: a pixel is not finite, allowed: finite numbers")
+    if low == high:
+        raise ImageError(f"{name}: all pixels are {low:g}, allowed: values that vary")
+    if max(abs(low), abs(high)) > 1e150 or high - low < 1e-150:
+        exponent = -math.frexp(max(abs(low), abs(high)))[1]
+        image = np.ldexp(image.astype(np.float64), exponent)
+        low, high = float(image.min()), float(image.max())
+    return image, low, high
+
+
+def range_within(name: str, image: NDArray[Any], mask: NDArray[np.bool_] | None) -> tuple[float, float]:
+    """Return the least and the greatest value of the pixels in a mask; None is all of them.
+
+    Without any pixel the range is empty: (inf, -inf).
+
+    Raises
+    ------
+    ImageError
+        If one of these pixels is not finite.
+    """
+    if mask is None:
+        low, high = float(image.min()), float(image.max())
+    else:
+        low, high = _range_within(image, mask)
+    if math.isnan(low) or low == -math.inf or high == math.inf:
+        raise ImageError(f"{name}: a cloudy pixel is not finite, allowed: finite numbers")
+    return low, high
+
+
+@njit(cache=True, nogil=True)
+def _range_within(image: Any, mask: Any) -> tuple[float, float]:
+    low, high = np.inf, -np.inf
+    broken = False
+    for i in range(image.shape[0]):
+        for j in range(image.shape[1]):
+            if mask[i, j]:
+                value = np.float64(image[i, j])
+                low, high = min(low, value), max(high, value)
+                broken |= value != value
+    return (np.nan, np.nan) if broken else (low, high)
+
+
+def complete_part(valid: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return rows and columns of the largest rectangle in which all pixels are valid.
+
+    Box counts and spectra need full rectangles; this one invents no value.
+
+    Parameters
+    ----------
+    valid : ndarray of bool (rows, columns)
+
+    Returns
+    -------
+    tuple of slice
+        Empty where no pixel is valid; the first in reading order of those equally large.
+    """
+    mask = checked_mask("valid", valid, np.asarray(valid).shape)
+    if mask.all():
+        return slice(0, mask.shape[0]), slice(0, mask.shape[1])
+    top, bottom, left, right = _largest(mask)
+    return slice(int(top), int(bottom)), slice(int(left), int(right))
+
+
+@njit(cache=True, nogil=True)
+def _largest(valid: Any) -> tuple[int, int, int, int]:
+    """Find the largest rectangle below each row's histogram of valid runs, with a stack of rising heights."""
+    rows, columns = valid.shape
+    height = np.zeros(columns + 1, np.int64)
+    start = np.zeros(columns + 1, np.int64)
+    tall = np.zeros(columns + 1, np.int64)
+    best, top, bottom, left, right = 0, 0, 0, 0, 0
+    for i in range(rows):
+        depth = 0
+        for j in range(columns + 1):
+            # The column after the last has height 0 and closes all that is open.
+            if j < columns:
+                height[j] = height[j] + 1 if valid[i, j] else 0
+            begin = j
+            while depth > 0 and tall[depth - 1] >= height[j]:
+                depth -= 1
+                begin = start[depth]
+                area = tall[depth] * (j - begin)
+                if area > best:
+                    best = area
+                    top, bottom, left, right = i + 1 - tall[depth], i + 1, begin, j
+            start[depth], tall[depth] = begin, height[j]
+            depth += 1
+    return top, bottom, left, right

@@ -1,0 +1,285 @@
+"""Greatest and least grey level in boxes of 2, 4, 8, ... pixels.
+
+Box counting of the body under a grey-level surface: what the FD of the HCSS paper is compared with.
+
+Fractal dimension of the boundary of a mask by box counting.
+
+Fractal dimension by differential box counting of an 8-bit image.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hcss_twin.analysis.measures.checks import SMALLEST_SIDE, checked_image, checked_levels, checked_mask, finite_range
+from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate, Measured
+from hcss_twin.core.errors import ImageError
+
+
+def box_extremes(
+    grey: NDArray[np.uint8], least_too: bool = True
+) -> Iterator[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]]:
+    """Yield (side, greatest, least) for boxes of side 1, 2, 4, ... up to the shorter side of the image.
+
+    Boxes start at the first pixel; those that would reach over the last are left out.
+
+    Parameters
+    ----------
+    grey : ndarray of uint8 (rows, columns)
+    least_too : bool
+        False saves half the work and yields the greatest twice.
+    """
+    side, greatest, least = 1, grey, grey
+    while True:
+        yield side, greatest, least
+        if min(greatest.shape) < 2:
+            return
+        side *= 2
+        greatest = greatest_of_four(greatest)
+        least = least_of_four(least) if least_too else greatest
+
+
+@njit(cache=True, nogil=True)
+def greatest_of_four(values: Any) -> Any:
+    """Return the greatest value in boxes of 2 x 2, (rows // 2, columns // 2)."""
+    rows, columns = values.shape[0] // 2, values.shape[1] // 2
+    result = np.empty((rows, columns), values.dtype)
+    for i in range(rows):
+        for j in range(columns):
+            upper = max(values[2 * i, 2 * j], values[2 * i, 2 * j + 1])
+            lower = max(values[2 * i + 1, 2 * j], values[2 * i + 1, 2 * j + 1])
+            result[i, j] = max(upper, lower)
+    return result
+
+
+@njit(cache=True, nogil=True)
+def least_of_four(values: Any) -> Any:
+    """Return the least value in boxes of 2 x 2, (rows // 2, columns // 2)."""
+    rows, columns = values.shape[0] // 2, values.shape[1] // 2
+    result = np.empty((rows, columns), values.dtype)
+    for i in range(rows):
+        for j in range(columns):
+            upper = min(values[2 * i, 2 * j], values[2 * i, 2 * j + 1])
+            lower = min(values[2 * i + 1, 2 * j], values[2 * i + 1, 2 * j + 1])
+            result[i, j] = min(upper, lower)
+    return result
+
+
+def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstimate:
+    """Count the boxes that cover the body between level 0 and the grey-level surface.
+
+    Columns of s x s pixels are cut into boxes that are h = s levels / M high, with M the shorter
+    side; the body takes ceil(max / h) of them, none where all is clear (level 0). The dimension is
+    the slope of the logarithm of their number per area against log(1 / s), s = 2, 4, 8, ... up to
+    M / 2.
+
+    This is eq 6 of the HCSS paper with the cloud itself as the measured object. The dimension of a
+    solid is 3 and that of a thin sheet 2, so that this measures how cloud fills the image: it grows
+    with coverage, and says little about the roughness of the cloud tops, for which there is
+    ``variogram_dimension``. Of the countings tried it is the one that gives the printed FD
+    (docs/fractal-dimension.md).
+
+    Parameters
+    ----------
+    grey : ndarray of uint8 (rows, columns)
+        At least 32 x 32 pixels, levels below ``levels``, 0 where clear.
+    levels : int
+        Grey levels, 2 to 256.
+
+    Returns
+    -------
+    DimensionEstimate
+        The error is NaN: no surface has a known dimension of this kind.
+
+    Raises
+    ------
+    ImageError
+        If the image is too small, of another type, or clear throughout, or a level is too high.
+    """
+    image = checked_image("grey", grey)
+    if image.dtype != np.uint8:
+        raise ImageError(f"grey: {image.dtype} given, allowed: uint8, see to_grey_levels")
+    checked_levels(levels, 2, image)
+    side = min(image.shape)
+    log_side, log_count = [], []
+    for s, greatest, _ in box_extremes(image, least_too=False):
+        if s == 1:
+            continue
+        if s > side // 2:
+            break
+        boxes = np.ceil(np.arange(levels) * (side / (s * levels))).astype(np.int64)
+        total = _sum(boxes, greatest)
+        if total == 0:
+            raise ImageError(
+                f"grey: clear in all whole boxes of {s} x {s} pixels, allowed: cloud (a level above 0) there"
+            )
+        log_side.append(math.log(s))
+        log_count.append(math.log(total / greatest.size) - 2.0 * math.log(s))
+    slope = float(np.polyfit(log_side, log_count, 1)[0])
+    return DimensionEstimate(-slope, math.nan, f"box counting of the body, {levels} levels")
+
+
+@njit(cache=True, nogil=True)
+def _sum(boxes: Any, greatest: Any) -> int:
+    total = 0
+    for i in range(greatest.shape[0]):
+        for j in range(greatest.shape[1]):
+            total += boxes[greatest[i, j]]
+    return total
+
+
+# The largest box is at most this part of the shorter side.
+_LARGEST_BOX = 4
+
+
+def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
+    """Count the boxes that the boundary between cloudy and clear pixels passes through.
+
+    The boundary is the set of pixel corners where the four pixels are not all alike; the edge of
+    the image is not part of it, and a mask and its complement have the same. The dimension is the
+    slope of log N(s) against log(1 / s), s about 2, 4, 8, ... up to a quarter of the shorter side;
+    the boxes of each size tile the image evenly. The level sets of a self-affine surface with
+    Hurst exponent H have 2 - H, which is approached slowly: docs/fractal-dimension.md has the bias.
+
+    Parameters
+    ----------
+    mask : ndarray of bool (rows, columns)
+        At least 32 x 32 pixels, cloudy ones true.
+
+    Returns
+    -------
+    DimensionEstimate
+        The error is that of masks that are half cloudy, of fractional Brownian surfaces.
+
+    Raises
+    ------
+    ImageError
+        If the mask is too small, of another type, or the same everywhere.
+    """
+    cloudy = _checked(mask)
+    rows, columns = cloudy.shape[0] - 1, cloudy.shape[1] - 1
+    first = cloudy[:-1, :-1]
+    corners = (first != cloudy[:-1, 1:]) | (first != cloudy[1:, :-1]) | (first != cloudy[1:, 1:])
+    row, column = np.nonzero(corners)
+    if row.size == 0:
+        raise ImageError(f"mask: {'cloudy' if cloudy[0, 0] else 'clear'} everywhere, allowed: both, for a boundary")
+    log_side, log_count = [], []
+    s = 2
+    while s <= min(cloudy.shape) // _LARGEST_BOX:
+        down, across = round(rows / s), round(columns / s)
+        box = np.zeros(down * across, dtype=np.bool_)
+        box[(row * down // rows) * across + column * across // columns] = True
+        log_side.append(0.5 * math.log(rows / down * columns / across))
+        log_count.append(math.log(np.count_nonzero(box)))
+        s *= 2
+    dimension = -float(np.polyfit(log_side, log_count, 1)[0])
+    # The table is kept by the dimension of the surface, which is one greater.
+    error = Measured.load().standard_error("boundary", dimension + 1.0, min(cloudy.shape))
+    return DimensionEstimate(dimension, error, "box counting of the boundary")
+
+
+def _checked(mask: Any) -> NDArray[np.bool_]:
+    array = np.asarray(mask)
+    cloudy = checked_mask("mask", array, array.shape)
+    if cloudy.ndim != 2 or min(cloudy.shape) < SMALLEST_SIDE:
+        raise ImageError(f"mask: shape {cloudy.shape} given, allowed: (rows, columns) of {SMALLEST_SIDE} or more each")
+    return cloudy
+
+
+# The largest box is at most this part of the shorter side: larger ones are few and only add scatter.
+_LARGEST_BOX_of_differential_box_counting = 8
+
+# Below, there are two sizes of box.
+_SMALLEST_SURE = 64
+
+
+def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: bool = True) -> DimensionEstimate:
+    """Count the boxes that the grey-level surface passes through.
+
+    The image is stretched to ``levels`` grey levels. Columns of s x s pixels are cut into boxes
+    that are h = s levels / M high, with M the shorter side; in each column the surface takes
+    floor(max / h) - floor(min / h) + 1 of them. The raw dimension is the slope of the logarithm of
+    their number per area against log(1 / s), s = 2, 4, 8, ... up to M / 8 (N. Sarkar and B. B.
+    Chaudhuri, "An efficient differential box-counting approach to compute fractal dimension of
+    image", IEEE Trans. Syst. Man Cybern. 24, 115-120, 1994, who let s run to M / 2).
+
+    The raw value is too small, by .1 to .9, because neighbouring columns share no pixel and because
+    rough surfaces fill all boxes. The calibrated value is the D of exact fractional Brownian
+    surfaces of this size that have this raw value on average (docs/fractal-dimension.md).
+
+    Parameters
+    ----------
+    image : ndarray of float32, float64 or integers (rows, columns)
+        At least 32 x 32 pixels, any unit.
+    levels : int
+        Grey levels, 2 to 256.
+    calibrated : bool
+        Whether the calibration is applied; it was measured with 256 levels.
+
+    Returns
+    -------
+    DimensionEstimate
+        The error is NaN of raw values, of images larger than those of the calibration, and below 64
+        pixels, where two sizes of box leave the calibration next to no slope.
+
+    Raises
+    ------
+    ImageError
+        If the image is too small, constant or not finite, if ``levels`` is out of range, or if a
+        calibrated value is wanted for other than 256 levels.
+    """
+    pixels = checked_image("image", image)
+    checked_levels(levels, 2)
+    if calibrated and levels != 256:
+        raise ImageError(f"levels: {levels} given, allowed: 256 for a calibrated value, or any with calibrated=False")
+    pixels, low, high = finite_range("image", pixels)
+    grey = _stretched(pixels, low, levels / (high - low), levels)
+    side = min(grey.shape)
+    log_side, log_count = [], []
+    for s, greatest, least in box_extremes(grey):
+        if s == 1:
+            continue
+        if s > side // _LARGEST_BOX_of_differential_box_counting:
+            break
+        box = np.floor(np.arange(levels) * (side / (s * levels))).astype(np.int64)
+        columns = greatest.size
+        count = _difference(box, greatest, least) / columns + 1.0
+        log_side.append(math.log(s))
+        log_count.append(math.log(count) - 2.0 * math.log(s))
+    raw = -float(np.polyfit(log_side, log_count, 1)[0])
+    if not calibrated:
+        return DimensionEstimate(raw, math.nan, f"differential box counting, {levels} levels, raw")
+    measured = Measured.load()
+    dimension = measured.calibrated("box counting, raw", raw, side)
+    error = math.nan
+    if side >= _SMALLEST_SURE:
+        error = measured.standard_error("box counting, calibrated", dimension, side, larger=False)
+    return DimensionEstimate(dimension, error, "differential box counting, 256 levels, calibrated")
+
+
+@njit(cache=True, nogil=True)
+def _stretched(pixels: Any, low: float, steps_per_unit: float, levels: int) -> Any:
+    """Return grey levels 0 .. levels - 1 as uint8 (rows, columns)."""
+    rows, columns = pixels.shape
+    grey = np.empty((rows, columns), np.uint8)
+    top = np.int32(levels - 1)
+    for i in range(rows):
+        for j in range(columns):
+            step = np.int32((np.float64(pixels[i, j]) - low) * steps_per_unit)
+            grey[i, j] = min(step, top)
+    return grey
+
+
+@njit(cache=True, nogil=True)
+def _difference(box: Any, greatest: Any, least: Any) -> int:
+    total = 0
+    for i in range(greatest.shape[0]):
+        for j in range(greatest.shape[1]):
+            total += box[greatest[i, j]] - box[least[i, j]]
+    return total

@@ -1,0 +1,219 @@
+"""Eq 24 of the HCSS paper: errors relative to the simulated values, and their root mean square.
+
+The shape of the clouds in an image in a few numbers, and how far two images differ in them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.analysis.measures.checks import SMALLEST_SIDE, checked_image, checked_mask, complete_part, range_within
+from hcss_twin.analysis.measures.fractal_dimension.box_counting import body_dimension, boundary_dimension
+from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, to_grey_levels
+from hcss_twin.analysis.measures.semivariance import semivariances
+from hcss_twin.core.errors import ImageError
+
+
+def relative_errors(real: Sequence[float], simulated: Sequence[float]) -> tuple[float, ...]:
+    """Return the errors of eq 24, |real - simulated| / |simulated|, as fractions.
+
+    Parameters
+    ----------
+    real, simulated : sequence of float
+        The same measures of both images, none of the simulated ones 0. With the images exchanged, errors are
+        relative to the real values.
+    """
+    return tuple(abs(one - other) / abs(other) for one, other in zip(real, simulated, strict=True))
+
+
+def root_mean_square(errors: Sequence[float]) -> float:
+    """Return the RMSE of eq 24, in the unit of the errors."""
+    return math.sqrt(sum(error**2 for error in errors) / len(errors))
+
+
+# Lags of the slope and of the ratio of axes, pixels: the finest there are.
+_SHORT_LAGS = 2
+
+# The ratio of lengths is taken at this many semivariances that both axes reach, which must span a factor 1.1.
+_LEVELS = 9
+_NARROWEST = math.log(1.1)
+
+# Fewer pairs of cloudy neighbours along an axis say nothing about a variogram.
+_FEWEST_PAIRS = 100
+
+
+@dataclass(frozen=True)
+class Morphology:
+    """Measures of a cloud image; the first four are those of Tables VIII and IX of the HCSS paper.
+
+    Attributes
+    ----------
+    entropy : float
+        EV, bits (eq 21).
+    density : float
+        Den (eq 22); the paper prints ten times it.
+    diagonal_peak : float
+        DP (eq 23); grows with the number of pixels.
+    fractal_dimension : float
+        FD as the paper seems to mean it: box counting of the body under the grey levels
+        (``body_dimension``). Grows with coverage.
+    coverage : float
+        Cloudy part of the pixels.
+    surface_dimension : float
+        Fractal dimension D of the cloudy values, from the variogram at lags 1 and 2 of pairs of cloudy
+        pixels, as ``variogram_dimension`` does it.
+    boundary_dimension : float
+        Fractal dimension of the mask's boundary; NaN where all that is counted is cloudy, or clear.
+    anisotropy : float
+        Semivariance along y over that along x, at equal lags (geometric mean over lags 1 and 2), over pairs
+        of cloudy pixels: 1 where both axes are alike, greater where clouds are long along x.
+    aspect : float
+        Length along x over length along y at which values have changed by as much: the geometric mean of the
+        ratio of the lags at which the variograms along x and y have equal semivariance, over the
+        semivariances that both reach at lags 1, 2, 4, ... up to an eighth of the shorter side. For a field
+        f(x / a, y / b) it is a / b. NaN where they have no range in common, as white noise has none.
+    """
+
+    entropy: float
+    density: float
+    diagonal_peak: float
+    fractal_dimension: float
+    coverage: float
+    surface_dimension: float
+    boundary_dimension: float
+    anisotropy: float
+    aspect: float
+
+
+@dataclass(frozen=True)
+class MorphologyErrors:
+    """Relative errors of eq 24, as fractions, and their root mean square."""
+
+    entropy: float
+    density: float
+    diagonal_peak: float
+    fractal_dimension: float
+    rmse: float
+
+
+def morphology(values: NDArray[Any], mask: NDArray[np.bool_], valid: NDArray[np.bool_] | None = None) -> Morphology:
+    """Measure the shape of the clouds in an image.
+
+    Cloudy values become the grey levels 1 to 255, linearly between their least and greatest (the
+    C_min and C_max of eq 7), and clear pixels level 0, as in Fig 14 of the HCSS paper.
+
+    Parameters
+    ----------
+    values : ndarray of float32, float64 or integers (rows, columns)
+        Anything that grows with cloud (thickness, cloud fraction value, radiance): at least 32 x 32
+        pixels, any unit. Clear pixels may be anything, NaN included.
+    mask : ndarray of bool (rows, columns)
+        Cloudy pixels.
+    valid : ndarray of bool (rows, columns), optional
+        Pixels that are not missing; all, by default. Pairs of neighbours count if both are valid, coverage is
+        that of the valid pixels, and boxes are counted in the largest rectangle without missing pixels.
+
+    Raises
+    ------
+    ImageError
+        If no pixel is cloudy, cloudy values are not finite or all equal, an axis has fewer than 100
+        pairs of cloudy pixels at lag 1 or 2, or one of them does not vary along an axis; or if no rectangle of
+        32 x 32 pixels is without missing ones.
+    """
+    pixels = checked_image("values", values)
+    cloudy = checked_mask("mask", mask, pixels.shape)
+    known = np.ones(pixels.shape, np.bool_) if valid is None else checked_mask("valid", valid, pixels.shape)
+    cloudy = cloudy & known
+    count = int(np.count_nonzero(cloudy))
+    if count == 0:
+        raise ImageError("mask: no pixel is cloudy, allowed: one or more cloudy pixels")
+    low, high = range_within("values", pixels, cloudy)
+    if low == high:
+        raise ImageError(f"values: all cloudy pixels are {low:g}, allowed: values that vary")
+    grey = to_grey_levels(pixels, low, high, mask=cloudy)
+    histogram = histogram_metrics(grey, valid=known)
+    surface, anisotropy, aspect = _surface(pixels, cloudy)
+    whole = complete_part(known)
+    boxes, outlined = grey[whole], cloudy[whole]
+    if min(boxes.shape) < SMALLEST_SIDE:
+        rows, columns = boxes.shape
+        raise ImageError(
+            f"valid: the largest part without missing pixels has {rows} x {columns}, allowed: {SMALLEST_SIDE} or "
+            "more along each axis"
+        )
+    return Morphology(
+        entropy=histogram.entropy,
+        density=histogram.density,
+        diagonal_peak=histogram.diagonal_peak,
+        fractal_dimension=body_dimension(boxes).dimension,
+        coverage=count / int(np.count_nonzero(known)),
+        surface_dimension=surface,
+        boundary_dimension=boundary_dimension(outlined).dimension if _is_mixed(outlined) else math.nan,
+        anisotropy=anisotropy,
+        aspect=aspect,
+    )
+
+
+def _is_mixed(mask: NDArray[np.bool_]) -> bool:
+    return bool(mask.any() and not mask.all())
+
+
+def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, float, float]:
+    """Return the surface dimension, the ratio of semivariances y over x, and that of lengths x over y."""
+    lags = [1, 2]
+    while 2 * lags[-1] <= min(values.shape) // 8:
+        lags.append(2 * lags[-1])
+    found = semivariances(values, lags, cloudy)
+    pairs = np.minimum(found.pairs_x, found.pairs_y)
+    short = slice(0, _SHORT_LAGS)
+    if pairs[short].min() < _FEWEST_PAIRS:
+        raise ImageError(
+            f"mask: {pairs[short].min()} pairs of cloudy pixels along an axis, allowed: {_FEWEST_PAIRS} or more"
+        )
+    if min(found.along_x[short].min(), found.along_y[short].min()) <= 0.0:
+        raise ImageError("values: cloudy values do not vary along an axis, allowed: values that vary along both")
+    along_x, along_y = (
+        np.log(axis[: np.argmin(np.append(pairs >= _FEWEST_PAIRS, False))]) for axis in (found.along_x, found.along_y)
+    )
+    ratio = math.exp(float(np.mean(along_y[short] - along_x[short])))
+    first, second = np.log(found.pooled[short])
+    dimension = 3.0 - 0.5 * float(second - first) / math.log(2.0)
+    return dimension, ratio, _ratio_of_lengths(along_x, along_y)
+
+
+def _ratio_of_lengths(along_x: NDArray[np.float64], along_y: NDArray[np.float64]) -> float:
+    """Return the mean ratio of lags with equal semivariance, from its logarithms at lags 1, 2, 4, ..."""
+    # Where sampling noise lets a variogram fall it is continued level, so that it can be inverted.
+    rising_x, rising_y = np.maximum.accumulate(along_x), np.maximum.accumulate(along_y)
+    low, high = max(rising_x[0], rising_y[0]), min(rising_x[-1], rising_y[-1])
+    if high - low < _NARROWEST:
+        return math.nan
+    octave = np.arange(rising_x.size, dtype=np.float64)
+    shared = np.linspace(low, high, _LEVELS)
+    shift = np.interp(shared, rising_x, octave) - np.interp(shared, rising_y, octave)
+    return float(2.0 ** np.mean(shift))
+
+
+def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErrors:
+    """Compare two images by eq 24 of the HCSS paper.
+
+    Each error is |true - simulated| / simulated, with the simulated value in the denominator as
+    printed, so that exchanging the images changes it. The RMSE is over EV, Den, DP and FD.
+
+    Raises
+    ------
+    ImageError
+        If a simulated value is 0, as the entropy of an image of one grey level is.
+    """
+    names = ("entropy", "density", "diagonal_peak", "fractal_dimension")
+    for name in names:
+        if getattr(simulated, name) == 0.0:
+            raise ImageError(f"simulated.{name}: 0 given, allowed: anything else, as eq 24 divides by it")
+    errors = relative_errors([getattr(true, name) for name in names], [getattr(simulated, name) for name in names])
+    return MorphologyErrors(**dict(zip(names, errors, strict=True)), rmse=root_mean_square(errors))

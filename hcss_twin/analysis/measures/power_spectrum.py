@@ -1,0 +1,217 @@
+"""What an image goes through before its spectrum is taken.
+
+Power of an image by wavenumber and by direction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import fftfreq, rfft2, rfftfreq
+
+from hcss_twin.analysis.measures.checks import checked_image, finite_range
+from hcss_twin.core.errors import ImageError
+
+
+def hann(size: int) -> NDArray[np.float64]:
+    """Return a Hann window (size,) without its zeros, which would waste the outer pixels."""
+    window: NDArray[np.float64] = np.sin(np.pi * np.arange(1, size + 1) / (size + 1)) ** 2
+    return window
+
+
+def without_plane(surface: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Subtract the plane of least squares (rows, columns); on a full grid its terms are orthogonal."""
+    rows, columns = surface.shape
+    y = np.arange(rows) - (rows - 1) / 2.0
+    x = np.arange(columns) - (columns - 1) / 2.0
+    slope_y = float(surface.sum(axis=1) @ y) / (columns * float(y @ y))
+    slope_x = float(surface.sum(axis=0) @ x) / (rows * float(x @ x))
+    result: NDArray[np.float64] = surface - surface.mean() - slope_y * y[:, None] - slope_x * x
+    return result
+
+
+RINGS_PER_OCTAVE = 4
+SECTORS = 12
+"""Directions of waves, 15 degrees each, over half a turn: a wave and its opposite are one."""
+
+_HIGHEST = 0.5
+
+# The taper spreads what is slower than three waves per image, and a ring of few waves has no direction.
+_FEWEST_WAVES = 3.0
+_FEWEST_IN_RING = 24
+
+# Neighbouring waves share power under the taper: as many are independent as 1 of 35/18 along each axis.
+_SHARED = (35.0 / 18.0) ** 2
+
+
+@dataclass(frozen=True)
+class PowerSpectrum:
+    """Power spectral density of an image.
+
+    Attributes
+    ----------
+    wavenumber : ndarray (R,)
+        Mean wavenumber of each ring, cycles per pixel, ascending, below .5.
+    power : ndarray (R,)
+        Mean density in each ring, squared unit of the image per (cycle per pixel)^2: its integral over the plane of
+        waves is the variance. White noise has its variance everywhere.
+    waves : ndarray (R,)
+        Waves in each ring.
+    direction_deg : ndarray (SECTORS,)
+        Middle of each sector: direction in which waves advance, from x (east) toward y (north), 0 to 180.
+    by_direction : ndarray (SECTORS,)
+        Power of each sector over that of all directions at the same wavenumber, mean over rings: 1 where all are alike.
+    degree : float
+        Strength a of the anisotropy, where power goes as 1 + a cos 2 (direction - d): 0 alike in all directions; 1
+        and more where nearly all waves advance along d.
+    degree_noise : float
+        Root mean square of ``degree`` that an isotropic Gaussian image of this size has by chance.
+    long_axis_deg : float
+        Direction along which things are long, d + 90, 0 to 180; noise unless ``degree`` well exceeds its noise.
+    """
+
+    wavenumber: NDArray[np.float64]
+    power: NDArray[np.float64]
+    waves: NDArray[np.float64]
+    direction_deg: NDArray[np.float64]
+    by_direction: NDArray[np.float64]
+    degree: float
+    degree_noise: float
+    long_axis_deg: float
+
+
+def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
+    """Measure the power of an image by rings and by directions.
+
+    The image less its plane of least squares is multiplied by a Hann window along each axis. Rings are four per
+    octave of wavenumber, up to the Nyquist wavenumber of the axes. For directions the power of each wave is divided
+    by the mean of its ring, and rings count alike, so that large scales do not outweigh all others.
+
+    Parameters
+    ----------
+    image : ndarray of float32, float64 or integers (rows, columns)
+        At least 32 x 32 pixels, any unit; x runs along columns, y along rows.
+
+    Raises
+    ------
+    ImageError
+        If the image is too small, constant, flat but for a slope, or not finite.
+    """
+    pixels, least, greatest = finite_range("image", checked_image("image", image))
+    span = greatest - least
+    surface = without_plane((pixels.astype(np.float64) - least) / span)
+    if np.abs(surface).max() < 1e-9:
+        raise ImageError("image: a plane, allowed: values that vary otherwise")
+    rows, columns = surface.shape
+    window_y, window_x = hann(rows), hann(columns)
+    surface *= window_y[:, None] * window_x
+    density = np.abs(rfft2(surface, overwrite_x=True)) ** 2
+    density *= span**2 / (float(window_y @ window_y) * float(window_x @ window_x))
+    along_y, along_x = fftfreq(rows)[:, None], rfftfreq(columns)[None, :]
+    wavenumber = np.hypot(along_y, along_x)
+    # Of waves along y both the wave and its opposite are stored; one of them counts.
+    kept = (along_x > 0.0) | (along_y > 0.0)
+    inside = np.flatnonzero((kept & (wavenumber < _HIGHEST)).ravel())
+    k, power = wavenumber.ravel()[inside], density.ravel()[inside]
+    angle = np.arctan2(np.broadcast_to(along_y, density.shape), along_x).ravel()[inside]
+    lowest = 1.0 / max(rows, columns)
+    rings = math.ceil(RINGS_PER_OCTAVE * math.log2(_HIGHEST / lowest))
+    # Counted from the top, so that images of different sizes share their rings.
+    ring = rings - 1 - np.floor(RINGS_PER_OCTAVE * np.log2(_HIGHEST / k)).astype(np.int64)
+    ring = np.maximum(ring, 0)
+    waves = np.bincount(ring, minlength=rings).astype(np.float64)
+    full = waves > 0
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean_power = np.bincount(ring, power, rings) / waves
+        mean_k = np.bincount(ring, k, rings) / waves
+    oriented = full & (mean_k >= _FEWEST_WAVES / min(rows, columns)) & (waves >= _FEWEST_IN_RING)
+    by_direction, cosine, sine = _directions(ring, angle, power, mean_power, waves, oriented)
+    count = max(1, int(np.count_nonzero(oriented)))
+    noise = 2.0 * math.sqrt(float(np.sum(_SHARED / waves[oriented]))) / count
+    return PowerSpectrum(
+        wavenumber=mean_k[full],
+        power=mean_power[full],
+        waves=waves[full],
+        direction_deg=np.arange(SECTORS) * 180.0 / SECTORS,
+        by_direction=by_direction,
+        degree=2.0 * math.hypot(cosine, sine),
+        degree_noise=noise,
+        long_axis_deg=(math.degrees(0.5 * math.atan2(sine, cosine)) + 90.0) % 180.0,
+    )
+
+
+def _directions(
+    ring: NDArray[np.int64],
+    angle: NDArray[np.float64],
+    power: NDArray[np.float64],
+    mean_power: NDArray[np.float64],
+    waves: NDArray[np.float64],
+    oriented: NDArray[np.bool_],
+) -> tuple[NDArray[np.float64], float, float]:
+    """Return relative power by sector (SECTORS,), and its mean times cos and sin of twice the direction."""
+    oriented = oriented & (mean_power > 0.0)
+    if not oriented.any():
+        return np.full(SECTORS, np.nan), math.nan, math.nan
+    chosen = oriented[ring]
+    ring, angle = ring[chosen], angle[chosen]
+    relative = power[chosen] / mean_power[ring]
+    sector = np.rint(np.mod(angle, np.pi) * SECTORS / np.pi).astype(np.int64) % SECTORS
+    place = ring * SECTORS + sector
+    size = oriented.size * SECTORS
+    count = np.bincount(place, minlength=size).reshape(-1, SECTORS)[oriented]
+    total = np.bincount(place, relative, size).reshape(-1, SECTORS)[oriented]
+    filled = count > 0
+    means = np.divide(total, count, out=np.zeros_like(total), where=filled)
+    by_direction: NDArray[np.float64] = means.sum(axis=0) / np.maximum(filled.sum(axis=0), 1)
+    # Less the mean of the waves there are: a pixel grid's own directions are not the image's.
+    moments = []
+    for wave in (np.cos(2.0 * angle), np.sin(2.0 * angle)):
+        each = np.bincount(ring, (relative - 1.0) * wave, oriented.size)[oriented] / waves[oriented]
+        moments.append(float(np.mean(each)))
+    return by_direction, moments[0], moments[1]
+
+
+def mean_spectrum(spectra: Sequence[PowerSpectrum]) -> PowerSpectrum | None:
+    """Return the mean over images of one size; None of none, or where their rings differ.
+
+    Anisotropies are averaged as vectors of twice the direction, so that chance directions cancel.
+    """
+    if not spectra or any(each.wavenumber.size != spectra[0].wavenumber.size for each in spectra):
+        return None
+    waves = np.mean([each.waves for each in spectra], axis=0)
+    if not np.array_equal(waves, spectra[0].waves):
+        return None
+    twice = [np.radians(2.0 * (each.long_axis_deg - 90.0)) for each in spectra]
+    vector = complex(np.mean([each.degree * np.exp(1j * angle) for each, angle in zip(spectra, twice, strict=True)]))
+    return PowerSpectrum(
+        wavenumber=spectra[0].wavenumber,
+        power=np.mean([each.power for each in spectra], axis=0),
+        waves=waves,
+        direction_deg=spectra[0].direction_deg,
+        by_direction=np.mean([each.by_direction for each in spectra], axis=0),
+        degree=abs(vector),
+        degree_noise=spectra[0].degree_noise,
+        long_axis_deg=(math.degrees(0.5 * math.atan2(vector.imag, vector.real)) + 90.0) % 180.0,
+    )
+
+
+def spectral_distance_db(first: PowerSpectrum | None, second: PowerSpectrum | None) -> float:
+    """Return the root mean square difference of two spectra in decibels, over the rings that both have.
+
+    Rings count alike: four per octave. 10 dB is a factor of ten in power. NaN where there is no
+    common ring, or one without power, or no spectrum.
+    """
+    if first is None or second is None:
+        return math.nan
+    low = max(first.wavenumber[0], second.wavenumber[0])
+    at = first.wavenumber[first.wavenumber >= low * (1.0 - 1e-9)]
+    if at.size == 0 or first.power.min() <= 0.0 or second.power.min() <= 0.0:
+        return math.nan
+    own = np.interp(np.log(at), np.log(first.wavenumber), np.log10(first.power))
+    other = np.interp(np.log(at), np.log(second.wavenumber), np.log10(second.power))
+    return 10.0 * math.sqrt(float(np.mean((own - other) ** 2)))

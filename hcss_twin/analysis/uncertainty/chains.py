@@ -1,0 +1,203 @@
+"""Whether chains have converged.
+
+Chains that run until they have converged: emcee, in blocks, which can be stopped and gone on with.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.analysis.uncertainty.posterior_model import Model
+from hcss_twin.core.arrays import Array
+
+BURN_IN = 0.2
+"""Part of the steps that is dropped."""
+
+LONGEST = 50.0
+"""Autocorrelation times that chains must have after that, so that the time itself is known."""
+
+LARGEST_R_HAT = 1.02
+"""The mean of half a walker's n steps scatters with a variance of 2 tau / n: split R-hat of stationary chains is some
+1 + tau / n, 1.02 at the fewest steps that are allowed. Walkers that are stuck elsewhere have far more."""
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Measures of chains after their burn-in.
+
+    Attributes
+    ----------
+    autocorrelation_time : ndarray (D,)
+        Integrated, steps (J. Goodman and J. Weare, Commun. Appl. Math. Comput. Sci. 5, 65 (2010)).
+    effective_size : ndarray (D,)
+        Steps of all walkers over it.
+    split_r_hat : ndarray (D,)
+        Of halves of walkers.
+    steps : int
+        Per walker, after the burn-in.
+    wanted : float
+        Effective size asked for.
+    """
+
+    autocorrelation_time: Array
+    effective_size: Array
+    split_r_hat: Array
+    steps: int
+    wanted: float
+
+    @property
+    def fraction(self) -> float:
+        """How far they are on the way, at least 1 where they have converged; never more than a rough guess."""
+        parts = [
+            self.steps / (LONGEST * float(np.max(self.autocorrelation_time))),
+            float(np.min(self.effective_size)) / self.wanted,
+            # The excess of a stationary chain falls inversely with its length.
+            (LARGEST_R_HAT - 1.0) / max(float(np.max(self.split_r_hat)) - 1.0, 1e-9),
+        ]
+        least = min(parts)
+        return least if math.isfinite(least) else 0.0
+
+    @property
+    def has_converged(self) -> bool:
+        """Whether all three measures are met."""
+        return self.fraction >= 1.0
+
+    def complaints(self, names: tuple[str, ...]) -> list[str]:
+        """Say which measures are not met, in sentences, each with the worst parameter."""
+        tau, size, r_hat = self.autocorrelation_time, self.effective_size, self.split_r_hat
+        worst = int(np.argmax(np.nan_to_num(tau, nan=math.inf)))
+        lines = []
+        if not self.steps >= LONGEST * tau[worst]:
+            lines.append(
+                f"{self.steps} steps after burn-in are {self.steps / tau[worst]:.0f} autocorrelation times of "
+                f"{names[worst]} ({tau[worst]:.0f} steps), needed: {LONGEST:g}"
+            )
+        worst = int(np.argmin(np.nan_to_num(size, nan=-math.inf)))
+        if not size[worst] >= self.wanted:
+            lines.append(f"effective sample size of {names[worst]} {size[worst]:.0f}, needed: {self.wanted:g}")
+        worst = int(np.argmax(np.nan_to_num(r_hat, nan=math.inf)))
+        if not r_hat[worst] <= LARGEST_R_HAT:
+            lines.append(f"split R-hat of {names[worst]} {r_hat[worst]:.3f}, needed: {LARGEST_R_HAT} or less")
+        return lines
+
+
+def judge(chain: Array, wanted: float) -> Convergence:
+    """Measure chains (steps, walkers, D) without their burn-in, in any units."""
+    from emcee.autocorr import integrated_time
+
+    steps, walkers, _ = chain.shape
+    # A walker that never moved has no autocorrelation: NaN, which is no convergence.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        tau = np.asarray(integrated_time(chain, tol=0), dtype=np.float64)
+    # Less than a step cannot be told from one.
+    tau = np.maximum(tau, 1.0)
+    return Convergence(tau, steps * walkers / tau, split_r_hat(chain), steps, wanted)
+
+
+def split_r_hat(chain: Array) -> Array:
+    """Return the potential scale reduction (D,) of halves of chains (steps, walkers, D).
+
+    A. Gelman et al., Bayesian Data Analysis, 3rd ed. (2013), section 11.4.
+    """
+    half = chain.shape[0] // 2
+    halves = np.concatenate([chain[:half], chain[half : 2 * half]], axis=1)
+    within = halves.var(axis=0, ddof=1).mean(axis=0)
+    between = halves.mean(axis=0).var(axis=0, ddof=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.sqrt((half - 1.0) / half + between / within))
+
+
+# Steps before the first judgement; then each time the chain has grown by this part of itself.
+_FIRST, _GROWTH = 500, 4
+
+# Walkers per dimension, and the fewest.
+_PER_DIMENSION, _FEWEST_WALKERS = 4, 32
+
+
+@dataclass(frozen=True)
+class Chains:
+    """What has been sampled so far.
+
+    Attributes
+    ----------
+    positions : ndarray (steps, walkers, D)
+        All steps.
+    log_probability : ndarray (steps, walkers)
+        Of them.
+    random_state : tuple
+        Of numpy's Mersenne twister after the last step.
+    """
+
+    positions: Array
+    log_probability: Array
+    random_state: tuple[Any, ...]
+
+    @property
+    def kept(self) -> slice:
+        """Steps after the burn-in."""
+        return slice(int(BURN_IN * self.positions.shape[0]), None)
+
+    def judge(self, wanted: float) -> Convergence:
+        """Measure their convergence."""
+        return judge(self.positions[self.kept], wanted)
+
+
+def walkers_of(dimensions: int) -> int:
+    """Return how many walkers a space of so many dimensions gets, an even number."""
+    return max(_FEWEST_WALKERS, _PER_DIMENSION * dimensions)
+
+
+def begin(log_probability: Callable[[Array], Array], start: Array, seed: int) -> Chains:
+    """Put walkers at ``start`` (walkers, D)."""
+    state = np.random.RandomState(seed).get_state()
+    return Chains(start[None], log_probability(start)[None], tuple(state))
+
+
+def extend(model: Model, chains: Chains, steps: int) -> Chains:
+    """Go on for some steps; where a chain is interrupted between calls does not change it."""
+    import emcee
+
+    _, walkers, dimensions = chains.positions.shape
+    sampler = emcee.EnsembleSampler(walkers, dimensions, model.log_probability, moves=model.moves(), vectorize=True)
+    # Without emcee's wrapper, which prints all positions where Ctrl-C comes.
+    sampler.log_prob_fn = model.log_probability
+    state = emcee.State(chains.positions[-1], log_prob=chains.log_probability[-1], random_state=chains.random_state)
+    last = sampler.run_mcmc(state, steps, skip_initial_state_check=True)
+    return Chains(
+        np.concatenate([chains.positions, sampler.get_chain()]),
+        np.concatenate([chains.log_probability, sampler.get_log_prob()]),
+        tuple(last.random_state),
+    )
+
+
+def converge(
+    model: Model, chains: Chains, wanted: float, most_steps: int, told: Callable[[Chains, Convergence | None], None]
+) -> tuple[Chains, Convergence]:
+    """Go on until chains have converged, or to the limit.
+
+    Parameters
+    ----------
+    model : Model
+        Of which the density and the moves are taken.
+    chains : Chains
+        From :func:`begin`, or from an earlier run.
+    wanted : float
+        Effective sample size of every parameter.
+    most_steps : int
+        Limit, steps per walker.
+    told : callable
+        Is told of the chains after each block.
+    """
+    while True:
+        done = chains.positions.shape[0]
+        found = chains.judge(wanted) if done >= _FIRST else None
+        told(chains, found)
+        if found is not None and (found.has_converged or done >= most_steps):
+            return chains, found
+        block = _FIRST - done if done < _FIRST else max(_FIRST, done // _GROWTH)
+        chains = extend(model, chains, max(1, min(block, most_steps - done)))

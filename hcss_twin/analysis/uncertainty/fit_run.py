@@ -1,0 +1,208 @@
+"""The state of a fit that has not ended, in a file beside its output.
+
+One fit, from its start or from where it was interrupted, to chains that have converged.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+import zipfile
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.analysis.uncertainty.chains import Chains, Convergence, begin, converge, walkers_of
+from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise
+from hcss_twin.analysis.uncertainty.fit_options import SPREAD, FitOptions
+from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood
+from hcss_twin.analysis.uncertainty.population import PopulationModel
+from hcss_twin.analysis.uncertainty.posterior_model import SingleModel
+from hcss_twin.analysis.uncertainty.priors import Prior
+from hcss_twin.analysis.uncertainty.space import Space
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import PosteriorError
+from hcss_twin.core.files import atomic_write
+from hcss_twin.version import __version__
+
+# Long chains are large files: not after every block.
+_SECONDS_APART = 5.0
+
+_DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
+
+
+@dataclass(frozen=True)
+class State:
+    """What has been computed: the noise of each image, and chains."""
+
+    noises: tuple[EstimatorNoise, ...]
+    chains: Chains
+
+
+class Checkpoint:
+    """Writes and reads states of one fit.
+
+    Parameters
+    ----------
+    path : Path or None
+        File; None keeps nothing.
+    fingerprint : str
+        Of all that the chains depend on.
+    """
+
+    def __init__(self, path: Path | None, fingerprint: str) -> None:
+        self._path = path
+        self._fingerprint = fingerprint
+        self._written = 0.0
+
+    def read(self) -> State | None:
+        """Return the state, or None where there is none.
+
+        Raises
+        ------
+        PosteriorError
+            If the file is damaged or is of another fit.
+        """
+        if self._path is None or not self._path.exists():
+            return None
+        remedy = f"delete {self._path} to begin anew"
+        try:
+            with self._path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+                if str(file["fingerprint"]) != self._fingerprint:
+                    raise PosteriorError(
+                        f"{self._path}: state of another fit (images, options, seed or version differ); {remedy}"
+                    )
+                noises = tuple(
+                    EstimatorNoise(**{f.name: file[f"noise_{i}_{f.name}"][()] for f in fields(EstimatorNoise)})
+                    for i in range(int(file["noises"]))
+                )
+                kind, position, has_gauss, cached = (file[f"random_{i}"][()] for i in (0, 2, 3, 4))
+                random_state = (str(kind), file["random_1"], int(position), int(has_gauss), float(cached))
+                return State(noises, Chains(file["positions"], file["log_probability"], random_state))
+        except _DAMAGED as error:
+            raise PosteriorError(f"{self._path}: damaged state of a fit: {error}; {remedy}") from error
+
+    def write(self, state: State, now: bool = False) -> None:
+        """Write a state, not more often than every few seconds unless told to.
+
+        Raises
+        ------
+        PosteriorError
+            If the file cannot be written.
+        """
+        if self._path is None or (not now and time.monotonic() - self._written < _SECONDS_APART):
+            return
+        arrays: dict[str, NDArray[np.generic]] = {
+            f"noise_{i}_{f.name}": np.asarray(getattr(noise, f.name))
+            for i, noise in enumerate(state.noises)
+            for f in fields(EstimatorNoise)
+        }
+        chains = state.chains
+        arrays |= {f"random_{i}": np.asarray(part) for i, part in enumerate(chains.random_state)}
+        arrays |= {"positions": chains.positions, "log_probability": chains.log_probability}
+        arrays |= {"noises": np.asarray(len(state.noises)), "fingerprint": np.asarray(self._fingerprint)}
+        with atomic_write(self._path, PosteriorError) as draft, draft.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+        self._written = time.monotonic()
+
+    def remove(self) -> None:
+        """Forget the state."""
+        if self._path is not None:
+            self._path.unlink(missing_ok=True)
+
+
+Progress = Callable[[str, float], None]
+"""Is told what is being done, and which part of that is done."""
+
+
+class FitRun:
+    """One fit: its checkpoint, its progress, and what it is about."""
+
+    def __init__(
+        self,
+        output: Path,
+        options: FitOptions,
+        space: Space,
+        spreads: tuple[Prior, ...],
+        data: str,
+        progress: Progress | None,
+    ) -> None:
+        if not output.absolute().parent.is_dir():
+            raise PosteriorError(f"cannot write {output}: there is no folder {output.absolute().parent}")
+        self._options = options
+        self._space = space
+        self._spreads = spreads
+        self.told: Progress = progress or (lambda _what, _part: None)
+        text = json.dumps([__version__, data, self.about(), options.seed, sorted(space.fixed.items())])
+        digest = hashlib.sha256(text.encode()).hexdigest()
+        self._checkpoint = Checkpoint(output.with_name(f"{output.name}.state"), digest)
+
+    def about(self) -> dict[str, Any]:
+        """Return attributes of the file that say what was asked."""
+        priors = {name: prior.text for name, prior in self._space.priors.items()}
+        for name, prior in zip(self._space.names, self._spreads, strict=False):
+            priors[f"{SPREAD}{name}"] = prior.text
+        chosen = asdict(self._options)
+        return {
+            "priors": json.dumps(priors),
+            "octaves": list(chosen["octaves"]),
+            "smallest_lag": chosen["smallest_lag"],
+            "misfit": chosen["misfit"],
+        }
+
+    def resume(self) -> State | None:
+        """Return what an earlier run left."""
+        return self._checkpoint.read()
+
+    def sample(
+        self,
+        model: SingleModel | PopulationModel,
+        likelihoods: tuple[ImageLikelihood, ...],
+        pilots: Sequence[Array],
+        state: State | None,
+    ) -> tuple[Chains, Convergence]:
+        """Run chains to their end.
+
+        Raises
+        ------
+        PosteriorError
+            If they have not converged.
+        """
+        options = self._options
+        noises = tuple(each.noise for each in likelihoods if each.noise is not None)
+        chains = self._start(model, pilots) if state is None else state.chains
+
+        def told(chains: Chains, found: Convergence | None) -> None:
+            self._checkpoint.write(State(noises, chains))
+            self.told("sampling", 0.0 if found is None else min(found.fraction, 1.0))
+
+        chains, found = converge(model, chains, options.samples, options.most_steps, told)
+        if not found.has_converged:
+            self._checkpoint.write(State(noises, chains), now=True)
+            raise PosteriorError(_refusal(found, model.names, options, chains))
+        return chains, found
+
+    def done(self) -> None:
+        """Forget the state: the posterior has been written."""
+        self._checkpoint.remove()
+
+    def _start(self, model: SingleModel | PopulationModel, pilots: Sequence[Array]) -> Chains:
+        rng = np.random.default_rng(np.random.SeedSequence([self._options.seed, 2]))
+        walkers = walkers_of(len(model.names))
+        drawn = [pilot[rng.permutation(pilot.shape[0])[:walkers]] for pilot in pilots]
+        start = model.start(rng, drawn) if isinstance(model, PopulationModel) else drawn[0]
+        return begin(model.log_probability, start, int(rng.integers(0, 2**31)))
+
+
+def _refusal(found: Convergence, names: tuple[str, ...], options: FitOptions, chains: Chains) -> str:
+    lines = "\n  ".join(found.complaints(names))
+    return (
+        f"not converged after {chains.positions.shape[0]} steps; no posterior is written\n  {lines}\n"
+        f"allow more steps (now {options.most_steps}; the chains so far are kept and gone on with), fix a parameter "
+        "that the data do not tell (gamma), or give narrower priors"
+    )

@@ -1,0 +1,272 @@
+"""The variogram that a fit looks at: of normal scores, with clear pixels at the threshold.
+
+Grey levels are some rising function of the field V where there is cloud, and nothing where there is
+none. Their ranks are the field's, whatever the function (brightness exponent, eq 7, a calibration), so
+that ranks are taken to standard normal scores z, as if the frame's values were the normal distribution;
+clear pixels, of which only is known that they lie below, get the threshold t: y = max(z, t).
+
+For a bivariate normal pair with the correlation rho the semivariance (1/2) E[(max(a, t) - max(b, t))^2]
+is a function of rho and t alone (Gaussian anamorphosis: J.-P. Chiles and P. Delfiner, Geostatistics, 2nd
+ed., Wiley 2012, section 6.3). Here it is tabulated, so that the expected variogram of V becomes that of y.
+
+What a fit knows of an image, and the same of a simulated one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+from scipy.stats import rankdata
+
+from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs, octave_lags
+from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
+from hcss_twin.analysis.measures.semivariance import semivariances
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ImageError
+from hcss_twin.models.clouds.coverage import highest_values
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+
+# Bins by which simulated fields are ranked: a step is less than 2e-4 of the field's standard deviation.
+_BINS = 1 << 16
+
+_TABLE_NODES, _SMALLEST, _LARGEST = 160, 1e-7, 1.999
+_NODE, _WEIGHT = np.polynomial.legendre.leggauss(96)
+_FARTHEST = 8.0
+
+
+def image_scores(level: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the normal scores (rows, columns) of an image whose clear pixels are 0.
+
+    Equal levels share the mean of their ranks.
+
+    Raises
+    ------
+    ImageError
+        If no pixel is cloudy, or no two cloudy pixels differ.
+    """
+    cloudy = level > 0.0
+    values = level[cloudy]
+    if values.size == 0:
+        raise ImageError("image: no pixel is cloudy, allowed: one or more cloudy pixels")
+    if values.min() == values.max():
+        raise ImageError(f"image: all cloudy pixels are {values.min():g}, allowed: values that vary")
+    clear = level.size - values.size
+    scores = np.full(level.shape, _threshold(clear, level.size), dtype=np.float32)
+    scores[cloudy] = ndtri((clear + rankdata(values) - 0.5) / level.size)
+    return scores
+
+
+def field_scores(field: NDArray[np.float32], cloudy: int) -> NDArray[np.float32]:
+    """Return the scores (rows, columns) of a simulated field of which ``cloudy`` pixels are cloud."""
+    low, high = float(field.min()), float(field.max())
+    counts = np.zeros(_BINS, dtype=np.int64)
+    flat = np.ascontiguousarray(field).reshape(-1)
+    scale = np.float32((_BINS - 1) / max(high - low, 1e-30))
+    _count(flat, np.float32(low), scale, counts)
+    above = np.cumsum(counts) - 0.5 * counts
+    clear = field.size - cloudy
+    score = ndtri(np.clip(above, 0.5, field.size - 0.5) / field.size)
+    table = np.maximum(score, _threshold(clear, field.size)).astype(np.float32)
+    result = np.empty(flat.size, dtype=np.float32)
+    _look_up(flat, np.float32(low), scale, table, result)
+    return result.reshape(field.shape)
+
+
+def score_variogram(scores: NDArray[np.float32], lags: NDArray[np.int64]) -> Array:
+    """Return the semivariances of scores at ``lags`` (M,) along x, then along y (2 M,).
+
+    Raises
+    ------
+    ImageError
+        If the image does not vary along an axis.
+    """
+    found = semivariances(scores, lags.tolist())
+    both = np.concatenate([found.along_x, found.along_y])
+    if not np.all(both > 0.0):
+        raise ImageError("image: constant along rows or columns, allowed: clouds that vary along both")
+    return both
+
+
+class ScoreSemivariance:
+    """Semivariance of scores as a function of that of the field.
+
+    Parameters
+    ----------
+    coverage : float
+        Cloudy part of the pixels; 1 has no threshold.
+    """
+
+    def __init__(self, coverage: float) -> None:
+        self.field = np.geomspace(_SMALLEST, _LARGEST, _TABLE_NODES)
+        threshold = -math.inf if coverage >= 1.0 else float(ndtri(1.0 - coverage))
+        self.scores = np.array([clipped_semivariance(each, threshold) for each in self.field])
+        self._logarithms = np.log(self.field), np.log(self.scores)
+
+    @property
+    def table(self) -> tuple[float, float, Array]:
+        """First and step of ln of the field's semivariance, evenly spaced, and ln of that of scores (N,)."""
+        fields, scores = self._logarithms
+        return float(fields[0]), float(fields[1] - fields[0]), scores
+
+    def logarithm(self, semivariance: Array) -> Array:
+        """Return ln of the semivariance of scores for semivariances (any shape) of a field of unit variance.
+
+        Above 2, which is a correlation of -1 and which a frame with few large clouds may seem to have, the
+        value at 2 stands.
+        """
+        result: Array = np.interp(np.log(semivariance), *self._logarithms)
+        return result
+
+
+def clipped_semivariance(one_minus: float, threshold: float) -> float:
+    """Return (1/2) E[(max(a, t) - max(b, t))^2] of standard normal a, b with 1 - correlation ``one_minus``.
+
+    With a, b = s + d, s - d for independent normal s, d the mean over s is closed; that over d is by
+    quadrature.
+    """
+    if threshold == -math.inf:
+        return one_minus
+    sigma_s, sigma_d = math.sqrt(1.0 - 0.5 * one_minus), math.sqrt(0.5 * one_minus)
+    half = 0.5 * _FARTHEST
+    d = sigma_d * half * (_NODE + 1.0)
+    density = np.exp(-0.5 * (d / sigma_d) ** 2) / math.sqrt(2.0 * math.pi) * half * _WEIGHT
+    low, high = (threshold - d) / sigma_s, (threshold + d) / sigma_s
+    # Both above the threshold: the difference is 2 d. One above: s + d - t, with s from t - d to t + d.
+    inside = ndtr(high) - ndtr(low)
+    first, second = _normal(low), _normal(high)
+    moment_1 = first - second
+    moment_2 = inside + low * first - high * second
+    shift = d - threshold
+    one = sigma_s**2 * moment_2 + 2.0 * sigma_s * shift * moment_1 + shift**2 * inside
+    # Half the square; d of either sign alike.
+    return float(np.sum(density * (4.0 * d**2 * ndtr(-high) + one)))
+
+
+def _normal(x: Array) -> Array:
+    density: Array = np.exp(-0.5 * x * x) / math.sqrt(2.0 * math.pi)
+    return density
+
+
+def _threshold(clear: int, size: int) -> float:
+    return float(ndtri(clear / size)) if clear else -math.inf
+
+
+@njit(cache=True, nogil=True)
+def _count(values: Any, low: Any, scale: Any, counts: Any) -> None:
+    for i in range(values.size):
+        counts[int((values[i] - low) * scale)] += 1
+
+
+@njit(cache=True, nogil=True)
+def _look_up(values: Any, low: Any, scale: Any, table: Any, result: Any) -> None:
+    for i in range(values.size):
+        result[i] = table[int((values[i] - low) * scale)]
+
+
+# Fewer pixels of one kind leave a variogram of single clouds, or of single gaps.
+_FEWEST_PIXELS = 100
+
+
+@dataclass(frozen=True)
+class ImageData:
+    """Measured statistics of one image.
+
+    Attributes
+    ----------
+    rows, columns : int
+        Size.
+    pixel_size_m : float
+        Side of a pixel.
+    cloudy : int
+        Cloudy pixels.
+    lags : ndarray of int64 (M,)
+        Pixels.
+    variogram : ndarray (2 M,)
+        Semivariances of normal scores along x, then along y.
+    """
+
+    rows: int
+    columns: int
+    pixel_size_m: float
+    cloudy: int
+    lags: NDArray[np.int64]
+    variogram: Array
+
+    @classmethod
+    def of(cls, image: CloudImage, smallest_lag: int = 1) -> ImageData:
+        """Measure an image.
+
+        Raises
+        ------
+        ImageError
+            If the image is too small, has too few cloudy or clear pixels, or does not vary.
+        """
+        level = image.level
+        if level.ndim != 2 or min(level.shape) < SMALLEST_SIDE:
+            raise ImageError(
+                f"image: {' x '.join(map(str, level.shape))} pixels, allowed: {SMALLEST_SIDE} or more along each axis"
+            )
+        if not np.all(np.isfinite(level)):
+            raise ImageError("image: a pixel is not finite, allowed: grey levels, 0 where clear")
+        cloudy = int(np.count_nonzero(level))
+        for count, what in ((cloudy, "cloudy"), (level.size - cloudy, "clear")):
+            if count < _FEWEST_PIXELS:
+                raise ImageError(
+                    f"image: {count} of {level.size} pixels are {what}, allowed: {_FEWEST_PIXELS} or more; another "
+                    "part, or another method of finding cloud, may have them"
+                )
+        lags = [lag for lag in octave_lags(level.shape) if lag >= smallest_lag]
+        if len(lags) < 2:
+            raise ImageError(
+                f"smallest lag: {smallest_lag} pixels, allowed: 1 to {octave_lags(level.shape)[-2]}, with two lags or "
+                "more up to a third of the shorter side"
+            )
+        distances = np.array(lags, dtype=np.int64)
+        variogram = score_variogram(image_scores(level), distances)
+        rows, columns = level.shape
+        return cls(rows, columns, image.pixel_size_m, cloudy, distances, variogram)
+
+    @property
+    def coverage(self) -> float:
+        """Cloudy part of the pixels."""
+        return self.cloudy / (self.rows * self.columns)
+
+    @property
+    def threshold(self) -> float:
+        """Normal score above which pixels are cloudy."""
+        return float(ndtri(1.0 - self.coverage))
+
+    def simulate(self, shape: Array, octaves: tuple[int, int], seed: int) -> tuple[Array, float]:
+        """Measure a simulated image of this size, of these lags and of this many cloudy pixels.
+
+        Parameters
+        ----------
+        shape : ndarray (4,)
+            H, gamma, Lx, Ly.
+        octaves : (int, int)
+            First and last.
+        seed : int
+            Realisation.
+
+        Returns
+        -------
+        variogram : ndarray (2 M,)
+            As :attr:`variogram`.
+        threshold : float
+            Of the field V, above which these pixels lie: that of the sky.
+        """
+        hurst, gamma, cells_x, cells_y = (float(each) for each in shape)
+        parameters = FractalParameters(gamma=gamma, H=hurst, L=(cells_x, cells_y), k=octaves)
+        inputs = grey_inputs(self.coverage, self.rows, self.columns, self.pixel_size_m, seed)
+        field = FractalClouds(inputs, parameters, threads=1).field(0.0, slice(0, self.rows), slice(0, self.columns))
+        lowest, _ = highest_values(field, self.coverage)
+        assert lowest is not None
+        scores = field_scores(field, self.cloudy)
+        return score_variogram(scores, self.lags), float(lowest)

@@ -1,0 +1,317 @@
+"""The density of an image's statistics, compiled: chains ask for it some 100 000 times.
+
+The likelihood of cloud parameters given one image: analytic, and vectorised over walkers.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numba import njit
+from scipy.special import ndtri
+
+from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram
+from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise, contrasts
+from hcss_twin.analysis.uncertainty.image_data import ImageData, ScoreSemivariance
+from hcss_twin.analysis.uncertainty.space import KINDS, SHAPE
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ImageError, PosteriorError
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def log_densities(
+    positions: Any,
+    semivariance: Any,
+    variance: Any,
+    observed: Any,
+    sky: Any,
+    threshold: float,
+    uses_coverage: bool,
+    first: float,
+    step: float,
+    table: Any,
+    centre: Any,
+    width: Any,
+    mean: Any,
+    log_deviation: Any,
+    inverse: Any,
+    leverage: Any,
+    basis: Any,
+    freedom: float,
+    density: Any,
+) -> None:
+    """Fill ``density`` (N,): ``ImageLikelihood.log_likelihood`` without its arrays.
+
+    Parameters
+    ----------
+    positions : ndarray (N, 4)
+        H, gamma, Lx, Ly on their scales.
+    semivariance, variance : ndarray (N, M) and (N,)
+        Of the field, expected.
+    observed : ndarray (M,)
+        ln of semivariances of normal scores.
+    sky : ndarray (N,)
+        Threshold of the sky.
+    threshold : float
+        Normal score above which the frame's pixels are cloudy.
+    uses_coverage : bool
+        Whether the threshold is a statistic.
+    first, step, table
+        Of :attr:`hcss_twin.analysis.uncertainty.image_data.ScoreSemivariance.table`.
+    centre, width, mean, log_deviation, inverse, leverage, basis, freedom
+        Of :class:`hcss_twin.analysis.uncertainty.estimator_noise.EstimatorNoise`.
+    density : ndarray (N,)
+        Result.
+    """
+    number, lags = positions.shape[1], semivariance.shape[1]
+    count = inverse.shape[0]
+    x = np.empty(number)
+    feature = np.empty(mean.shape[0])
+    residual, raw = np.empty(count), np.empty(count)
+    for n in range(positions.shape[0]):
+        inside = True
+        for i in range(number):
+            away = positions[n, i] - centre[i]
+            inside &= abs(away) <= width[i] + 1e-9
+            x[i] = min(max(away / width[i], -1.0), 1.0) if width[i] > 0.0 else 0.0
+        if not inside:
+            density[n] = -np.inf
+            continue
+        feature[0] = 1.0
+        k = 1 + number
+        for i in range(number):
+            feature[1 + i] = x[i]
+            for j in range(i, number):
+                feature[k] = x[i] * x[j]
+                k += 1
+        size = np.sqrt(1.0 - variance[n])
+        # What the uncertainty of the mean adds to a variance of 1.
+        added = 0.0
+        for i in range(feature.size):
+            found = 0.0
+            for k in range(i + 1):
+                found += leverage[i, k] * feature[k]
+            added += found * found
+        widening = 0.5 * np.log1p(added)
+        total = 0.0
+        for s in range(count):
+            if s < lags:
+                at = (np.log(semivariance[n, s] / variance[n]) - first) / step
+                at = min(max(at, 0.0), table.size - 1.0)
+                low = min(int(at), table.size - 2)
+                expected = table[low] + (at - low) * (table[low + 1] - table[low])
+                raw[s] = (observed[s] - expected) / size
+            else:
+                raw[s] = (sky[n] - np.sqrt(variance[n]) * threshold) / size
+        for s in range(count):
+            found = 0.0
+            for k in range(count):
+                found += basis[s, k] * raw[k]
+            for k in range(feature.size):
+                found -= feature[k] * mean[k, s]
+            spread = widening + log_deviation[0, s]
+            for i in range(number):
+                spread += x[i] * log_deviation[1 + i, s]
+            residual[s] = found * np.exp(-spread)
+            total -= spread
+        square = 0.0
+        for s in range(count):
+            white = 0.0
+            for k in range(s + 1):
+                white += inverse[s, k] * residual[k]
+            square += white * white
+        total -= 0.5 * (freedom + count) * np.log1p(square / freedom) + count * np.log(size)
+        if uses_coverage:
+            total += 0.5 * np.log(variance[n])
+        density[n] = total
+
+
+# A frame's variance that rounding could make 0 or less, or 1.
+MIN_VARIANCE = 1e-9
+
+# Smaller images are made by code that waits for Python's lock.
+_PIXELS_WITH_THREADS, _MAX_THREADS = 2**16, 8
+
+
+@dataclass(frozen=True)
+class ImageLikelihood:
+    """Density of an image's statistics under the parameters of its clouds.
+
+    Statistics are ln of the semivariances of normal scores, along x and y, and the threshold of the
+    sky above which the frame's cloudy pixels lie. The last one is not measured but given by the
+    parameter coverage, t = -probit(coverage): the frame, whose coverage is known, had it there. A frame's
+    threshold is m + s q with the frame's mean m and standard deviation s and the quantile q of the known
+    coverage, so that the density of the coverage has the factor s beside that of the threshold.
+
+    Attributes
+    ----------
+    data : ImageData
+        What was measured.
+    variogram : BatchVariogram
+        Of the field, expected.
+    noise : EstimatorNoise or None
+        Scatter of the statistics; None until it has been learned.
+    uses_coverage : bool
+        Whether coverage is that of the unbounded sky. Otherwise it is the frame's by construction, and
+        says nothing.
+    misfit : float
+        Standard deviation of ln semivariance, independent at each lag, by which real clouds differ from
+        any fractal field.
+    """
+
+    data: ImageData
+    variogram: BatchVariogram
+    score: ScoreSemivariance
+    uses_coverage: bool
+    misfit: float = 0.0
+    noise: EstimatorNoise | None = None
+
+    @classmethod
+    def of(cls, data: ImageData, octaves: tuple[int, int], uses_coverage: bool, misfit: float = 0.0) -> ImageLikelihood:
+        """Prepare what needs no simulation."""
+        return cls(data, BatchVariogram.of(octaves), ScoreSemivariance(data.coverage), uses_coverage, misfit)
+
+    def with_noise(self, noise: EstimatorNoise) -> ImageLikelihood:
+        """Return this likelihood with noise that was learned before."""
+        return replace(self, noise=noise)
+
+    def expected(self, shapes: Array) -> tuple[Array, Array]:
+        """Return what the statistics are without correction, and the analytic size of their scatter.
+
+        Parameters
+        ----------
+        shapes : ndarray (N, 4)
+            H, gamma, Lx, Ly.
+
+        Returns
+        -------
+        mean : ndarray (N, S)
+            ln of semivariances, and the threshold if coverage is used.
+        size : ndarray (N,)
+            Standard deviation of a frame's mean.
+        """
+        data = self.data
+        semivariance, variance = self.variogram(shapes, data.lags, data.pixel_size_m, data.rows, data.columns)
+        variance = np.clip(variance, MIN_VARIANCE, 1.0 - MIN_VARIANCE)
+        mean = self.score.logarithm(semivariance / variance[:, None])
+        if self.uses_coverage:
+            mean = np.concatenate([mean, (np.sqrt(variance) * data.threshold)[:, None]], axis=1)
+        return mean, np.sqrt(1.0 - variance)
+
+    def __call__(self, values: Array) -> Array:
+        """Return ln of the likelihood (N,), up to a constant, of H, gamma, Lx, Ly, coverage (N, 5)."""
+        assert self.noise is not None
+        data, noise = self.data, self.noise
+        semivariance, variance = self.variogram(
+            values[:, : len(SHAPE)], data.lags, data.pixel_size_m, data.rows, data.columns
+        )
+        density = np.empty(values.shape[0])
+        log_densities(
+            on_scales(values[:, : len(SHAPE)]),
+            semivariance,
+            np.clip(variance, MIN_VARIANCE, 1.0 - MIN_VARIANCE),
+            np.log(data.variogram),
+            -ndtri(values[:, -1]) if self.uses_coverage else np.zeros(values.shape[0]),
+            data.threshold,
+            self.uses_coverage,
+            *self.score.table,
+            noise.centre,
+            noise.width,
+            noise.mean,
+            noise.log_deviation,
+            noise.inverse,
+            noise.leverage,
+            noise.basis,
+            noise.freedom,
+            density,
+        )
+        return density
+
+    def log_likelihood(self, values: Array) -> Array:
+        """Return what calling does, step by step and not compiled: for tests."""
+        assert self.noise is not None
+        positions, residuals, size = self.residuals(values)
+        density = self.noise.log_likelihood(positions, residuals)
+        density = density - residuals.shape[1] * np.log(size)
+        if self.uses_coverage:
+            density = density + 0.5 * np.log1p(-size * size)
+        return np.asarray(density)
+
+    def residuals(self, values: Array) -> tuple[Array, Array, Array]:
+        """Return how far the image is from what is expected of H, gamma, Lx, Ly, coverage (N, 5).
+
+        Returns
+        -------
+        positions : ndarray (N, 4)
+            Of H, gamma, Lx, Ly on their scales.
+        residuals : ndarray (N, S)
+            In units of the size.
+        size : ndarray (N,)
+            As of :meth:`expected`.
+        """
+        shapes = values[:, : len(SHAPE)]
+        mean, size = self.expected(shapes)
+        statistics = np.broadcast_to(np.log(self.data.variogram), (values.shape[0], self.data.variogram.size))
+        if self.uses_coverage:
+            threshold = -ndtri(values[:, -1:])
+            statistics = np.concatenate([statistics, threshold], axis=1)
+        return on_scales(shapes), (statistics - mean) / size[:, None], size
+
+    def learn(self, shapes: Array, rng: np.random.Generator, told: Callable[[int], None]) -> ImageLikelihood:
+        """Simulate one image for each of ``shapes`` (N, 4), and return the likelihood that knows their scatter.
+
+        Raises
+        ------
+        PosteriorError
+            If simulated images do not vary.
+        """
+        seeds = [int(rng.integers(0, 2**31)) for _ in range(shapes.shape[0])]
+        octaves = self.variogram.octaves
+        large = self.data.rows * self.data.columns >= _PIXELS_WITH_THREADS
+        workers = min(_MAX_THREADS, os.cpu_count() or 1) if large else 1
+        statistics: Array = np.empty((shapes.shape[0], 2 * self.data.lags.size + 1))
+
+        def one(index: int) -> None:
+            try:
+                variogram, threshold = self.data.simulate(shapes[index], octaves, seeds[index])
+            except ImageError as error:
+                named = ", ".join(f"{n} = {v:.4g}" for n, v in zip(SHAPE, shapes[index], strict=True))
+                raise PosteriorError(f"simulation: {error}, with {named}; allowed: priors without such") from error
+            statistics[index, :-1] = np.log(variogram)
+            statistics[index, -1] = threshold
+
+        with ThreadPoolExecutor(workers) as pool:
+            try:
+                for _ in pool.map(one, range(shapes.shape[0])):
+                    told(1)
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+        mean, size = self.expected(shapes)
+        if not self.uses_coverage:
+            statistics = statistics[:, :-1]
+        residuals = (statistics - mean) / size[:, None]
+        if self.misfit > 0.0:
+            # Part of the scatter like any other, so that it is learned with it.
+            extra = rng.standard_normal((shapes.shape[0], 2 * self.data.lags.size)) * self.misfit
+            residuals[:, : extra.shape[1]] += extra / size[:, None]
+        basis = contrasts(self.data.lags.size, int(self.uses_coverage))
+        return replace(self, noise=EstimatorNoise.learn(on_scales(shapes), residuals, basis))
+
+    def replicate(self, shapes: Array, rng: np.random.Generator) -> Array:
+        """Draw the ln semivariances (N, 2 M) that an image of each of ``shapes`` (N, 4) might show."""
+        assert self.noise is not None
+        mean, size = self.expected(shapes)
+        drawn = mean + size[:, None] * self.noise.draw(rng, on_scales(shapes))
+        return np.asarray(drawn[:, : self.data.variogram.size])
+
+
+def on_scales(shapes: Array) -> Array:
+    """Take H, gamma, Lx, Ly (N, 4) to their scales."""
+    columns = [KINDS[name].scale.of(shapes[:, column]) for column, name in enumerate(SHAPE)]
+    return np.stack(columns, axis=1)

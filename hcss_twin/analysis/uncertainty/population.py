@@ -1,0 +1,285 @@
+"""Posterior density of the population that several images are from, and of the parameters of each.
+
+One step of chains in the space of a population: image after image, then means and spreads, then both together.
+
+Given the population images do not know of each other, so that each image's parameters are proposed, and taken or not,
+by themselves; given the images, so is each parameter's mean and spread, which costs no likelihood. All dimensions at
+once, which is what a general sampler proposes, would nearly always be refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from emcee.moves import Move
+from emcee.state import State
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+from hcss_twin.analysis.uncertainty.posterior_model import Likelihood
+from hcss_twin.analysis.uncertainty.priors import Prior
+from hcss_twin.analysis.uncertainty.space import KINDS, Space
+from hcss_twin.core.arrays import Array
+
+# Of the first guess of a population's spread, on the scale; and its scatter among walkers.
+_MIN_SPREAD, _SCATTER = 0.05, 0.2
+
+
+@dataclass(frozen=True)
+class PopulationModel:
+    """Parameters of several images, and the distribution from which they are.
+
+    On its scale each parameter of an image is normally distributed, cut off at the limits of its prior,
+    which is that of the mean. A position has the means, the logarithms of the spreads, and then the
+    parameters of each image. Between images and between parameters the density is a product but for the
+    likelihoods, which have the parameters of one image each.
+    """
+
+    space: Space
+    likelihoods: tuple[Likelihood, ...]
+    spreads: tuple[Prior, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Means, spreads, and the parameters of each image."""
+        free = self.space.names
+        each = (f"{name}[{image}]" for image in range(len(self.likelihoods)) for name in free)
+        return (*(f"mean_{name}" for name in free), *(f"spread_{name}" for name in free), *each)
+
+    def log_probability(self, position: Array) -> Array:
+        """Return ln of the posterior density (N,) of positions (N, D)."""
+        mean, log_spread, own = self.parts(position)
+        given = self.log_given(own, mean, log_spread).sum(axis=1)
+        total: Array = np.sum(self.log_hyperprior(mean, log_spread) + given, axis=1)
+        for image in range(len(self.likelihoods)):
+            total = total + self.log_likelihood(image, own[:, image], np.isfinite(total))
+        return total
+
+    def parts(self, position: Array) -> tuple[Array, Array, Array]:
+        """Return means and logarithms of spreads (N, P), and the images' parameters (N, I, P), of positions (N, D)."""
+        count = len(self.space.names)
+        split = position.reshape(position.shape[0], -1, count)
+        return split[:, 0], split[:, 1], split[:, 2:]
+
+    def log_hyperprior(self, mean: Array, log_spread: Array) -> Array:
+        """Return ln of the prior density of each mean and logarithm of a spread (N, P); -inf beyond limits."""
+        spread = np.exp(log_spread)
+        total = self.space.log_priors(mean) + log_spread
+        for column, prior in enumerate(self.spreads):
+            total[:, column] += prior.log_density(spread[:, column])
+        return np.where(np.isnan(total), -np.inf, total)
+
+    def log_given(self, own: Array, mean: Array, log_spread: Array) -> Array:
+        """Return ln of the density of images' parameters (N, I, P) in a population; -inf beyond limits."""
+        low, high = self.space.limits
+        spread = np.exp(log_spread)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inside = _log_between((low - mean) / spread, (high - mean) / spread)
+            whole = log_spread + inside
+            density = -0.5 * ((own - mean[:, None]) / spread[:, None]) ** 2 - whole[:, None]
+        possible = (own > low) & (own < high) & ~np.isnan(density)
+        return np.where(possible, density, -np.inf)
+
+    def log_likelihood(self, image: int, own: Array, wanted: NDArray[np.bool_]) -> Array:
+        """Return ln of an image's likelihood (N,) of its parameters (N, P) where it is wanted, else -inf."""
+        found = np.full(own.shape[0], -np.inf)
+        if wanted.any():
+            computed = self.likelihoods[image](self.space.complete(own[wanted]))
+            found[wanted] = np.where(np.isnan(computed), -np.inf, computed)
+        return found
+
+    def moves(self) -> list[tuple[Any, float]]:
+        """Return the sweep over images and population."""
+        return [(PopulationSweep(self), 1.0)]
+
+    def values(self, position: Array) -> dict[str, Array]:
+        """Return means and spreads (...) and the parameters of images (..., image) at positions (..., D)."""
+        found: dict[str, Array] = {}
+        count = len(self.space.names)
+        for column, name in enumerate(self.space.names):
+            scale = KINDS[name].scale
+            found[f"mean_{name}"] = scale.back(position[..., column])
+            found[f"spread_{name}"] = np.exp(position[..., count + column])
+            found[name] = scale.back(position[..., 2 * count + column :: count])
+        return found
+
+    def start(self, rng: np.random.Generator, each: Sequence[Array]) -> Array:
+        """Return where walkers start (N, D): at positions (N, free) of each image, fitted alone."""
+        alone = np.stack(each, axis=1)
+        low, high = (np.array(ends) for ends in zip(*((p.low, p.high) for p in self.spreads), strict=True))
+        spread = np.maximum(alone.std(axis=1), _MIN_SPREAD)
+        spread = spread * np.exp(_SCATTER * rng.standard_normal(spread.shape))
+        # Well inside the limits, where the density is not 0.
+        spread = np.clip(spread, low + 0.01 * (high - low), high - 0.01 * (high - low))
+        return np.concatenate([alone.mean(axis=1), np.log(spread), alone.reshape(alone.shape[0], -1)], axis=1)
+
+
+def _log_between(low: Array, high: Array) -> Array:
+    """Return ln of the normal probability between two numbers, low < high."""
+    # On the side where both tails are small the difference is taken, so that nothing cancels.
+    flip = low > 0.0
+    a, b = np.where(flip, -high, low), np.where(flip, -low, high)
+    upper, lower = log_ndtr(b), log_ndtr(a)
+    return np.asarray(upper + np.log1p(-np.exp(lower - upper)))
+
+
+_BEST = 2.38
+"""Size of a step along one dimension, in standard deviations of a normal density, that goes furthest."""
+
+_OF_IMAGES, _OF_POPULATION = 2, 3
+"""Steps of each image, and of means and spreads, in a sweep."""
+
+
+class PopulationSweep(Move):  # type: ignore[misc]
+    """A move of emcee that changes all dimensions, each block by a Metropolis step of its own.
+
+    Parameters
+    ----------
+    model : PopulationModel
+    """
+
+    def __init__(self, model: PopulationModel) -> None:
+        self._model = model
+        self._likelihood: Array | None = None
+
+    def propose(self, model: Any, state: State) -> tuple[State, NDArray[np.bool_]]:
+        """Move each half of the walkers; the other tells how far."""
+        random = model.random
+        whole = _Half.of(self._model, state.coords, self._likelihood)
+        walkers = state.coords.shape[0]
+        shuffled = random.permutation(walkers)
+        for own in (shuffled[: walkers // 2], shuffled[walkers // 2 :]):
+            half, others = whole.take(own), np.delete(whole.own, own, axis=0)
+            for _ in range(_OF_IMAGES):
+                for image in range(others.shape[1]):
+                    half.move_image(image, others[:, image], random)
+            half.move_population(random)
+            half.move_together(others, random)
+            whole.put(own, half)
+        self._likelihood = whole.likelihood
+        coords = whole.position()
+        moved = np.any(coords != state.coords, axis=1)
+        return State(coords, log_prob=whole.log_probability(), random_state=random.get_state()), moved
+
+
+class _Half:
+    """Walkers (N): means and logarithms of spreads (N, P), parameters (N, I, P) and likelihoods (N, I) of images."""
+
+    def __init__(self, model: PopulationModel, mean: Array, log_spread: Array, own: Array, likelihood: Array) -> None:
+        self._model = model
+        self.mean, self.log_spread, self.own, self.likelihood = mean, log_spread, own, likelihood
+
+    @classmethod
+    def of(cls, model: PopulationModel, position: Array, likelihood: Array | None) -> _Half:
+        mean, log_spread, own = (part.copy() for part in model.parts(position))
+        if likelihood is None:
+            everywhere = np.ones(position.shape[0], dtype=np.bool_)
+            each = [model.log_likelihood(image, own[:, image], everywhere) for image in range(own.shape[1])]
+            likelihood = np.stack(each, axis=1)
+        return cls(model, mean, log_spread, own, likelihood)
+
+    def take(self, walkers: NDArray[np.intp]) -> _Half:
+        return _Half(
+            self._model, self.mean[walkers], self.log_spread[walkers], self.own[walkers], self.likelihood[walkers]
+        )
+
+    def put(self, walkers: NDArray[np.intp], half: _Half) -> None:
+        self.mean[walkers], self.log_spread[walkers] = half.mean, half.log_spread
+        self.own[walkers], self.likelihood[walkers] = half.own, half.likelihood
+
+    def position(self) -> Array:
+        return np.concatenate([self.mean, self.log_spread, self.own.reshape(self.own.shape[0], -1)], axis=1)
+
+    def log_probability(self) -> Array:
+        given = self._model.log_given(self.own, self.mean, self.log_spread).sum(axis=1)
+        prior = self._model.log_hyperprior(self.mean, self.log_spread)
+        return np.asarray(np.sum(prior + given, axis=1) + self.likelihood.sum(axis=1))
+
+    def move_image(self, image: int, others: Array, random: Any) -> None:
+        """Move one image's parameters: by differences of other walkers (M, P), or as far as the population lets it."""
+        walkers, count = self.mean.shape
+        if random.rand() < 0.5:
+            first = random.randint(others.shape[0], size=walkers)
+            second = (first + 1 + random.randint(others.shape[0] - 1, size=walkers)) % others.shape[0]
+            size = 1.0 if random.rand() < 0.1 else _BEST / np.sqrt(2.0 * count)
+            step = size * (others[first] - others[second])
+        else:
+            within = 1.0 / np.sqrt(np.exp(-2.0 * self.log_spread) + 1.0 / others.var(axis=0))
+            step = _BEST / np.sqrt(count) * within * random.standard_normal((walkers, count))
+        proposed = self.own[:, image] + step
+        gain = self._given(proposed[:, None]) - self._given(self.own[:, image, None])
+        found = self._model.log_likelihood(image, proposed, np.isfinite(gain.sum(axis=(1, 2))))
+        taken = _taken(gain.sum(axis=(1, 2)) + found - self.likelihood[:, image], random)
+        self.own[taken, image] = proposed[taken]
+        self.likelihood[taken, image] = found[taken]
+
+    def move_population(self, random: Any) -> None:
+        """Move each mean and each spread by itself, as far as images so many and so far apart let it."""
+        images = self.own.shape[1]
+        density = self._hyper(self.mean, self.log_spread)
+        for _ in range(_OF_POPULATION):
+            width = _BEST / np.sqrt(images) * np.exp(self.log_spread)
+            mean = self.mean + width * random.standard_normal(self.mean.shape)
+            density = self._take_population(mean, self.log_spread, density, random)
+            width = _BEST / np.sqrt(2.0 * images)
+            log_spread = self.log_spread + width * random.standard_normal(self.mean.shape)
+            density = self._take_population(self.mean, log_spread, density, random)
+
+    def _take_population(self, mean: Array, log_spread: Array, density: Array, random: Any) -> Array:
+        """Take or leave each mean and spread; return ln of the densities (N, P) of what is there then."""
+        found = self._hyper(mean, log_spread)
+        taken = _taken(found - density, random)
+        self.mean = np.where(taken, mean, self.mean)
+        self.log_spread = np.where(taken, log_spread, self.log_spread)
+        return np.where(taken, found, density)
+
+    def move_together(self, others: Array, random: Any) -> None:
+        """Move one parameter of all images with its mean, or stretch it about its mean with its spread.
+
+        A population that is narrow for what is known of it is a funnel, in which nothing moves far by itself.
+        """
+        walkers, count = self.mean.shape
+        images = self.own.shape[1]
+        which = random.randint(count)
+        mean, log_spread, own = self.mean.copy(), self.log_spread.copy(), self.own.copy()
+        if random.rand() < 0.5:
+            size = _BEST / np.sqrt(np.sum(1.0 / others[..., which].var(axis=0)))
+            step = size * random.standard_normal(walkers)
+            mean[:, which] += step
+            own[..., which] += step[:, None]
+            volume = 0.0
+        else:
+            # Of all sizes: how long the funnel is, no one knows.
+            step = 10.0 ** random.uniform(-1.5, 0.0) * random.standard_normal(walkers)
+            log_spread[:, which] += step
+            center = mean[:, which, None]
+            own[..., which] = center + (own[..., which] - center) * np.exp(step)[:, None]
+            volume = images * step
+        model = self._model
+        before = np.sum(self._hyper(self.mean, self.log_spread), axis=1)
+        after = np.sum(
+            model.log_hyperprior(mean, log_spread) + model.log_given(own, mean, log_spread).sum(axis=1), axis=1
+        )
+        possible = np.isfinite(after)
+        found = np.stack([model.log_likelihood(i, own[:, i], possible) for i in range(images)], axis=1)
+        gain = after - before + volume + found.sum(axis=1) - self.likelihood.sum(axis=1)
+        taken = _taken(gain, random)
+        self.mean[taken], self.log_spread[taken] = mean[taken], log_spread[taken]
+        self.own[taken], self.likelihood[taken] = own[taken], found[taken]
+
+    def _given(self, own: Array) -> Array:
+        return self._model.log_given(own, self.mean, self.log_spread)
+
+    def _hyper(self, mean: Array, log_spread: Array) -> Array:
+        """Return ln of the density of each mean and spread (N, P), given the images' parameters."""
+        given = self._model.log_given(self.own, mean, log_spread).sum(axis=1)
+        return np.asarray(self._model.log_hyperprior(mean, log_spread) + given)
+
+
+def _taken(gain: Array, random: Any) -> NDArray[np.bool_]:
+    """Return which proposals are taken; those of no density (-inf, or NaN of two of them) are not."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.log(random.random_sample(gain.shape)) < gain)

@@ -1,0 +1,274 @@
+"""The file of a posterior: NetCDF-4 with chains over (chain, draw), version 1."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import PosteriorError
+from hcss_twin.core.files import atomic_write
+from hcss_twin.version import __version__
+
+VERSION_ATTRIBUTE = "hcss_posterior_version"
+VERSION = 1
+
+PARAMETERS = ("H", "gamma", "Lx", "Ly", "coverage")
+"""Parameters of one image, in the order in which they are listed everywhere."""
+
+_FIXED = "fixed_"
+_LOG_PROBABILITY = "log_probability"
+_QUANTILES = "variogram_predicted"
+_AXES = ("x", "y")
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """What a variable of the file says about itself.
+
+    Attributes
+    ----------
+    long_name : str
+        Meaning.
+    prior : str
+        As given, for example ``uniform:0.02:0.98``.
+    autocorrelation_time_steps : float
+        Integrated autocorrelation time, steps of the sampler.
+    effective_sample_size : float
+        Steps of all walkers after burn-in, divided by it.
+    split_r_hat : float
+        Of the halves of all walkers.
+    """
+
+    long_name: str
+    prior: str
+    autocorrelation_time_steps: float
+    effective_sample_size: float
+    split_r_hat: float
+
+
+@dataclass(frozen=True)
+class VariogramCheck:
+    """Observed and predicted variogram of normal scores, lags in pixels; NaN where an image has no such lag.
+
+    Attributes
+    ----------
+    lags : ndarray of int64 (lag,)
+        Pixels.
+    observed, error : ndarray (lag, 2) or (image, lag, 2)
+        Along x and y; the error is one standard deviation of the estimate at the posterior's mean.
+    quantiles : ndarray (quantile,)
+        Between 0 and 1.
+    predicted : ndarray (quantile, lag, 2) or (quantile, image, lag, 2)
+        Quantiles of images yet to be seen: of the posterior and the scatter of an image together.
+    """
+
+    lags: NDArray[np.int64]
+    observed: Array
+    error: Array
+    quantiles: Array
+    predicted: Array
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Draws from a posterior that has converged.
+
+    Attributes
+    ----------
+    chains : dict of str to ndarray (chain, draw) or (chain, draw, image)
+        Free parameters; of several images also ``mean_NAME`` and ``spread_NAME`` (chain, draw).
+    fixed : dict of str to float
+        Parameters that were not free.
+    attributes : dict
+        Global attributes of the file.
+    diagnostics : dict of str to dict
+        For each of ``chains`` its attributes, as :class:`Diagnostic`.
+    """
+
+    chains: dict[str, Array]
+    fixed: dict[str, float]
+    attributes: dict[str, Any] = field(default_factory=dict)
+    diagnostics: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    @property
+    def samples(self) -> dict[str, Array]:
+        """Draws of all chains, one after the other: (n,); parameters of several images (n, image)."""
+        return {name: values.reshape(-1, *values.shape[2:]) for name, values in self.chains.items()}
+
+
+def write_posterior(
+    path: Path,
+    *,
+    title: str,
+    inputs: Sequence[tuple[str, str]],
+    chains: Mapping[str, Array],
+    log_probability: Array,
+    diagnostics: Mapping[str, Diagnostic],
+    fixed: Mapping[str, float],
+    priors: Mapping[str, str],
+    seed: int,
+    trace: tuple[Sequence[str], Array] | None = None,
+    variogram: VariogramCheck | None = None,
+    attributes: Mapping[str, Any] | None = None,
+) -> None:
+    """Write a posterior; whatever happens, ``path`` holds a whole file or what it held before.
+
+    The same arguments give the same bytes: there is no date in the file.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    title : str
+        One line.
+    inputs : sequence of (str, str)
+        Name and SHA-256 of each file that was read; empty where none was.
+    chains : mapping of str to ndarray (chain, draw) or (chain, draw, image)
+        As :attr:`Posterior.chains`.
+    log_probability : ndarray (chain, draw)
+        Natural logarithm of the posterior density, up to a constant.
+    diagnostics : mapping of str to Diagnostic
+        For each of ``chains``.
+    fixed : mapping of str to float
+        Parameters that were not free.
+    priors : mapping of str to str
+        For each free parameter, as given.
+    seed : int
+        Of simulations and chains.
+    trace : (sequence of str, ndarray (parameter, chain, step)), optional
+        Names and values of all steps, burn-in included, perhaps thinned.
+    variogram : VariogramCheck, optional
+        What images show.
+    attributes : mapping, optional
+        More global attributes.
+
+    Raises
+    ------
+    PosteriorError
+        If the file cannot be written.
+    """
+    import netCDF4
+
+    create: Callable[..., Any] = netCDF4.Dataset
+    with atomic_write(path, PosteriorError) as draft, create(draft, "w", format="NETCDF4") as file:
+        file.setncatts({"Conventions": "CF-1.11", VERSION_ATTRIBUTE: np.int32(VERSION), "title": title})
+        file.setncatts(
+            {
+                "source": ", ".join(name for name, _ in inputs) or "no file",
+                "inputs": json.dumps([{"name": name, "sha256": digest} for name, digest in inputs]),
+                "priors": json.dumps(dict(priors)),
+                "seed": np.int64(seed),
+                "hcss_version": __version__,
+                "converged": "true",
+            }
+        )
+        file.setncatts({f"{_FIXED}{name}": float(value) for name, value in fixed.items()})
+        file.setncatts(dict(attributes or {}))
+        _write_chains(file, chains, diagnostics)
+        _write(file, _LOG_PROBABILITY, ("chain", "draw"), log_probability, "logarithm of the posterior density")
+        if trace is not None:
+            _write_trace(file, *trace)
+        if variogram is not None:
+            _write_variogram(file, variogram)
+
+
+def read_posterior(path: Path) -> Posterior:
+    """Read the draws of a posterior.
+
+    Raises
+    ------
+    PosteriorError
+        If the file is missing, is no posterior, has another version, has not converged or is damaged.
+    """
+    import netCDF4
+
+    if not path.is_file():
+        raise PosteriorError(f"cannot read {path}: there is no such file")
+    try:
+        dataset = netCDF4.Dataset(path)
+    except OSError as error:
+        raise PosteriorError(f"cannot read {path}: not a NetCDF file: {error}") from error
+    with dataset:
+        attributes = {name: dataset.getncattr(name) for name in dataset.ncattrs()}
+        _check_header(path, attributes)
+        try:
+            chains = {
+                name: np.asarray(np.ma.getdata(variable[...]), dtype=np.float64)
+                for name, variable in dataset.variables.items()
+                if variable.dimensions[:2] == ("chain", "draw") and name != _LOG_PROBABILITY
+            }
+            diagnostics = {
+                name: {each.name: dataset[name].getncattr(each.name) for each in fields(Diagnostic)} for name in chains
+            }
+        except (OSError, RuntimeError, AttributeError) as error:
+            raise PosteriorError(f"cannot read {path}: damaged: {error}") from error
+    if not chains or not all(values.size and np.isfinite(values).all() for values in chains.values()):
+        raise PosteriorError(f"cannot read {path}: damaged: no draws, or draws that are not finite")
+    fixed = {name.removeprefix(_FIXED): float(value) for name, value in attributes.items() if name.startswith(_FIXED)}
+    return Posterior(chains, fixed, attributes, diagnostics)
+
+
+def _check_header(path: Path, attributes: Mapping[str, Any]) -> None:
+    version = attributes.get(VERSION_ATTRIBUTE)
+    if version is None:
+        raise PosteriorError(f"cannot read {path}: it is no posterior of hcss fit")
+    if version != VERSION:
+        raise PosteriorError(f"cannot read {path}: {VERSION_ATTRIBUTE} {version}, allowed: {VERSION}")
+    if attributes.get("converged") != "true":
+        raise PosteriorError(f"cannot read {path}: its chains have not converged")
+
+
+def _write_chains(file: Any, chains: Mapping[str, Array], diagnostics: Mapping[str, Diagnostic]) -> None:
+    for name, values in chains.items():
+        told = diagnostics[name]
+        _write(file, name, ("chain", "draw", "image")[: values.ndim], values, told.long_name)
+        file[name].setncatts(
+            {
+                "prior": told.prior,
+                "autocorrelation_time_steps": float(told.autocorrelation_time_steps),
+                "effective_sample_size": float(told.effective_sample_size),
+                "split_r_hat": float(told.split_r_hat),
+            }
+        )
+
+
+def _write_trace(file: Any, names: Sequence[str], values: Array) -> None:
+    width = max(len(name) for name in names)
+    file.createDimension("parameter", len(names))
+    file.createDimension("character", width)
+    labels = file.createVariable("parameter", "S1", ("parameter", "character"))
+    labels.long_name = "parameter"
+    labels._Encoding = "ascii"
+    labels[:] = np.array([name.encode() for name in names], dtype=f"S{width}")
+    meaning = "all steps of all walkers, burn-in included, evenly thinned"
+    _write(file, "trace", ("parameter", "chain", "step"), values.astype(np.float32), meaning)
+
+
+def _write_variogram(file: Any, check: VariogramCheck) -> None:
+    plane = ("image", "lag", "axis")[3 - check.observed.ndim :]
+    file.createDimension("axis", len(_AXES))
+    axis = file.createVariable("axis", "S1", ("axis",))
+    axis.long_name = "direction of the lag"
+    axis[:] = np.array([name.encode() for name in _AXES], dtype="S1")
+    _write(file, "lag", ("lag",), check.lags, "distance in pixels")
+    _write(file, "quantile", ("quantile",), check.quantiles, "probability")
+    meaning = "semivariance of the normal scores of grey levels, clear pixels at the threshold"
+    _write(file, "variogram_observed", plane, check.observed, meaning)
+    _write(file, "variogram_error", plane, check.error, f"standard deviation of the {meaning}, of one image")
+    _write(file, _QUANTILES, ("quantile", *plane), check.predicted, f"posterior predictive quantiles of the {meaning}")
+
+
+def _write(file: Any, name: str, dimensions: tuple[str, ...], values: NDArray[Any], meaning: str) -> None:
+    for dimension, size in zip(dimensions, values.shape, strict=True):
+        if dimension not in file.dimensions:
+            file.createDimension(dimension, size)
+    variable = file.createVariable(name, values.dtype, dimensions, compression="zlib", shuffle=True, fill_value=False)
+    variable.setncatts({"long_name": meaning, "units": "1"})
+    variable[:] = values

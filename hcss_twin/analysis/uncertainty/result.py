@@ -1,0 +1,229 @@
+"""What images with the posterior's parameters would show, beside what the image shows.
+
+From chains that have converged to the file of the posterior.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.analysis.uncertainty.chains import Chains, Convergence
+from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood, on_scales
+from hcss_twin.analysis.uncertainty.population import PopulationModel
+from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
+from hcss_twin.analysis.uncertainty.posterior_model import SingleModel
+from hcss_twin.analysis.uncertainty.space import KINDS, SHAPE, Space
+from hcss_twin.core.arrays import Array
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+SUSPICIOUS = 0.01
+"""Of the predictive p-value: below, the image is unlike any fractal field."""
+
+_DRAWS = 2000
+
+
+def predictive_check(
+    likelihoods: Sequence[ImageLikelihood], values: Sequence[Array], rng: np.random.Generator
+) -> tuple[VariogramCheck, list[float]]:
+    """Compare images with replicates drawn from the posterior.
+
+    Parameters
+    ----------
+    likelihoods : sequence of ImageLikelihood
+        One per image.
+    values : sequence of ndarray (N, 5)
+        All parameters of each image, draws of the posterior.
+    rng : Generator
+        Of the replicates.
+
+    Returns
+    -------
+    check : VariogramCheck
+        With an axis for the images where there are several.
+    p_values : list of float
+        Of each image: the part of replicates that is at least as far from the mean as the image
+        (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
+    """
+    lags = np.unique(np.concatenate([each.data.lags for each in likelihoods]))
+    count = len(likelihoods)
+    observed = np.full((count, lags.size, 2), np.nan)
+    error = np.full((count, lags.size, 2), np.nan)
+    predicted = np.full((len(QUANTILES), count, lags.size, 2), np.nan)
+    p_values = []
+    for image, (likelihood, drawn) in enumerate(zip(likelihoods, values, strict=True)):
+        drawn = drawn[rng.integers(0, drawn.shape[0], _DRAWS)]
+        rows = np.searchsorted(lags, likelihood.data.lags)
+        shape = (-1, 2, rows.size)
+        replicates = np.exp(likelihood.replicate(drawn[:, : len(SHAPE)], rng)).reshape(shape)
+        centre = likelihood.replicate(_mean_shape(drawn, _DRAWS), rng)
+        observed[image, rows] = likelihood.data.variogram.reshape(2, -1).T
+        error[image, rows] = np.exp(centre).std(axis=0).reshape(2, -1).T
+        predicted[:, image, rows] = np.moveaxis(np.quantile(replicates, QUANTILES, axis=0), 1, 2)
+        p_values.append(_p_value(likelihood, drawn, rng))
+    if count == 1:
+        observed, error, predicted = observed[0], error[0], predicted[:, 0]
+    return VariogramCheck(lags, observed, error, np.array(QUANTILES), predicted), p_values
+
+
+def _mean_shape(drawn: Array, count: int) -> Array:
+    position = on_scales(drawn[:, : len(SHAPE)]).mean(axis=0)
+    shape = np.array([KINDS[name].scale.back(np.array(p)) for name, p in zip(SHAPE, position, strict=True)])
+    return np.tile(shape, (count, 1))
+
+
+def _p_value(likelihood: ImageLikelihood, drawn: Array, rng: np.random.Generator) -> float:
+    noise = likelihood.noise
+    assert noise is not None
+    positions, residuals, _ = likelihood.residuals(drawn)
+    distance = noise.square_distance(positions, residuals)
+    replicated = rng.chisquare(noise.lower.shape[0], drawn.shape[0])
+    return float(np.mean(replicated >= distance))
+
+
+# Steps of the trace.
+_LONGEST_TRACE = 500
+
+# Draws in these outer parts of the half-width of the range are at its edge; more of them than this are a crowd. Even
+# draws have a part of _EDGE there.
+_EDGE, _CROWDED = 0.02, 0.06
+
+_TITLE = "Posterior of the parameters of fractal clouds"
+
+_ON_SCALE = {"value": "", "logarithm": " (of the natural logarithm)", "probit": " (of the normal quantile)"}
+
+
+def write_result(
+    path: Path,
+    model: SingleModel | PopulationModel,
+    space: Space,
+    likelihoods: Sequence[ImageLikelihood],
+    chains: Chains,
+    convergence: Convergence,
+    inputs: Sequence[tuple[str, str]],
+    about: Mapping[str, Any],
+    seed: int,
+    notes: Sequence[str],
+) -> None:
+    """Thin chains to independent draws, check them against the images, and write all.
+
+    Raises
+    ------
+    PosteriorError
+        If the file cannot be written.
+    """
+    import json
+
+    every = math.ceil(float(np.max(convergence.autocorrelation_time)))
+    kept = chains.positions[chains.kept][::every].swapaxes(0, 1)
+    density = chains.log_probability[chains.kept][::every].T
+    values = model.values(kept)
+    priors = json.loads(about["priors"])
+    more = {name: value for name, value in about.items() if name != "priors"}
+    told = list(notes)
+    variogram = None
+    if likelihoods:
+        rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
+        drawn = [
+            space.complete(_position(model, kept, image)).reshape(-1, len(KINDS)) for image in range(len(likelihoods))
+        ]
+        variogram, p_values = predictive_check(likelihoods, drawn, rng)
+        more["predictive_p_value"] = p_values
+        more["image_coverage"] = [each.data.coverage for each in likelihoods]
+        more["pixel_size_m"] = [each.data.pixel_size_m for each in likelihoods]
+        for (name, _), likelihood, each in zip(inputs, likelihoods, drawn, strict=True):
+            told += _at_edges(name, likelihood, each, space)
+        told += [_suspicion(name, p) for (name, _), p in zip(inputs, p_values, strict=True) if p < SUSPICIOUS]
+    more["notes"] = "\n".join(told)
+    step = math.ceil(chains.positions.shape[0] / _LONGEST_TRACE)
+    traced = model.values(chains.positions[::step].swapaxes(0, 1))
+    names, rows = [], []
+    for name, value in traced.items():
+        if value.ndim == 2:
+            names.append(name)
+            rows.append(value)
+        else:
+            names += [f"{name}[{image}]" for image in range(value.shape[2])]
+            rows += [value[..., image] for image in range(value.shape[2])]
+    write_posterior(
+        path,
+        title=_TITLE,
+        inputs=inputs,
+        chains=values,
+        log_probability=density,
+        diagnostics=_diagnostics(model, values, convergence, priors),
+        fixed={} if not space.fixed else space.fixed,
+        priors=priors,
+        seed=seed,
+        trace=(names, np.stack(rows)),
+        variogram=variogram,
+        attributes=more | {"thinned_steps": every, "burn_in_steps": chains.kept.start},
+    )
+
+
+def _position(model: SingleModel | PopulationModel, kept: Array, image: int) -> Array:
+    """Return positions of one image's own parameters."""
+    if isinstance(model, SingleModel):
+        return kept
+    count = len(model.space.names)
+    return kept[..., (2 + image) * count : (3 + image) * count]
+
+
+def _diagnostics(
+    model: SingleModel | PopulationModel,
+    values: Mapping[str, Array],
+    convergence: Convergence,
+    priors: Mapping[str, str],
+) -> dict[str, Diagnostic]:
+    """Return what each variable says; of the parameters of several images, the worst image's."""
+    found = {}
+    for name in values:
+        columns = [i for i, each in enumerate(model.names) if each == name or each.startswith(f"{name}[")]
+        plain = name.removeprefix("mean_").removeprefix("spread_")
+        kind = KINDS[plain]
+        meaning, prior = kind.long_name, priors.get(name, priors[plain])
+        if name.startswith("mean_"):
+            meaning = f"location of the population{_ON_SCALE[kind.scale.kind]}, taken back: {meaning}"
+        elif name.startswith("spread_"):
+            meaning = f"standard deviation in the population{_ON_SCALE[kind.scale.kind]}: {meaning}"
+        elif len(columns) > 1 or isinstance(model, PopulationModel):
+            prior = "the population"
+        found[name] = Diagnostic(
+            meaning,
+            prior,
+            float(np.max(convergence.autocorrelation_time[columns])),
+            float(np.min(convergence.effective_size[columns])),
+            float(np.max(convergence.split_r_hat[columns])),
+        )
+    return found
+
+
+def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> list[str]:
+    """Say which parameters crowd at the edge of the prior, or of where the scatter was learned."""
+    noise = likelihood.noise
+    assert noise is not None
+    lines = []
+    position = on_scales(values[:, : len(SHAPE)])
+    for column, parameter in enumerate(SHAPE):
+        if parameter in space.fixed:
+            continue
+        away = np.abs(position[:, column] - noise.centre[column]) / noise.width[column]
+        part = float(np.mean(away > 1.0 - _EDGE))
+        if part > _CROWDED:
+            lines.append(
+                f"{name}: {part:.0%} of the draws of {parameter} lie at the edge of the prior, or of what was "
+                "simulated: it is a limit and not a result."
+            )
+    return lines
+
+
+def _suspicion(name: str, p_value: float) -> str:
+    return (
+        f"{name}: no fractal field has such a variogram (posterior predictive p = {p_value:.2g}): intervals are too "
+        "narrow; a misfit greater than 0 or a larger smallest lag allows for that."
+    )

@@ -1,0 +1,5 @@
+"""The ``hcss`` command."""
+
+from hcss_twin.cli.main import cli, main
+
+__all__ = ["cli", "main"]

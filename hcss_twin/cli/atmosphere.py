@@ -1,0 +1,93 @@
+"""``hcss atmosphere``: results of other radiative-transfer codes, and pictures of atmospheres."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.group()
+def atmosphere() -> None:
+    """Bring results of other radiative-transfer codes, and look at atmospheres."""
+
+
+@atmosphere.command("import")
+@click.argument("files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Table to write (.nc).")
+@click.option(
+    "--format",
+    "file_format",
+    default="auto",
+    show_default=True,
+    type=click.Choice(["auto", "modtran-tape7", "modtran6-json", "modtran6-csv", "libradtran"]),
+    help="What the files are.",
+)
+@click.option("--profile", help="Atmosphere of the runs: catalog name or CSV file.")
+@click.option("--resolution", type=click.FloatRange(min=0), help="Spectral resolution in cm-1.")
+@click.option(
+    "--geometry",
+    multiple=True,
+    metavar="[FILE=]H1,H2,ANGLE",
+    help="Line of sight in km, km, deg where a file does not tell; above 90 deg the observer looks down.",
+)
+@click.option("--output-user", help="uvspec: the output_user line, for example 'lambda edir uu'.")
+@click.option("--setting", multiple=True, metavar="LINE", help="uvspec: a line of its input, for example 'sza 20'.")
+@click.option("--title", help="Title of the table.")
+@click.option("--force", is_flag=True, help="Replace an existing table.")
+def atmosphere_import(
+    files: tuple[Path, ...],
+    output: Path,
+    file_format: str,
+    profile: str | None,
+    resolution: float | None,
+    geometry: tuple[str, ...],
+    output_user: str | None,
+    setting: tuple[str, ...],
+    title: str | None,
+    force: bool,
+) -> None:
+    """Combine FILES of MODTRAN or libRadtran into one atmosphere table."""
+    from hcss_twin.models.atmosphere.imports.run import ReadOptions, import_files, parse_geometry
+
+    if output.exists() and not force:
+        raise click.ClickException(f"{output} exists; give another name with -o, or --force")
+    try:
+        sights = dict(parse_geometry(text) for text in geometry)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="--geometry") from error
+    settings = (*setting, f"output_user {output_user}") if output_user else setting
+    options = ReadOptions(file_format, sights, settings)
+    checks = import_files(files, output, options, profile=profile, resolution_cm1=resolution, title=title)
+    click.echo("\n".join([*(f"  {line}" for line in checks), f"{output}  {output.stat().st_size / 1e6:.1f} MB"]))
+
+
+@atmosphere.command("plot")
+@click.argument("sources", nargs=-1, required=True, metavar="PROVIDER_OR_TABLE...")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture to write (.png).")
+@click.option("--profile", default="us-standard-1976", show_default=True, help="Atmosphere of the providers.")
+@click.option("--zenith", multiple=True, type=click.FloatRange(0, 90, max_open=True), help="Angle in deg; repeat.")
+@click.option("--height", multiple=True, type=click.FloatRange(min=0), help="Target height in m; repeat.")
+@click.option("--range-um", nargs=2, type=float, default=(2.5, 14.3), show_default=True, help="Wavelengths.")
+def atmosphere_plot(
+    sources: tuple[str, ...],
+    output: Path,
+    profile: str,
+    zenith: tuple[float, ...],
+    height: tuple[float, ...],
+    range_um: tuple[float, float],
+) -> None:
+    """Draw transmittance and path radiance of a provider or table, or compare two."""
+    from hcss_twin.report import atmosphere_plot as plot
+
+    if len(sources) > 2:
+        raise click.UsageError(f"{len(sources)} sources; one is drawn, or two are compared")
+    spectra = plot.sample(
+        [plot.open_source(name, profile) for name in sources],
+        zenith or plot.ZENITHS_DEG,
+        height or plot.HEIGHTS_M,
+        range_um,
+    )
+    plot.draw(spectra, output)
+    lines = plot.compare(spectra[0], spectra[1]) if len(spectra) == 2 else []
+    click.echo("\n".join([*lines, str(output)]))

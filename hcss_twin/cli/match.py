@@ -1,0 +1,347 @@
+"""``hcss match``: parameters of the cloud generator for a measured image or a fractal dimension."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import click
+
+from hcss_twin.cli.clouds import metres
+from hcss_twin.cli.options import require_two_files, require_writable
+from hcss_twin.core.json_numbers import json_number
+
+if TYPE_CHECKING:
+    from hcss_twin.analysis.matching.match import Match
+    from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+
+
+# That of hcss_twin.analysis.matching.match, which takes long to load; a test compares them.
+_BUDGET = 360
+
+_OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is", "missing", "row_origin", "column_origin")
+
+
+def image_options(command: Any) -> Any:
+    """Add which part of the image is matched, and what in it is cloud."""
+    for option in reversed(
+        (
+            click.option("--variable", help="Variable of a NetCDF or .npz file, or number of a GeoTIFF's band."),
+            click.option(
+                "--method",
+                default="auto",
+                show_default=True,
+                type=click.Choice(["auto", "otsu", "local", "coverage", "valid"]),
+                help="What is cloud, as of hcss import; auto: valid for cloud-top products, otsu for all others.",
+            ),
+            click.option(
+                "--window",
+                "window_pixels",
+                type=click.IntRange(3, 16384),
+                help="Side of the surroundings of method local, pixels.",
+            ),
+            click.option(
+                "--coverage",
+                type=click.FloatRange(0, 1),
+                help="Cloudy fraction of method coverage, or of the clouds to be made where there is no IMAGE.",
+            ),
+            click.option(
+                "--cloud-is",
+                default="auto",
+                show_default=True,
+                type=click.Choice(["auto", "bright", "dark"]),
+                help="Which values are cloud; auto: small ones of temperatures and thermal radiances.",
+            ),
+            click.option(
+                "--missing",
+                default="error",
+                show_default=True,
+                type=click.Choice(["error", "clear"]),
+                help="What missing pixels are, except with method valid.",
+            ),
+            click.option(
+                "--pixel-size",
+                "pixel_size_m",
+                metavar="LENGTH",
+                callback=metres,
+                help="Side of a pixel, for example '1 km'; needed where the file does not tell, and replaces what "
+                "it tells.",
+            ),
+            click.option("--rows", type=click.IntRange(1), help="Rows to match; default: all, at most 800."),
+            click.option("--columns", type=click.IntRange(1), help="Columns to match; default: all, at most 800."),
+            click.option("--row-origin", type=click.IntRange(0), help="First row; default: centred."),
+            click.option("--column-origin", type=click.IntRange(0), help="First column; default: centred."),
+        )
+    ):
+        command = option(command)
+    return command
+
+
+# Fields of a scenario that the reader of an image blames, and the options that are them here.
+_OPTIONS = {
+    "clouds.parameters.missing": "--missing",
+    "clouds.parameters.row_origin": "--row-origin",
+    "clouds.parameters.column_origin": "--column-origin",
+    "clouds.coverage": "--coverage",
+    "image.rows": "--rows",
+    "image.columns": "--columns",
+}
+_WORDS = {
+    "of the scene at 0 s are missing in the image": "of the part are missing",
+    'allowed: another row_origin and column_origin, or missing = "clear"': "allowed: --missing clear, or a part "
+    "without them by --rows, --columns, --row-origin and --column-origin",
+}
+
+
+@contextmanager
+def worded_for_options() -> Iterator[None]:
+    """Name options where the reader of an image names keys of a scenario."""
+    from hcss_twin.core.errors import Problem, ScenarioError
+
+    try:
+        yield
+    except ScenarioError as error:
+        problems = []
+        for each in error.problems:
+            message = each.message
+            for words, ours in _WORDS.items():
+                message = message.replace(words, ours)
+            problems.append(Problem(_OPTIONS.get(each.field, each.field), message))
+        raise ScenarioError(problems, error.origin) from error
+
+
+@click.command("match")
+@click.argument("image", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "--fd",
+    "wanted",
+    type=(float, float),
+    metavar="LOW HIGH",
+    help="Range of the fractal dimension, within 2 to 3: the match of IMAGE, or the --type where there is none, "
+    "is changed until it lies there.",
+)
+@click.option(
+    "--dimension",
+    default="fractal",
+    show_default=True,
+    type=click.Choice(["fractal", "surface"]),
+    help="Which dimension --fd is: that of the paper's tables, or that of the grey levels' variogram.",
+)
+@image_options
+@click.option(
+    "--type",
+    "cloud_type",
+    default="cumulus",
+    show_default=True,
+    help="Cloud type of the fragment: height and particles, which no image of grey levels tells.",
+)
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="First seed of the search.")
+@click.option(
+    "--budget",
+    default=_BUDGET,
+    show_default=True,
+    type=click.IntRange(0, 100_000),
+    help="Images that the search may simulate; 0: the analytic start as it is.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Fragment to write; default: NAME-clouds.toml here.",
+)
+@click.option(
+    "--preview",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Also draw IMAGE and a simulation side by side (.png).",
+)
+@click.option("--force", is_flag=True, help="Replace existing files.")
+@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+def match_command(
+    image: Path | None,
+    wanted: tuple[float, float] | None,
+    dimension: Literal["fractal", "surface"],
+    cloud_type: str,
+    seed: int,
+    budget: int,
+    output: Path | None,
+    preview: Path | None,
+    force: bool,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Find parameters of the fractal clouds that look like IMAGE, and write them as part of a scenario.
+
+    IMAGE is NetCDF (GOES ABI among them), GeoTIFF, PNG, JPEG, NumPy or an entry of the cloud database. Written
+    is the section [clouds], to be pasted at the end of a scenario that has none. What could not be matched
+    is said, there and here.
+    """
+    if image is None and wanted is None:
+        raise click.UsageError("nothing to match: give an IMAGE, --fd LOW HIGH, or both")
+    output = output or Path(f"{image.stem if image else cloud_type}-clouds.toml")
+    require_two_files({"-o": output, "--preview": preview})
+    require_writable((output, preview), force)
+    from hcss_twin.analysis.matching.fragment import type_parameters, write_fragment
+    from hcss_twin.core.catalog import Catalog
+
+    # Before the search, which takes a while.
+    usual = type_parameters(cloud_type, Catalog())
+    coverage = options["coverage"]
+    done = None if image is None else _match_image(image, options, seed, budget, cloud_type)
+    if wanted is not None:
+        if done is None and coverage is None:
+            raise click.UsageError("--fd without IMAGE needs --coverage")
+        done = _match_range(wanted, dimension, done, usual, coverage, seed, cloud_type, options)
+    assert done is not None
+    if preview is not None:
+        done.draw(preview)
+    write_fragment(done.text, output)
+    answer = {**done.answer, "fragment": str(output), "preview": None if preview is None else str(preview)}
+    files = str(output) if preview is None else f"{output}  {preview}"
+    click.echo(json.dumps(answer) if as_json else "\n".join([*done.lines, files]))
+
+
+@dataclass(frozen=True)
+class _Done:
+    """What was found, ready to be told, written and drawn."""
+
+    text: str
+    answer: dict[str, Any]
+    lines: list[str]
+    draw: Callable[[Path], None]
+    match: Match | None = None
+
+
+def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, cloud_type: str) -> _Done:
+    from hcss_twin.analysis.matching.fragment import match_fragment
+    from hcss_twin.analysis.matching.match import match
+    from hcss_twin.analysis.matching.target import ImageChoice, read_target
+    from hcss_twin.report.image_preview import draw_match
+
+    with worded_for_options():
+        target = read_target(image, ImageChoice(**options))
+    if sys.stderr.isatty():
+        with click.progressbar(length=max(1, budget), label="simulations", file=sys.stderr) as bar:
+            found = match(target, seed, budget, bar.update)
+    else:
+        found = match(target, seed, budget)
+    answer = {
+        "source": target.source,
+        "notes": target.notes,
+        "coverage": found.coverage,
+        "parameters": found.parameters.model_dump(mode="json"),
+        "rmse": found.rmse,
+        "mean_rmse": found.mean_rmse,
+        "start_rmse": found.start_rmse,
+        "seeds": found.seeds,
+        "simulations": found.simulations,
+        "quantities": [
+            {
+                "name": each.name,
+                "meaning": each.meaning,
+                "image": json_number(each.image),
+                "simulated": json_number(each.simulated),
+                "spread": json_number(each.spread),
+                "error": json_number(each.error),
+                "matched": each.is_matched,
+            }
+            for each in found.quantities
+        ],
+        "unmatched": found.unmatched,
+    }
+    return _Done(match_fragment(found, cloud_type), answer, _told(found), partial(draw_match, found), found)
+
+
+def _told(found: Match) -> list[str]:
+    """Tell a match in lines of text."""
+    lines = [
+        *found.target.notes,
+        f"{'':<11} {'image':>9} {'simulated':>9} {'spread':>8} {'error':>8}  "
+        "(of the simulation: % of the image's value, or the difference)",
+    ]
+    for each in found.quantities:
+        error = f"{each.error:+.1%}" if each.is_ratio else f"{each.error:+.3f}"
+        mark = "" if each.is_matched else "  not matched"
+        lines.append(f"{each.name:<11} {each.image:>9.4g} {each.simulated:>9.4g} {each.spread:>8.2g} {error:>8}{mark}")
+    start = sum(found.start_rmse) / len(found.start_rmse)
+    lines.append(
+        f"RMSE (eq 24) {found.mean_rmse:.1%}, {min(found.rmse):.1%} to {max(found.rmse):.1%} over {len(found.rmse)} "
+        f"fresh seeds; {start:.1%} before the {found.simulations} simulations of the search"
+    )
+    lines += [f"not matched: {line}" for line in found.unmatched]
+    p = found.parameters
+    x, y = p.L or (math.nan, math.nan)
+    lines.append(
+        f"gamma {p.gamma:g}, H {p.H:g}, L [{x:g}, {y:g}], k {list(p.k or ())}, brightness_exponent "
+        f"{p.brightness_exponent:g}, coverage {found.coverage:.4f}"
+    )
+    return lines
+
+
+def _match_range(
+    wanted: tuple[float, float],
+    dimension: Literal["fractal", "surface"],
+    done: _Done | None,
+    usual: FractalParameters,
+    coverage: float | None,
+    seed: int,
+    cloud_type: str,
+    options: dict[str, Any],
+) -> _Done:
+    from hcss_twin.analysis.matching.dimension_range import match_dimension
+    from hcss_twin.analysis.matching.fragment import PIXEL_SIZE_M, SIDE, dimension_fragment, empty_frame
+    from hcss_twin.analysis.matching.structure import simulate_image
+    from hcss_twin.report.image_preview import draw_dimension
+
+    if done is not None and done.match is not None:
+        match = done.match
+        start, like, coverage = match.parameters, match.target.image, match.coverage
+        origin = f"the match of {match.target.source}"
+        answer, lines = done.answer, [*done.lines, ""]
+    else:
+        refused = [name for name in _OF_AN_IMAGE if options[name] not in (None, "auto", "error")]
+        if refused:
+            raise click.UsageError(f"{', '.join(refused)}: has no meaning without IMAGE; leave it out")
+        like = empty_frame(options["rows"] or SIDE, options["columns"] or SIDE, options["pixel_size_m"] or PIXEL_SIZE_M)
+        start, origin = usual, f"the type {cloud_type}"
+        answer, lines = {}, []
+    assert coverage is not None
+    found = match_dimension(wanted, start, coverage, like, dimension, seed)
+    mean = sum(found.dimensions) / len(found.dimensions)
+    p = found.parameters
+    x, y = p.L or (math.nan, math.nan)
+    lines += [
+        f"{dimension} dimension {wanted[0]:g} to {wanted[1]:g} wanted: {mean:.3f}, {min(found.dimensions):.3f} to "
+        f"{max(found.dimensions):.3f} over {len(found.seeds)} fresh seeds, {found.inside:.0%} of them inside",
+        f"changed of {origin}: {found.changed}",
+        f"gamma {p.gamma:g}, H {p.H:g}, L [{x:g}, {y:g}], k {list(p.k or ())}, brightness_exponent "
+        f"{p.brightness_exponent:g}, coverage {coverage:.4f}",
+    ]
+    answer = {
+        **answer,
+        "coverage": coverage,
+        "parameters": p.model_dump(mode="json"),
+        "dimension": dimension,
+        "wanted": wanted,
+        "dimensions": found.dimensions,
+        "dimension_seeds": found.seeds,
+        "inside": found.inside,
+        "changed": found.changed,
+    }
+
+    def draw(path: Path) -> None:
+        middle = sorted(found.dimensions)[(len(found.dimensions) - 1) // 2]
+        shown = found.seeds[found.dimensions.index(middle)]
+        panels = [(f"simulated, seed {shown}: {middle:.3f}", simulate_image(p, coverage, like, shown))]
+        if done is not None and done.match is not None:
+            panels.insert(0, (done.match.target.source, like))
+        draw_dimension(found, panels, path)
+
+    text = dimension_fragment(found, coverage, like, origin, cloud_type)
+    return _Done(text, answer, lines, draw)

@@ -1,0 +1,1 @@
+"""What every package stands on: errors, catalogs, cache, files. Imports nothing of ours."""

@@ -1,0 +1,221 @@
+"""Named data a scenario can refer to, and a record of every file that was used.
+
+The data lie in ``catalogs/``: beside this module in an installed wheel, beside the
+package folder in a source checkout. A :class:`Catalog` belongs to one run; it remembers
+the hash of each file it opened, so that a cube can say what it was made from.
+"""
+
+from __future__ import annotations
+
+import copy
+import io
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.core.result_cache import ResultCache
+
+
+def catalog_root() -> Path:
+    """Return the folder of the shipped catalog files.
+
+    Raises
+    ------
+    CatalogError
+        If the installation lacks the folder.
+    """
+    package = Path(__file__).parents[1]
+    for candidate in (package / "catalogs", package.parent / "catalogs"):
+        if (candidate / "bands.toml").is_file():
+            return candidate
+    raise CatalogError(f"the catalog files are missing beside {package}; reinstall hcss-twin")
+
+
+class Catalog:
+    """Reader of catalog and user data files that records what it read.
+
+    Parameters
+    ----------
+    root : Path, optional
+        Folder of the named files; the shipped ``catalogs/`` by default.
+    base : Path, optional
+        Folder against which a user's relative paths are resolved (that of the scenario file).
+
+    Attributes
+    ----------
+    shelf : ResultCache
+        What was read; who runs many scenes in one process gives their catalogs the same. No part of the provider API.
+    """
+
+    def __init__(self, root: Path | None = None, base: Path | None = None) -> None:
+        self.shelf = ResultCache()
+        self.root = root or catalog_root()
+        self.base = base or Path.cwd()
+        self._used: dict[str, str] = {}
+
+    @property
+    def used(self) -> Mapping[str, str]:
+        """SHA-256 of each file opened so far, keyed by its name in the catalog or its path."""
+        return dict(sorted(self._used.items()))
+
+    def names(self, folder: str, suffix: str) -> list[str]:
+        """List the names in one catalog folder, without their suffix."""
+        return sorted(path.name.removesuffix(suffix) for path in (self.root / folder).glob(f"*{suffix}"))
+
+    def find(self, name: str, folder: str, suffix: str, *, beside: bool = False) -> Path:
+        """Resolve a catalog name, or the path of a user's file that ends in ``suffix``.
+
+        Parameters
+        ----------
+        name : str
+            What the user gave.
+        folder, suffix : str
+            Where named files lie in the catalog, and how they end.
+        beside : bool
+            Whether names of files in a folder of the same name beside the scenario count too; of equal
+            names the shipped one is taken.
+
+        Raises
+        ------
+        CatalogError
+            If neither exists; the message gives the names there are and the closest one.
+        """
+        roots = [self.root, self.base] if beside else [self.root]
+        for root in roots:
+            named = root / folder / f"{name}{suffix}"
+            if "/" not in name and _is_file(named):
+                return self._record(named)
+        own = self._own(name)
+        if own.suffix and _is_file(own):
+            return self._record(own)
+        known = set(self.names(folder, suffix))
+        where = f"in catalogs/{folder}"
+        if beside:
+            known |= {path.name.removesuffix(suffix) for path in (self.base / folder).glob(f"[!.]*{suffix}")}
+            where += f", in {self.base / folder}"
+        raise CatalogError(f"'{name}' is neither {where} nor a file; {choose_from(name, known)}")
+
+    def file(self, path: str | Path) -> Path:
+        """Resolve a path given by the user and record the file.
+
+        Raises
+        ------
+        CatalogError
+            If there is no such file.
+        """
+        own = self._own(path)
+        if not _is_file(own):
+            raise CatalogError(f"no file '{path}' (looked at {own})")
+        return self._record(own)
+
+    def unchanged(self, used: Mapping[str, str]) -> bool:
+        """Whether files that were read before, by the names in :attr:`used`, are still the same.
+
+        If all are, they are recorded as read; else none is.
+        """
+        now = Catalog(self.root, self.base)
+        now.shelf = self.shelf
+        for name, digest in used.items():
+            path = self.root / name if not Path(name).is_absolute() else Path(name)
+            if not _is_file(path):
+                return False
+            now._record(path)
+            if now._used.get(name) != digest:
+                return False
+        self._used.update(now._used)
+        return True
+
+    def toml(self, path: Path) -> dict[str, Any]:
+        """Parse a TOML file found by :meth:`find` or :meth:`file`."""
+        return copy.deepcopy(self.shelf.parsed(path, read_toml))
+
+    def columns(self, path: Path) -> dict[str, NDArray[np.float64]]:
+        """Read a CSV of numbers with ``#`` comments and one row of column names.
+
+        Returns
+        -------
+        dict
+            Column name to array of shape (rows,).
+
+        Raises
+        ------
+        CatalogError
+            If a row is not numeric or has another number of fields than the header.
+        """
+        return {name: column.copy() for name, column in self.shelf.parsed(path, read_columns).items()}
+
+    def _own(self, path: str | Path) -> Path:
+        """Resolve a user's path against the scenario's folder."""
+        try:
+            return self.base / Path(path).expanduser()
+        except RuntimeError as error:  # ~ of an unknown user
+            raise CatalogError(f"'{path}': {error}") from error
+
+    def _record(self, path: Path) -> Path:
+        inside = path.is_relative_to(self.root)
+        key = path.relative_to(self.root).as_posix() if inside else str(path.resolve())
+        if key not in self._used:
+            self._used[key] = self.shelf.sha256(path)
+        return path
+
+
+class SecludedCatalog(Catalog):
+    """Catalog of a run that takes nothing from what earlier runs computed, and keeps nothing for later ones."""
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name the system cannot have, so there is no such file
+        return False
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Parse a TOML file; raises :class:`CatalogError`."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise CatalogError(f"{path}: not valid TOML: {error}") from error
+
+
+def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
+    """Read a CSV of numbers with ``#`` comments and one row of column names.
+
+    Raises
+    ------
+    CatalogError
+        If a row is not numeric, not finite, or has another number of fields than the header.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")  # spreadsheets write a byte-order mark
+    except UnicodeDecodeError as error:
+        raise CatalogError(f"{path}: not a text file: {error}") from error
+    header: list[str] | None = None
+    rows: list[list[float]] = []
+    for number, line in enumerate(io.StringIO(text), start=1):
+        stripped = line.strip()
+        if not stripped or stripped.startswith("#"):
+            continue
+        fields = [field.strip() for field in stripped.split(",")]
+        if header is None:
+            header = fields
+            continue
+        try:
+            values = [float(field) for field in fields]
+        except ValueError as error:
+            raise CatalogError(f"{path}, line {number}: {error}") from error
+        if len(values) != len(header):
+            raise CatalogError(f"{path}, line {number}: {len(values)} fields, the header has {len(header)}")
+        if not all(map(math.isfinite, values)):
+            raise CatalogError(f"{path}, line {number}: a value is not finite")
+        rows.append(values)
+    if header is None or not rows:
+        raise CatalogError(f"{path}: no rows of numbers")
+    table = np.array(rows, dtype=np.float64)
+    return {name: table[:, index].copy() for index, name in enumerate(header)}

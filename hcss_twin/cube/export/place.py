@@ -1,0 +1,135 @@
+"""Where the pixels of a frame lie on the globe, as readers of other formats are told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import CubeError
+
+WGS84_SEMI_MAJOR_M = 6378137.0
+WGS84_INVERSE_FLATTENING = 298.257223563
+
+_EVEN = 1e-6
+"""Largest departure of a coordinate from even steps, in steps."""
+
+
+@dataclass(frozen=True)
+class LocalPlane:
+    """Azimuthal equidistant projection about the image centre at the start: the cube's CF grid mapping.
+
+    Attributes
+    ----------
+    latitude, longitude : float
+        Origin, degrees.
+    semi_major_m : float
+        Equatorial radius.
+    inverse_flattening : float
+        0 stands for a sphere.
+    """
+
+    latitude: float
+    longitude: float
+    semi_major_m: float
+    inverse_flattening: float
+
+    @property
+    def is_wgs84(self) -> bool:
+        """Whether the figure of the Earth is that of WGS 84."""
+        return self.semi_major_m == WGS84_SEMI_MAJOR_M and self.inverse_flattening == WGS84_INVERSE_FLATTENING
+
+    @property
+    def esri_wkt(self) -> str:
+        """Well-known text in the dialect of ESRI, which ENVI and GDAL read."""
+        figure, datum, system = (
+            ("WGS_1984", "D_WGS_1984", "GCS_WGS_1984")
+            if self.is_wgs84
+            else ("Sphere", "D_Sphere", "GCS_Sphere")
+            if self.inverse_flattening == 0.0
+            else ("Ellipsoid", "D_Ellipsoid", "GCS_Ellipsoid")
+        )
+        return (
+            f'PROJCS["Local_Plane",GEOGCS["{system}",DATUM["{datum}",'
+            f'SPHEROID["{figure}",{self.semi_major_m!r},{self.inverse_flattening!r}]],'
+            'PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]],'
+            'PROJECTION["Azimuthal_Equidistant"],PARAMETER["False_Easting",0.0],PARAMETER["False_Northing",0.0],'
+            f'PARAMETER["Central_Meridian",{self.longitude!r}],PARAMETER["Latitude_Of_Origin",{self.latitude!r}],'
+            'UNIT["Meter",1.0]]'
+        )
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Pixel centres of a frame in the local plane; rows grow north and columns east.
+
+    Attributes
+    ----------
+    west_m, south_m : float
+        Centre of the first pixel of the first row, relative to the centre of the frame's own plane.
+    step_x_m, step_y_m : float
+        Edges of a pixel.
+    plane : LocalPlane
+        Where x and y are measured for a frame that the platform has not moved yet.
+    """
+
+    west_m: float
+    south_m: float
+    step_x_m: float
+    step_y_m: float
+    plane: LocalPlane
+
+
+def local_plane(attributes: Mapping[str, Any]) -> LocalPlane:
+    """Return the plane that a CF grid mapping describes.
+
+    Raises
+    ------
+    CubeError
+        If it is another projection, or says no figure of the Earth.
+    """
+    name = attributes.get("grid_mapping_name")
+    if name != "azimuthal_equidistant":
+        raise CubeError(f"grid mapping '{name}'; a cube has 'azimuthal_equidistant'")
+    try:
+        radius = attributes.get("earth_radius")
+        return LocalPlane(
+            float(attributes["latitude_of_projection_origin"]),
+            float(attributes["longitude_of_projection_origin"]),
+            float(attributes["semi_major_axis"] if radius is None else radius),
+            float(attributes["inverse_flattening"]) if radius is None else 0.0,
+        )
+    except KeyError as missing:
+        raise CubeError(f"the grid mapping lacks {missing}") from missing
+
+
+def axis(name: str, centres_m: NDArray[np.float64], fallback_m: float | None) -> tuple[float, float]:
+    """Return first value and step of a coordinate.
+
+    Parameters
+    ----------
+    name : str
+        For messages.
+    centres_m : ndarray (N,)
+    fallback_m : float or None
+        Step where there is one pixel only.
+
+    Raises
+    ------
+    CubeError
+        If steps are uneven or do not grow, or the step of a single pixel is not known.
+    """
+    if centres_m.size == 1:
+        if fallback_m is None:
+            raise CubeError(f"{name} has one value, from which the size of a pixel cannot be told")
+        return float(centres_m[0]), fallback_m
+    step = float(centres_m[-1] - centres_m[0]) / (centres_m.size - 1)
+    if not step > 0.0:
+        raise CubeError(f"{name} does not grow with the pixel's number; that of a cube does")
+    even = centres_m[0] + step * np.arange(centres_m.size)
+    if np.max(np.abs(centres_m - even)) > _EVEN * step:
+        raise CubeError(f"{name} has uneven steps; those of a cube are even")
+    return float(centres_m[0]), step

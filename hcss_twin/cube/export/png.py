@@ -1,0 +1,198 @@
+"""PNG of 16 bits: one grey picture per frame and band, with the numbers that lead back to values.
+
+Values are ``offset + scale * sample`` (text chunks of the file, section 11.3.4 of the PNG specification, third
+edition, W3C 2025; and the JSON beside the pictures).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import CubeError
+from hcss_twin.cube.export.selection import (
+    Frame,
+    Plane,
+    Selection,
+    ascii_text,
+    count_missing,
+    description,
+    image_name,
+    json_text,
+)
+
+LARGEST = 65535
+"""Of the samples."""
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """How samples become values: ``offset + scale * sample``.
+
+    Attributes
+    ----------
+    scale, offset : float
+    missing_sample : int or None
+        The sample that stands for a missing value; None where none can be missing.
+    largest_error : float
+        Of rounding to samples.
+    lowest, highest : float or None
+        Values of the samples 1 (or 0 where none can be missing) and 65535; None where no value exists.
+    """
+
+    scale: float
+    offset: float
+    missing_sample: int | None
+    largest_error: float
+    lowest: float | None
+    highest: float | None
+
+
+def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[Scaling, ...]:
+    """Return the scaling of each plane, the same for all its frames.
+
+    Whole numbers from 0 to 65535 (masks, digital numbers) are their own samples. Other values use 1 to 65535 between
+    the smallest and the largest of all frames, or between the limits; 0 stands for a missing value.
+
+    Parameters
+    ----------
+    limits : (float, float) or None
+        Values of the samples 1 and 65535 of every plane.
+
+    Raises
+    ------
+    CubeError
+        If a value lies outside the limits, or is infinite.
+    """
+    lowest = np.full(len(selection.planes), np.inf)
+    highest = np.full(len(selection.planes), -np.inf)
+    for frame in selection.frames:
+        for index, image in enumerate(selection.values(frame)):
+            found = _range(image)
+            if found is None:
+                continue
+            if limits is not None and not limits[0] <= found[0] <= found[1] <= limits[1]:
+                raise CubeError(
+                    f"{selection.variable}, {image_name(frame, selection.planes[index])}: values from {found[0]:g} to "
+                    f"{found[1]:g}; the limits {limits[0]:g} to {limits[1]:g} have to hold all of them"
+                )
+            lowest[index], highest[index] = min(lowest[index], found[0]), max(highest[index], found[1])
+    whole = selection.dtype.kind in "iu" and limits is None
+    if whole and lowest.min() >= 0 and highest.max() <= LARGEST:
+        return (Scaling(1.0, 0.0, None, 0.0, 0.0, float(LARGEST)),) * len(selection.planes)
+    return tuple(_between(*(limits or (float(low), float(high)))) for low, high in zip(lowest, highest, strict=True))
+
+
+def write_png(
+    selection: Selection, source: str, frame: Frame, scaling: tuple[Scaling, ...], paths: Sequence[Path]
+) -> int:
+    """Write the pictures of one frame, the northernmost row first; return how many values are missing.
+
+    Parameters
+    ----------
+    source : str
+        Name of the cube's file.
+    frame : Frame
+        One of the selection.
+    scaling : tuple of Scaling
+        One per plane.
+    paths : sequence of Path
+        New files, one per plane.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    values = selection.values(frame)
+    for image, plane, how, path in zip(values, selection.planes, scaling, paths, strict=True):
+        notes = PngInfo()
+        for key, text in _notes(selection, source, frame, plane, how).items():
+            notes.add_text(key, text)
+        picture = Image.fromarray(_samples(image[::-1], how))
+        picture.save(path, format="PNG", pnginfo=notes)
+    return count_missing(values)
+
+
+def sidecar(selection: Selection, source: str, scaling: tuple[Scaling, ...], names: Sequence[Sequence[str]]) -> str:
+    """Return the text of the JSON beside the pictures: the description, and each picture with its scaling.
+
+    Parameters
+    ----------
+    names : sequence of sequence of str
+        Names of the pictures by frame and plane.
+    """
+    pictures = [
+        {"file": name, "plane": plane.name, "frame": frame.number, "time": frame.time, **asdict(how)}
+        for frame, of_frame in zip(selection.frames, names, strict=True)
+        for name, plane, how in zip(of_frame, selection.planes, scaling, strict=True)
+    ]
+    return json_text(
+        {
+            **description(selection, source),
+            "row_order": "north first",
+            "formula": "value = offset + scale * sample",
+            "pictures": pictures,
+        }
+    )
+
+
+def _range(image: NDArray[Any]) -> tuple[float, float] | None:
+    """Return the smallest and the largest value that is not missing; None where all are."""
+    low, high = np.fmin.reduce(image, axis=None), np.fmax.reduce(image, axis=None)
+    if np.isnan(low):
+        return None
+    if np.isinf(low) or np.isinf(high):
+        raise CubeError("a value is infinite; PNG has no place for it")
+    return float(low), float(high)
+
+
+def _between(low: float, high: float) -> Scaling:
+    if low > high:
+        return Scaling(0.0, 0.0, 0, 0.0, None, None)
+    step = (high - low) / (LARGEST - 1)
+    # sample 1 is the lowest value, so that 0 is free for what is missing
+    return Scaling(step, low - step, 0, 0.5 * step, low, high)
+
+
+def _samples(image: NDArray[Any], how: Scaling) -> NDArray[np.uint16]:
+    if how.missing_sample is None:
+        return image.astype(np.uint16)
+    missing = np.isnan(image)
+    steps = np.where(missing, 0.0, image - np.float64(how.lowest or 0.0))
+    samples = 1.0 + (np.rint(steps / how.scale) if how.scale > 0.0 else np.zeros_like(steps))
+    # the last step may round up by a bit of double precision
+    whole: NDArray[np.uint16] = np.where(missing, 0.0, np.minimum(samples, LARGEST)).astype(np.uint16)
+    return whole
+
+
+def _notes(selection: Selection, source: str, frame: Frame, plane: Plane, how: Scaling) -> dict[str, str]:
+    return {
+        "Title": ascii_text(f"{selection.variable}, {image_name(frame, plane)}"),
+        "Source": ascii_text(source),
+        "Description": f"value = {how.offset!r} + {how.scale!r} * sample; in {selection.units or 'no unit'}",
+        "hcss_variable": selection.variable,
+        "hcss_units": selection.units,
+        "hcss_scale": repr(how.scale),
+        "hcss_offset": repr(how.offset),
+        "hcss_missing_sample": "none" if how.missing_sample is None else str(how.missing_sample),
+        "hcss_plane": ascii_text(plane.name),
+        "hcss_frame": "all" if frame.number is None else str(frame.number),
+        "hcss_time": frame.time,
+        "hcss_description": json_text(
+            {
+                **description(selection, source),
+                "frames": [vars(frame)],
+                "planes": [vars(plane)],
+                "row_order": "north first",
+            }
+        ),
+    }

@@ -1,0 +1,221 @@
+"""The table of variables that a sensor's cube holds beside the truth layers.
+
+Writing of a cube with the axes and truth layers of a finished one, and other variables of radiance.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import CubeError
+from hcss_twin.core.files import atomic_write
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, check_attributes
+from hcss_twin.cube.spec import BAND_FRAME
+from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES, VariableSpec
+from hcss_twin.cube.writer import variable_attributes
+
+SENSOR_ATTRIBUTE = "hcss_sensor"
+"""Global attribute of a sensor's cube: what the sensor is (JSON)."""
+
+MEASURED_RADIANCE = VariableSpec(
+    name="radiance",
+    dims=BAND_FRAME,
+    dtype="float32",
+    units="W m-2 sr-1",
+    long_name="band-integrated radiance as measured",
+    kind="radiance",
+    description="Band-integrated radiance at the sensor after its optics, detector and converter; noise may make it "
+    "negative. The radiance without them is in the clean cube.",
+)
+
+SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
+    VariableSpec(
+        name="photon_rate",
+        dims=BAND_FRAME,
+        dtype="float32",
+        units="s-1",
+        long_name="photons per second on the detector of the pixel",
+        kind="derived",
+        description="Rate at which photons of the scene reach the detector of the pixel through the optics, after blur "
+        "and smear, before noise and quantum efficiency.",
+    ),
+    VariableSpec(
+        name="digital_number",
+        dims=BAND_FRAME,
+        dtype="int32",
+        units="1",
+        long_name="digital number",
+        kind="derived",
+        description="Number that the converter reads out.",
+        lowest=0.0,
+    ),
+    VariableSpec(
+        name="saturated",
+        dims=BAND_FRAME,
+        dtype="uint8",
+        units="1",
+        long_name="flag of values beyond the range of the sensor",
+        kind="derived",
+        description="1 where detector or converter are at their upper end, 2 where the converter is at 0; the radiance "
+        "there is that of the end.",
+        attributes={
+            "flag_values": np.array([0, 1, 2], dtype=np.uint8),
+            "flag_meanings": "within_range saturated cut_at_zero",
+        },
+        lowest=0.0,
+        highest=2.0,
+    ),
+)
+
+
+def measured_variables(names: tuple[str, ...]) -> tuple[VariableSpec, ...]:
+    """Return radiance as measured and the variables of these names, in the order of the table."""
+    return (MEASURED_RADIANCE, *(spec for spec in SENSOR_VARIABLES if spec.name in names))
+
+
+def is_replaced(name: str) -> bool:
+    """Whether a variable of the clean cube is of radiance, so that a sensor's cube does not repeat it."""
+    of_radiance = {spec.name for spec in VARIABLES if spec.needs_radiance}
+    return name in of_radiance or name.startswith(TERM_PREFIX)
+
+
+RADIANCE = "radiance"
+
+
+class CubePair:
+    """A clean cube and the measured one that is being made beside it, frame by frame.
+
+    Attributes
+    ----------
+    frames : int
+        Number of frames.
+    """
+
+    def __init__(self, clean: Any, measured: Any, variables: Sequence[VariableSpec], where: str) -> None:
+        self._clean, self._measured = clean, measured
+        self._variables, self._where = {spec.name: spec for spec in variables}, where
+        self._along_time = [
+            name
+            for name, each in clean.variables.items()
+            if each.dimensions[:1] == ("time",) and each.ndim > 1 and not is_replaced(name)
+        ]
+        self.frames = int(clean.dimensions["time"].size)
+
+    def radiance(self, index: int) -> NDArray[np.float32]:
+        """Read the clean radiance (B, y, x) of a frame."""
+        found: NDArray[np.float32] = np.asarray(self._clean[RADIANCE][index])
+        return found
+
+    def write_frame(self, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Write what was measured, one array of the type in its spec per variable, and copy the truth.
+
+        Raises
+        ------
+        CubeError
+            If a value cannot be stored.
+        """
+        for name, spec in self._variables.items():
+            array = arrays[name]
+            if array.dtype.kind == "f" and not np.all(np.isfinite(array)):
+                bad = int(np.count_nonzero(~np.isfinite(array)))
+                raise CubeError(f"{self._where}: frame {index}, {name}: {bad} values do not fit {spec.dtype}")
+            self._measured[name][index] = array
+        for name in self._along_time:
+            self._measured[name][index] = self._clean[name][index]
+
+
+@contextmanager
+def measured_cube(
+    clean_path: Path, path: Path, variables: Sequence[VariableSpec], attributes: Mapping[str, Attribute | None]
+) -> Iterator[CubePair]:
+    """Make a cube beside a finished one; it has its name only once the block is left without an exception.
+
+    Dimensions, coordinates, truth layers, storage and global attributes are those of the clean cube.
+
+    Parameters
+    ----------
+    clean_path, path : Path
+        The finished cube, and the one to make.
+    variables : sequence of VariableSpec
+        What it has instead of the clean cube's variables of radiance; dimensions as ``radiance``.
+    attributes : mapping
+        Global attributes to add or replace; None removes one.
+
+    Raises
+    ------
+    CubeError
+        If a file cannot be read or written.
+    """
+    check_attributes({name: value for name, value in attributes.items() if value is not None})
+    if not path.parent.is_dir():
+        raise CubeError(f"cannot write {path}: there is no folder {path.parent}")
+    if path.exists() and os.path.samefile(clean_path, path):
+        raise CubeError(f"cannot write {path}: it is the clean cube")
+    with (
+        atomic_write(path, CubeError) as draft,
+        netCDF4.Dataset(clean_path) as clean,
+        netCDF4.Dataset(draft, "w", format="NETCDF4") as measured,
+    ):
+        for each in (clean, measured):
+            each.set_auto_maskandscale(False)
+        measured.set_fill_off()
+        _define(clean, measured, variables, attributes)
+        yield CubePair(clean, measured, variables, str(path))
+        measured.setncattr(FORMAT_ATTRIBUTE, np.int32(FORMAT_VERSION))
+
+
+def _define(
+    clean: Any, measured: Any, variables: Sequence[VariableSpec], attributes: Mapping[str, Attribute | None]
+) -> None:
+    kept = {name: clean.getncattr(name) for name in clean.ncattrs() if name != FORMAT_ATTRIBUTE}
+    for name, value in {**kept, **attributes}.items():
+        if value is not None:
+            measured.setncattr(name, value)
+    for name, dimension in clean.dimensions.items():
+        measured.createDimension(name, dimension.size)
+    for name, source in clean.variables.items():
+        if not is_replaced(name):
+            _copy_definition(measured, name, source)
+    pattern = clean[RADIANCE]
+    for spec in variables:
+        made = measured.createVariable(spec.name, spec.dtype, spec.dims, fill_value=False, **_layout(pattern))
+        made.setncatts(variable_attributes(spec))
+        for name in ("coordinates", "grid_mapping"):
+            if name in pattern.ncattrs():
+                made.setncattr(name, pattern.getncattr(name))
+
+
+def _copy_definition(measured: Any, name: str, source: Any) -> None:
+    """Define a variable as in the clean cube, with its values unless they come frame by frame."""
+    given = {each: source.getncattr(each) for each in source.ncattrs()}
+    fill = given.pop("_FillValue", None if source.dtype is str else False)
+    layout = {} if source.dtype is str else _layout(source)
+    made = measured.createVariable(name, source.dtype, source.dimensions, fill_value=fill, **layout)
+    made.setncatts(given)
+    if source.dimensions[:1] == ("time",) and source.ndim > 1:
+        return
+    if source.ndim:
+        made[:] = source[:]
+    elif source.dtype != np.dtype("S1"):  # containers of attributes have no value
+        made.assignValue(source.getValue())
+
+
+def _layout(source: Any) -> dict[str, Any]:
+    """Storage of a variable, to store another one alike."""
+    filters, chunks = source.filters() or {}, source.chunking()
+    if not source.ndim:
+        return {}
+    if chunks == "contiguous" or chunks is None:
+        return {"contiguous": True}
+    found: dict[str, Any] = {"chunksizes": chunks}
+    if filters.get("zlib"):
+        found |= {"compression": "zlib", "complevel": filters["complevel"], "shuffle": filters["shuffle"]}
+    return found

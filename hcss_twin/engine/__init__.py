@@ -1,0 +1,1 @@
+"""Computes what a plan decided: radiance tables, frames, certificate, verification."""

@@ -1,0 +1,263 @@
+"""What pixels without exceedance say about those that were not checked.
+
+Of n pixels drawn at random none exceeds, with a chance of (1 - p)^n, if a share p of all does. At 95 % confidence p is
+therefore below 1 - 0.05^(1/n): under 1 % for n = 300 (C. J. Clopper and E. S. Pearson, *The use of confidence or
+fiducial limits illustrated in the case of the binomial*, Biometrika 26, 1934, for no event).
+
+Where strata are drawn with shares of their own, that holds for a pixel drawn likewise; of all pixels, the share may be
+larger, most where a large stratum had few.
+
+The certificate of a cube: what was asked for, estimated and found, in numbers and in words.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.json_numbers import json_value
+from hcss_twin.plan.accuracy import RequestedAccuracy
+
+CONFIDENCE = 0.95
+
+
+def share_drawn_alike(count: int) -> float:
+    """Return the share of exceedances, of pixels drawn like the checked ones, that is excluded; 1 without any."""
+    return float(1.0 - (1.0 - CONFIDENCE) ** (1.0 / count)) if count else 1.0
+
+
+def share_of_all(pixels: NDArray[np.int64], checked: NDArray[np.int64]) -> float:
+    """Return the share of exceedances, of all pixels, that is excluded when none of the checked ones exceeds.
+
+    It is the largest sum of W p with the product of (1 - p)^n at least 0.05, over strata with the share W of all
+    pixels, of which n were checked. Lagrange's rule gives 1 - p = min(1, t n / W), with one t for all strata.
+
+    Parameters
+    ----------
+    pixels, checked : ndarray (S,)
+        Pixels of each stratum, and how many of them were checked. Nothing is left open where all were.
+    """
+    total = int(np.sum(pixels))
+    left = checked < pixels
+    weight, count = pixels[left] / max(total, 1), checked[left].astype(np.float64)
+    unseen = float(np.sum(weight[count == 0]))
+    weight, count = weight[count > 0], count[count > 0]
+    order = np.argsort(count / weight)
+    weight, count = weight[order], count[order]
+    rate = count / weight
+    for active in range(count.size, 0, -1):
+        own = slice(active)
+        ln_t = (np.log(1.0 - CONFIDENCE) - np.sum(count[own] * np.log(rate[own]))) / np.sum(count[own])
+        if ln_t + np.log(rate[active - 1]) <= 0.0:
+            return unseen + float(np.sum(weight[own] - np.exp(ln_t) * count[own]))
+    return unseen
+
+
+DARK_W_M2_SR = 1e-9
+"""Band radiance that no detector sees; thousandths of it mean nothing."""
+
+DIGITS = 3
+"""Of errors told: sums of the reference may differ in their last bits between machines."""
+
+
+@dataclass(frozen=True)
+class StratumCheck:
+    """What was found in one stratum.
+
+    Attributes
+    ----------
+    name : str
+    pixels : int
+        Pixels of the stratum in the checked frames, those that are left out among them.
+    checked, exceeding : int
+        How many were, and how many of these err by more than was asked for in some band.
+    error : tuple of float (B,)
+        Largest relative error of each band; empty where no pixel was checked.
+    left_out : mapping of str to int
+        Pixels that the reference cannot follow, by reason.
+    """
+
+    name: str
+    pixels: int
+    checked: int
+    exceeding: int
+    error: tuple[float, ...]
+    left_out: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Requested, estimated and achieved error of a cube, relative to the total radiance of the band.
+
+    Attributes
+    ----------
+    requested : RequestedAccuracy
+        In kelvin, if that was asked for, which then decides.
+    estimated : float
+        What the tables said while they were placed.
+    bands : tuple of str (B,)
+    strata : tuple of StratumCheck
+        Those of which the checked frames have pixels.
+    frames : tuple of int
+        Checked frames.
+    open_share : float
+        Greatest share of the checked frames' pixels that can exceed, at 95 % confidence, if no checked one does.
+    terms : dict of str to float
+        Largest error of each term that was looked up, in any band, relative to the total of the band.
+    achieved_K : dict
+        Largest error of the brightness temperature of each band; empty unless kelvin were asked for.
+    own_errors : tuple of str
+        What providers say about their own errors, which are not among these.
+    dark : tuple of str
+        Bands in which all checked pixels are darker than ``DARK_W_M2_SR``.
+    """
+
+    requested: RequestedAccuracy
+    estimated: float
+    bands: tuple[str, ...]
+    strata: tuple[StratumCheck, ...]
+    frames: tuple[int, ...]
+    open_share: float
+    terms: dict[str, float]
+    achieved_K: dict[str, float]
+    own_errors: tuple[str, ...]
+    dark: tuple[str, ...]
+
+    @property
+    def checked(self) -> int:
+        """Number of pixels checked."""
+        return sum(stratum.checked for stratum in self.strata)
+
+    @property
+    def exceeding(self) -> int:
+        """Number of those that err by more than was asked for."""
+        return sum(stratum.exceeding for stratum in self.strata)
+
+    @property
+    def passed(self) -> bool:
+        """Whether no checked pixel errs by more than was asked for."""
+        return self.exceeding == 0
+
+    @property
+    def achieved(self) -> dict[str, float]:
+        """Largest relative error of each band; empty where nothing was checked."""
+        errors = [stratum.error for stratum in self.strata if stratum.checked]
+        return dict(zip(self.bands, map(max, zip(*errors, strict=True)), strict=True)) if errors else {}
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The certificate in words, the verdict first."""
+        achieved = ", ".join(f"{band} {error:.{DIGITS}g}" for band, error in self.achieved.items())
+        told = ", ".join(f"{each.name} {each.checked} of {each.pixels}" for each in self.strata)
+        return (
+            self._verdict,
+            *self._in_kelvin,
+            f"relative error of the band radiance: requested {self.requested.relative:.3g}, "
+            f"estimated {self.estimated:.2g}, achieved {achieved or 'unknown'}",
+            *self._of_terms,
+            f"checked pixels of frame{'s' if len(self.frames) > 1 else ''} {', '.join(map(str, self.frames))}: "
+            f"{told or 'none'}",
+            *(
+                f"band '{band}' is darker than {DARK_W_M2_SR:g} W m-2 sr-1 in all checked pixels: no detector sees "
+                "that, and its relative error means little"
+                for band in self.dark
+            ),
+            *self._left_out,
+            *self._confidence,
+            "this is the engine's error against the selected providers evaluated exactly; what these are off "
+            "themselves is apart from it",
+            *(f"said of itself by {each}" for each in self.own_errors),
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for ``hcss run --json``; None stands for what is no number."""
+        found: dict[str, Any] = {
+            "passed": self.passed,
+            "requested": self.requested.relative,
+            "requested_K": self.requested.kelvin,
+            "achieved_K": self.achieved_K,
+            "terms": self.terms,
+            "own_errors": list(self.own_errors),
+            "dark": list(self.dark),
+            "estimated": self.estimated,
+            "achieved": self.achieved,
+            "pixels": self.checked,
+            "frames": list(self.frames),
+            "strata": [
+                {**vars(each), "error": dict(zip(self.bands, each.error, strict=False))} for each in self.strata
+            ],
+            "text": "; ".join(self.lines),
+        }
+        return {name: json_value(value) for name, value in found.items()}
+
+    def attributes(self) -> dict[str, str | float | int]:
+        """Global attributes of the cube."""
+        plain = self.as_dict()
+        return {
+            "hcss_certificate": plain["text"],
+            "hcss_accuracy_achieved": json.dumps(plain["achieved"]),
+            **({"hcss_accuracy_achieved_kelvin": json.dumps(plain["achieved_K"])} if self.achieved_K else {}),
+            **({"hcss_certificate_terms": json.dumps(plain["terms"])} if self.terms else {}),
+            "hcss_certificate_pixels": self.checked,
+            "hcss_certificate_strata": json.dumps(plain["strata"]),
+        }
+
+    @property
+    def _verdict(self) -> str:
+        if not self.checked:
+            return "NOTHING CHECKED: no pixel of the drawn frames can be computed on the reference path"
+        if self.passed:
+            return f"PASSED: {self.checked} random pixels computed again without tables keep the accuracy asked for"
+        worst = ", ".join(
+            f"{each.name} ({each.exceeding} of {each.checked}, error up to {max(each.error):.{DIGITS}g} in "
+            f"{self.bands[int(np.argmax(each.error))]})"
+            for each in self.strata
+            if each.exceeding
+        )
+        return (
+            f"FAILED: {self.exceeding} of {self.checked} random pixels computed again without tables err by more than "
+            f"the accuracy asked for: {worst}"
+        )
+
+    @property
+    def _in_kelvin(self) -> tuple[str, ...]:
+        if self.requested.kelvin is None:
+            return ()
+        achieved = ", ".join(f"{band} {error:.{DIGITS}g} K" for band, error in self.achieved_K.items())
+        return (
+            f"error of the brightness temperature: requested {self.requested.kelvin:g} K, achieved "
+            f"{achieved or 'unknown'}",
+        )
+
+    @property
+    def _of_terms(self) -> tuple[str, ...]:
+        told = ", ".join(f"{name} {error:.{DIGITS}g}" for name, error in self.terms.items())
+        return (f"error of terms, relative to the total: {told}",) if told else ()
+
+    @property
+    def _left_out(self) -> tuple[str, ...]:
+        told = [
+            f"{count} {each.name} pixels {reason}"
+            for each in self.strata
+            for reason, count in each.left_out.items()
+            if count
+        ]
+        return (f"left out, as the reference cannot follow them: {', '.join(told)}",) if told else ()
+
+    @property
+    def _confidence(self) -> tuple[str, ...]:
+        if not self.checked or not self.passed:
+            return ()
+        alike, everywhere = (_percent(share) for share in (share_drawn_alike(self.checked), self.open_share))
+        return (
+            f"at {100 * CONFIDENCE:g} % confidence less than {alike} of pixels drawn alike, some of each kind, exceed "
+            f"it (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of which these were drawn",
+        )
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"

@@ -1,0 +1,184 @@
+"""Columns on the reference path, kept between runs: a scene that is run again has the same pixels.
+
+Compute random pixels of a cube again on the reference path, and make its certificate.
+
+What is certified is the engine's error against the selected providers evaluated exactly: the providers are asked at
+every wavenumber of the dense grid for the very column of each pixel, without tables, interpolation or chosen
+wavenumbers. What a provider says about its own error is not part of it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import REFERENCES
+from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
+from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
+from hcss_twin.engine.certificate.part_sample import stratum_names
+from hcss_twin.engine.compile import table_key
+from hcss_twin.engine.tables.over_views import image_views, plan_toward
+from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
+from hcss_twin.models.radiance.brightness import BrightnessTemperature
+from hcss_twin.models.radiance.reference import reference_terms
+from hcss_twin.plan.kept_results import KeptResults
+from hcss_twin.plan.plan import Plan
+
+COLUMNS_AT_ONCE = 32
+"""Columns for which the model is asked together; its memory grows with them."""
+
+
+@dataclass(frozen=True)
+class KeptReference:
+    """Terms (N, K, B) of columns."""
+
+    terms: Array
+
+
+def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
+    """Terms (N, K, B) of columns (N, L) at a time, computed at every wavenumber of the dense grid.
+
+    What is kept goes by all that the tables of the plan depend on, by the columns and the time.
+
+    Raises
+    ------
+    ProviderError
+        If a provider breaks its contract.
+    """
+    digest = hashlib.sha256(table_key(plan).encode())
+    digest.update(repr((float(time_s), thickness_m.shape)).encode())
+    digest.update(np.ascontiguousarray(thickness_m).tobytes())
+    results = KeptResults(REFERENCES, plan.catalog, KeptReference)
+    key, before = digest.hexdigest(), plan.catalog.used
+    kept = results.find(key)
+    if kept is None:
+        sun = plan.sun_up_at(time_s)
+        kept = KeptReference(reference_terms(plan.model, plan.spectral_grid, thickness_m, sun, COLUMNS_AT_ONCE))
+        results.keep(key, kept, before)
+    return kept.terms
+
+
+def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:
+    """Compute drawn pixels again on the reference path and compare.
+
+    Parameters
+    ----------
+    frames : sequence of SampledPixels
+        Of the run of this plan.
+
+    Raises
+    ------
+    ProviderError
+        If a provider breaks its contract.
+    """
+    names, bands = stratum_names(len(plan.layers)), len(plan.bands)
+    quantities = tables.quantities
+    nothing = np.empty((0, len(quantities.names), bands))
+    written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
+    exact = np.concatenate([nothing, *(_exact(plan, quantities, pixels) for pixels in frames)])
+    away, total = np.abs(written - exact), np.abs(exact[:, :1])
+    whole = np.broadcast_to(total, away.shape)
+    errors = np.divide(away, whole, out=np.where(away > 0, np.inf, 0.0), where=whole != 0)
+    error = errors[:, 0]
+    # The cube is in single precision: one step of its numbers is no error of the engine.
+    rounding = np.spacing(np.abs(exact).astype(np.float32)).astype(np.float64)
+    # So that what is no number exceeds.
+    over = ~(away <= plan.accuracy.relative * total + rounding)
+    achieved_K: dict[str, float] = {}
+    exceeding = np.any(over, axis=(1, 2))
+    if plan.accuracy.kelvin is not None:
+        away_K, rounding_K = _in_kelvin(plan, written[:, 0], exact[:, 0])
+        # Kelvin say what the total may be; the terms keep the share of the radiance that stands for it.
+        warm = np.isfinite(away_K)
+        over[:, 0] = np.where(warm, away_K > plan.accuracy.kelvin + rounding_K, over[:, 0])
+        exceeding = np.any(over, axis=(1, 2))
+        away_K = np.where(warm, away_K, 0.0)
+        if away_K.size:
+            worst_K = np.max(away_K, axis=0)
+            achieved_K = {band.name: _rounded(each) for band, each in zip(plan.bands, worst_K, strict=True)}
+    worst_of = np.max(errors, axis=(0, 2), initial=0.0)
+    terms = {name: _rounded(each) for name, each in zip(quantities.names, worst_of, strict=True) if name != TOTAL}
+    stratum = np.concatenate([np.empty(0, np.int64), *(pixels.stratum for pixels in frames)])
+    size = np.array([pixels.pixels for pixels in frames]).reshape(len(frames), len(names))
+    checked = np.array([np.bincount(pixels.stratum, minlength=len(names)) for pixels in frames])
+    found = []
+    for number, name in enumerate(names):
+        own = stratum == number
+        left_out = {
+            "in the shadow of clouds": sum(int(pixels.in_shadow[number]) for pixels in frames),
+            "with drawn waves": sum(int(pixels.with_waves[number]) for pixels in frames),
+        }
+        pixels_of = int(np.sum(size[:, number])) + sum(left_out.values())
+        if pixels_of:
+            worst = tuple(_rounded(each) for each in np.max(error[own], axis=0)) if np.any(own) else ()
+            found.append(StratumCheck(name, pixels_of, int(np.sum(own)), int(np.sum(exceeding[own])), worst, left_out))
+    return Certificate(
+        requested=plan.accuracy,
+        estimated=tables.estimated_error,
+        bands=tuple(band.name for band in plan.bands),
+        strata=tuple(found),
+        frames=tuple(pixels.frame for pixels in frames),
+        open_share=share_of_all(size.ravel(), checked.reshape(size.shape).ravel()),
+        terms=terms if error.size else {},
+        achieved_K=achieved_K,
+        own_errors=plan.assembly.own_errors,
+        dark=tuple(
+            band.name
+            for band, brightest in zip(plan.bands, np.max(total[:, 0], axis=0, initial=0.0), strict=True)
+            if error.size and brightest < DARK_W_M2_SR
+        ),
+    )
+
+
+def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
+    """Band radiances (M, Q, B) on the reference path: the total and the terms that are looked up."""
+    count, layers, points = pixels.thickness_m.shape
+    thickness = np.moveaxis(pixels.thickness_m, 1, 2).reshape(count * points, layers).astype(np.float64)
+    for own, layer in zip(thickness.T, plan.layers, strict=True):
+        # What single precision puts beyond the limits is taken for them, as in the look-up.
+        np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
+    if plan.views is None:
+        return _means(plan, quantities, thickness, points, pixels.time_s)
+    rows, columns = pixels.row + plan.extent[0].start, pixels.column + plan.extent[1].start
+    views = image_views(plan).of_pixels(rows.tolist(), columns.tolist())
+    nothing = np.empty((0, len(quantities.names), len(plan.bands)))
+    return np.concatenate(
+        [nothing]
+        + [
+            _means(plan_toward(plan, view), quantities, own, points, pixels.time_s)
+            for view, own in zip(views, thickness.reshape(count, points, layers), strict=True)
+        ]
+    )
+
+
+def _means(plan: Plan, quantities: Quantities, thickness_m: Array, points: int, time_s: float) -> Array:
+    """Means (M, Q, B) of pixels with so many points each, from the thickness (M x points, L) at these."""
+    columns, places = np.unique(thickness_m, axis=0, return_inverse=True)
+    known = quantities.of(reference_of(plan, columns, time_s))
+    means: Array = np.mean(known[places.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
+    return means
+
+
+def _in_kelvin(plan: Plan, written: Array, exact: Array) -> tuple[Array, Array]:
+    """Errors of the brightness temperature and one step of single precision of the radiance, both (M, B) in K.
+
+    NaN where either radiance is that of no black body: the share of the radiance decides there.
+    """
+    temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
+
+    def kelvin(radiance: Array) -> Array:
+        return temperature.where_known(radiance.T).T
+
+    if not exact.size:
+        return exact, exact
+    true = kelvin(exact)
+    step = kelvin(exact + 2.0 * np.spacing(np.abs(exact).astype(np.float32))) - true
+    return np.abs(kelvin(written) - true), np.abs(step)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,244 @@
+"""Kinds of pixels, so that a sample of a frame has some of each: clear; thin, edge and thick of each choice of layers.
+
+A pixel is at an edge where some layer's cloud ends in it or beside it (the next pixel up, down, left or right). Other
+cloudy pixels are thick if some layer is there at least as thick as the geometric mean of its limits; otherwise thin.
+
+The draw from one part of a frame: of each kind of pixels as many as the certificate may want.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import Window, pixel_sums, points_of
+from hcss_twin.providers import CloudLayer
+
+Thickness = NDArray[np.float32]
+
+CLEAR = "clear"
+PARTS = ("thin", "edge", "thick")
+CHOICES = ("low only", "high only", "both")
+
+
+def stratum_names(layers: int) -> tuple[str, ...]:
+    """Return the names of the strata of a scene with so many layers, (S,), in the order of their numbers."""
+    if layers == 0:
+        return (CLEAR,)
+    if layers == 1:
+        return (CLEAR, *PARTS)
+    return (CLEAR, *(f"{part} ({choice})" for choice in CHOICES for part in PARTS))
+
+
+def strata(
+    layers: Sequence[CloudLayer], thickness_m: Sequence[Thickness], shape: tuple[int, int], samples: int
+) -> NDArray[np.int8]:
+    """Return the stratum of each pixel of a window, (y, x), as a place in :func:`stratum_names`.
+
+    Parameters
+    ----------
+    thickness_m : sequence of ndarray (y x samples, x x samples)
+        Of each layer, at most two, at the points of the window. What lies outside the window is not seen: pixels on
+        its rim are at an edge only as far as the window shows it.
+    shape : (int, int)
+        Rows and columns of the window, in pixels.
+    samples : int
+        Points along each side of a pixel.
+    """
+    layer_choice = np.zeros(shape, dtype=np.int8)
+    edge, thick = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
+    for number, (layer, thickness) in enumerate(zip(layers, thickness_m, strict=True)):
+        points = _sums(thickness > 0, samples)
+        cloudy, full = points > 0, points == samples**2
+        layer_choice += np.int8(number + 1) * cloudy
+        edge |= cloudy & _at_or_beside(~full)
+        middle = math.sqrt(layer.thickness_min_m * layer.thickness_max_m)
+        # Of a pixel with several points those with cloud count.
+        least = middle if samples == 1 else middle * points
+        thick |= cloudy & (_sums(thickness, samples) >= least)
+    # In bytes throughout: a frame has as many as pixels, and numpy's own integers take eight times the room.
+    part = np.where(edge, np.int8(1), np.int8(2) * thick.view(np.int8))
+    found: NDArray[np.int8] = np.where(layer_choice > 0, np.int8(3) * layer_choice + (part - np.int8(2)), np.int8(0))
+    return found
+
+
+def _sums(values: NDArray[Any], samples: int) -> NDArray[Any]:
+    return values if samples == 1 else pixel_sums(values, samples)
+
+
+def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels that are in the mask or share a side with one that is."""
+    found = open_sky.copy()
+    found[1:] |= open_sky[:-1]
+    found[:-1] |= open_sky[1:]
+    found[:, 1:] |= open_sky[:, :-1]
+    found[:, :-1] |= open_sky[:, 1:]
+    return found
+
+
+Counts = NDArray[np.int64]
+
+LOOKED_AT_FIRST = 64
+"""Pixels of a window, by their numbers and times as many as are drawn, among which those of a stratum are looked for
+first."""
+
+_SEED_KEY = 2**17
+"""Keeps the draw apart from the seeds of clouds and waves."""
+
+
+@dataclass(frozen=True)
+class DrawnPixels:
+    """What was drawn from a part of a frame, of each stratum as many as the whole frame may need.
+
+    Attributes
+    ----------
+    key : ndarray (M,)
+        Random number of each pixel.
+    place : ndarray (M, 3)
+        Stratum, and row and column in the cube.
+    points : ndarray of float32 (M, L, P)
+    radiance : ndarray of float32 (M, Q, B)
+    pixels, in_shadow, with_waves : ndarray (S,)
+        Pixels of each stratum that could have been drawn, and those that the reference cannot follow.
+    """
+
+    key: Array
+    place: NDArray[np.int64]
+    points: Thickness
+    radiance: NDArray[np.float32]
+    pixels: Counts
+    in_shadow: Counts
+    with_waves: Counts
+
+
+class PartSample:
+    """Draws pixels of a part of one frame, window by window.
+
+    Parameters
+    ----------
+    plan : Plan
+    index : int
+        Number of the frame in the cube.
+    count : int
+        Pixels that may be drawn from the frame.
+    before : int
+        Pixels of the frame in parts that come before, whose random numbers are passed over: what is drawn does not
+        depend on who makes which part.
+    corner : (int, int)
+        First row and column of the part in the cube.
+    """
+
+    def __init__(self, plan: Plan, index: int, count: int, before: int = 0, corner: tuple[int, int] = (0, 0)) -> None:
+        self._plan, self._count, self._corner = plan, count, corner
+        # One step of the generator for each number between 0 and 1.
+        self._random = np.random.Generator(_bits(plan.scenario.seed, 1 + index).advance(before))
+        size, layers = len(stratum_names(len(plan.layers))), len(plan.layers)
+        self._pixels, self._in_shadow, self._with_waves = (np.zeros(size, dtype=np.int64) for _ in range(3))
+        self._key = np.empty(0)
+        self._place = np.empty((0, 3), dtype=np.int64)
+        self._points = np.empty((0, layers, plan.samples_per_pixel**2), dtype=np.float32)
+
+    def observe(self, window: Window, thickness_m: Sequence[Thickness], shaded: NDArray[np.bool_] | None) -> None:
+        """Draw from a window.
+
+        Parameters
+        ----------
+        window : (slice, slice)
+            Rows and columns, in pixels of the part.
+        thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
+            Of each layer.
+        shaded : ndarray of bool (window rows, window columns) or None
+            Pixels with a point in the shadow of a cloud.
+        """
+        samples = self._plan.samples_per_pixel
+        shape = window[0].stop - window[0].start, window[1].stop - window[1].start
+        stratum = strata(self._plan.layers, thickness_m, shape, samples)
+        free = np.ones(shape, dtype=np.bool_)
+        if shaded is not None:
+            self._in_shadow += self._count_of(stratum[shaded])
+            free &= ~shaded
+        if self._plan.waves is not None:
+            wavy = free & _clear_in_part(thickness_m, shape, samples)
+            self._with_waves += self._count_of(stratum[wavy])
+            free &= ~wavy
+        key = self._random.random(shape)
+        here = self._count_of(stratum[free])
+        self._pixels += here
+        # Of most strata those with the smallest numbers are among these.
+        rows, columns = np.nonzero(free & (key < LOOKED_AT_FIRST * self._count / key.size))
+        kind = stratum[rows, columns]
+        for number, wanted in enumerate(np.minimum(here, self._count).tolist()):
+            own = kind == number
+            some = rows[own], columns[own]
+            if some[0].size < wanted:
+                every = np.nonzero(free & (stratum == number))
+                some = every[0], every[1]
+            kept = smallest(key[some], np.ones(some[0].size, dtype=np.bool_), wanted)
+            places = some[0][kept], some[1][kept]
+            self._keep(number, key[places], *places, window, thickness_m)
+
+    def drawn(self, radiance: NDArray[np.float32]) -> DrawnPixels:
+        """Return what was drawn, with the radiance (Q, B, y, x) of the part."""
+        row, column = self._place[:, 1], self._place[:, 2]
+        return DrawnPixels(
+            key=self._key,
+            place=self._place + np.array((0, *self._corner)),
+            points=self._points,
+            radiance=np.ascontiguousarray(np.moveaxis(radiance[:, :, row, column], -1, 0)),
+            pixels=self._pixels,
+            in_shadow=self._in_shadow,
+            with_waves=self._with_waves,
+        )
+
+    def _keep(
+        self,
+        number: int,
+        keys: Array,
+        rows: NDArray[np.intp],
+        columns: NDArray[np.intp],
+        window: Window,
+        thickness_m: Sequence[Thickness],
+    ) -> None:
+        """Add pixels of one stratum, and let go of those whose numbers are too large; the rest by their numbers."""
+        samples = self._plan.samples_per_pixel
+        points = np.empty((keys.size, *self._points.shape[1:]), dtype=np.float32)
+        for pixel, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+            at = points_of(slice(row, row + 1), samples), points_of(slice(column, column + 1), samples)
+            for layer, thickness in enumerate(thickness_m):
+                points[pixel, layer] = thickness[at].ravel()
+        place = np.stack((np.full(keys.size, number), rows + window[0].start, columns + window[1].start), axis=1)
+        old = self._place[:, 0] == number
+        key = np.concatenate((self._key[old], keys))
+        order = smallest(key, np.ones(key.size, dtype=np.bool_), self._count)
+        self._key = np.concatenate((self._key[~old], key[order]))
+        self._place = np.concatenate((self._place[~old], np.concatenate((self._place[old], place))[order]))
+        self._points = np.concatenate((self._points[~old], np.concatenate((self._points[old], points))[order]))
+
+    def _count_of(self, stratum: NDArray[np.int8]) -> Counts:
+        return np.bincount(stratum, minlength=self._pixels.size)
+
+
+def _bits(seed: int, number: int) -> np.random.PCG64:
+    return np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(_SEED_KEY, number)))
+
+
+def smallest(key: Array, among: NDArray[np.bool_], count: int) -> NDArray[np.intp]:
+    """Places of the smallest numbers, ascending, among those of a mask."""
+    places = np.flatnonzero(among)
+    return places[np.argsort(key[places], kind="stable")[:count]]
+
+
+def _clear_in_part(thickness_m: Sequence[Thickness], shape: tuple[int, int], samples: int) -> NDArray[np.bool_]:
+    """Pixels (y, x) with a point without any cloud."""
+    clear = np.ones((shape[0] * samples, shape[1] * samples), dtype=np.bool_)
+    for thickness in thickness_m:
+        clear &= thickness <= 0
+    found: NDArray[np.bool_] = pixel_sums(clear, samples) > 0
+    return found

@@ -1,0 +1,213 @@
+"""Compile a plan into radiance tables: all spectral physics happens here, once per scene.
+
+Compiled tables of scenes, kept between runs under a name that says all they depend on.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import TABLES
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.engine.tables.columns import BandColumns
+from hcss_twin.engine.tables.layer_pair import LayerPair, place_pair
+from hcss_twin.engine.tables.over_views import tables_over_views
+from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities, RadianceTables, ShadowTables, WaveTables
+from hcss_twin.engine.tables.shadow_table import compile_shadows
+from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
+from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
+from hcss_twin.engine.tables.wave_table import compile_waves
+from hcss_twin.models.radiance.spectral_nodes import SpectralNodes
+from hcss_twin.plan.accuracy import Budget
+from hcss_twin.plan.kept_results import KeptResults, key_of
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers.registry.specs import Kind
+
+LARGEST_TABLE_BYTES = 128_000_000
+"""Of the table of two layers at one instant; three of them are held where the sun moves."""
+
+LONGEST_TIME_STEP_S = 3600.0
+"""Time nodes are at most this far apart where the sun matters."""
+
+
+def compile_tables(plan: Plan) -> RadianceTables:
+    """Compute band radiance against thickness, and against time where the sun moves enough to matter.
+
+    Nodes are added until interpolation, measured between the nodes, keeps the plan's budget, relative to the total
+    radiance of the band. There is a table for each layer alone, and where two can have cloud one of both; and all of
+    them for each of several views, where pixels have views of their own.
+
+    Raises
+    ------
+    ProviderError
+        If a provider fails at a state the scene needs.
+    ScenarioError
+        If the table of two layers would be too large for the accuracy asked for.
+    """
+    if plan.views is not None:
+        return tables_over_views(plan, compile_tables)
+    allowed = plan.budget
+    spectrum = choose_spectrum(plan, allowed.wavenumbers)
+    columns = BandColumns(plan, spectrum.nodes)
+    times, time_error = _time_nodes(columns, plan, allowed.time)
+    placing = times[len(times) // 2]
+    sun = plan.sun_at(placing)
+    source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
+    axes: tuple[ThicknessAxis | None, ...] = tuple(
+        place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, allowed.thickness, source)
+        if plan.cloudy_layers[index]
+        else None
+        for index, layer in enumerate(plan.layers)
+    )
+    alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
+    pair: LayerPair | None = None
+    match axes:
+        case (ThicknessAxis() as low, ThicknessAxis() as high):
+            pair = place_pair(
+                lambda thickness: columns.cloudy(thickness, sun), low, high, allowed.two_layers, source, plan.layers
+            )
+            _require_room(plan, pair, len(columns.quantities.names))
+            axes = (pair.low, pair.high)
+    drift = allowed.other_instants if len(times) > 1 else 0.0
+    first = columns.exact(axes, pair, sun, None, drift)
+    suns = tuple(plan.sun_at(time) for time in times)
+    tables = tuple(
+        columns.table(axes, first if time == placing else columns.exact(axes, pair, other, first, drift), other)
+        for time, other in zip(times, suns, strict=True)
+    )
+    waves = None
+    if plan.waves is not None:
+        waves = compile_waves(plan, plan.waves, columns.quantities, suns, allowed.waves)
+    shadows = compile_shadows(plan, columns.quantities, times, columns.clear)
+    found = Budget(
+        wavenumbers=spectrum.estimated_error,
+        thickness=alone_error,
+        two_layers=0.0 if pair is None else pair.estimated_error,
+        waves=0.0 if waves is None else waves.estimated_error,
+        shadows=0.0 if shadows is None else allowed.shadows,
+        time=time_error,
+        other_instants=drift,
+        faint_sunlight=plan.faint_sunlight or 0.0,
+    )
+    return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, found, shadows, waves)
+
+
+def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
+    """Refuse an accuracy for which the table of two layers would not fit."""
+    nodes = pair.low.dense_m.size * pair.high.dense_m.size
+    size = nodes * quantities * len(plan.bands) * np.dtype(np.float32).itemsize
+    if size <= LARGEST_TABLE_BYTES:
+        return
+    # The number of nodes goes with accuracy^-1/2 along each axis, roughly.
+    possible = 1.2 * plan.accuracy.relative * size / LARGEST_TABLE_BYTES
+    digit = 10.0 ** np.floor(np.log10(possible))
+    closest = np.ceil(possible / digit) * digit
+    message = (
+        f"{plan.accuracy.relative:g} needs a table of {size / 1e6:.0f} MB for two cloud layers, {len(plan.bands)} "
+        f"bands and {quantities - 1} terms; allowed: up to {LARGEST_TABLE_BYTES / 1e6:.0f} MB; closest valid choice "
+        f"is about {closest:.0e}"
+    )
+    raise ScenarioError([Problem("accuracy", message)], plan.scenario.origin)
+
+
+def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tuple[float, ...], float]:
+    """Choose frames whose tables are computed, so that those between are their weighted means.
+
+    Judged on the clear column and on the thinnest and thickest clouds of each layer and of both, which bound the
+    weight of the solar terms. One frame where the sun does not matter.
+    """
+    times = plan.frame_times_s
+    middle = times.size // 2
+    if not plan.sun_matters or times.size == 1:
+        return (float(times[middle]),), 0.0
+    known = {frame: columns.probe(plan.sun_at(float(times[frame]))) for frame in (0, times.size - 1)}
+    change = _largest_share(known[times.size - 1] - known[0], known[0])
+    near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
+    if 0.6 * change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, times.size - 1):
+        # Half the change on either side; over less than an hour it is nearly linear.
+        return (float(times[middle]),), 0.6 * change
+    pending, worst = [(0, times.size - 1)], 0.0
+    while pending:
+        low, high = pending.pop()
+        if high - low < 2:
+            continue
+        middle = (low + high) // 2
+        exact = columns.probe(plan.sun_at(float(times[middle])))
+        weight = (times[middle] - times[low]) / (times[high] - times[low])
+        error = _largest_share((1 - weight) * known[low] + weight * known[high] - exact, exact)
+        # One agreement in the middle proves nothing over a day: noon, noon and noon agree.
+        near = times[high] - times[low] <= LONGEST_TIME_STEP_S
+        if error <= tolerance and near and _is_up(plan, low) == _is_up(plan, high):
+            worst = max(worst, error)
+            continue
+        known[middle] = exact
+        pending += [(low, middle), (middle, high)]
+    return tuple(float(times[frame]) for frame in sorted(known)), worst
+
+
+def _largest_share(difference: Array, whole: Array) -> float:
+    """Largest difference relative to the whole; what differs from nothing does by infinitely much."""
+    away, lit = np.abs(difference), whole != 0.0
+    return float(np.max(away[lit] / np.abs(whole[lit]), initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
+
+
+def _is_up(plan: Plan, frame: int) -> bool:
+    return bool(plan.sun_zenith_deg[frame] < 90.0)
+
+
+_INDEPENDENT = ("title", "seed", "image", "clouds", "output")
+"""Sections of a scenario that tables do not depend on, but for what is taken from the plan."""
+
+
+_PARTS = (Budget, Quantities, ThicknessAxis, LayerPair, InstantTable, ShadowTables, WaveTables, Spectrum, SpectralNodes)
+
+
+def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = None) -> RadianceTables:
+    """Return the tables of a plan: those kept from an earlier run, or new ones, which are kept.
+
+    They are the same to the bit. What an earlier run read is recorded again and must not have changed.
+
+    Parameters
+    ----------
+    compiler : callable, optional
+        Makes new ones; who counts them gives another.
+    """
+    if plan.views is not None:
+        return tables_over_views(plan, partial(tables_of, compiler=compiler))
+    results = KeptResults(TABLES, plan.catalog, RadianceTables, _PARTS)
+    key, before = table_key(plan), plan.catalog.used
+    tables = results.find(key)
+    if tables is None:
+        tables = (compiler or compile_tables)(plan)
+        results.keep(key, tables, before)
+    return tables
+
+
+def table_key(plan: Plan) -> str:
+    """Return a hash of everything the tables of a plan depend on."""
+    scenario = json.loads(plan.scenario.to_json())
+    parts: dict[str, Any] = {
+        "scenario": {name: value for name, value in scenario.items() if name not in _INDEPENDENT},
+        "accuracy": plan.accuracy.relative,
+        "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
+        "files": dict(plan.catalog.used),
+        "terms": [spec.name for spec in plan.variables if spec.name.startswith(TERM_PREFIX)],
+        "sunlight": [plan.sun_matters, plan.faint_sunlight],
+        "layers": [
+            dataclasses.asdict(dataclasses.replace(layer, coverage=float(cloudy), edge_taper=0.0, name=""))
+            for layer, cloudy in zip(plan.layers, plan.cloudy_layers, strict=True)
+        ],
+    }
+    if plan.waves is not None or plan.slant.shadows:
+        # A window of an image has the tables of the whole.
+        parts["image"] = {name: value for name, value in scenario["image"].items() if name != "window"}
+    entries = plan.assembly.entries.items()
+    return key_of(parts, plan.assembly.code, [name for name, entry in entries if entry.kind is Kind.CLOUDS])

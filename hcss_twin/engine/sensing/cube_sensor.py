@@ -1,0 +1,207 @@
+"""What a finished cube says that a sensor needs to know: bands, image, clock, motion, seed.
+
+Radiance of a frame together with what a sensor sees around it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter
+
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CubeError
+from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
+from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
+from hcss_twin.engine.recorded import Recorded
+from hcss_twin.engine.stream import PartMaker
+from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
+from hcss_twin.engine.tiles import tile_shape
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sensor import MadeSensor, sensor_bands
+from hcss_twin.plan.windows import Window, cut, length, relative
+from hcss_twin.providers import Grid, SensorInputs
+from hcss_twin.scenario.bands import Bands, spectral_band
+from hcss_twin.scenario.viewing import told_by
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+_SAME = 1e-6
+"""Relative difference up to which a number of the cube is the one of its scenario."""
+
+
+@dataclass(frozen=True)
+class CleanCube:
+    """A clean cube without its frames.
+
+    Attributes
+    ----------
+    inputs : SensorInputs
+        For the sensor.
+    frame_numbers : ndarray (F,) of int
+        Numbers of the frames at the interval, from the scenario's start.
+    times_s : ndarray (F,)
+        Seconds after it.
+    scenario : mapping
+        As JSON holds it.
+    """
+
+    inputs: SensorInputs
+    frame_numbers: NDArray[np.int64]
+    times_s: NDArray[np.float64]
+    scenario: Mapping[str, Any]
+
+
+def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
+    """Read what a sensor needs of an open cube.
+
+    Parameters
+    ----------
+    name : str
+        Of the cube, for messages.
+    base : Path, optional
+        Where relative paths of its scenario and of the sensor lead. By default those of the scenario lead where they
+        led when it was made, if its files are still there, and those of the sensor from the working folder.
+
+    Raises
+    ------
+    CubeError
+        If the cube has no radiance or no scenario, or is itself one of a sensor.
+    CatalogError
+        If a file of its bands is missing.
+    """
+    if SENSOR_ATTRIBUTE in dataset.attrs:
+        raise CubeError(f"{name} is what a sensor measured already; a clean cube is needed")
+    if "radiance" not in dataset:
+        raise CubeError(f"{name} has no radiance, which a sensor measures; run its scenario with it")
+    recorded = Recorded.of(dict(dataset.attrs), name)
+    scenario_base = base
+    if scenario_base is None:
+        known = recorded.bases()
+        scenario_base = known[0] if len(known) == 1 else Path.cwd()
+    scenario = recorded.scenario
+    catalog = Catalog(base=scenario_base)
+    try:
+        known_bands = {
+            band.name: band
+            for band in (spectral_band(each, catalog) for each in TypeAdapter(Bands).validate_python(scenario["bands"]))
+        }
+        bands = [known_bands[str(each)] for each in dataset["band"].to_numpy()]
+        interval_s = float(scenario["frames"]["interval"])
+        start = np.datetime64(_utc(scenario["time"]), "ns")
+        seed = int(scenario["seed"])
+        pixel_size_m, speed_m_s = told_by(scenario)
+        image = int(scenario["image"]["rows"]), int(scenario["image"]["columns"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise CubeError(f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) is not that of this cube: {error}") from error
+    times_s = (dataset["time"].to_numpy() - start) / np.timedelta64(1, "ns") * 1e-9
+    numbers = np.rint(times_s / interval_s).astype(np.int64)
+    if np.any(numbers < 0) or np.any(np.abs(numbers * interval_s - times_s) > 1e-3 * interval_s):
+        raise CubeError(f"{name}: its times are not those of its scenario, every {interval_s:g} s from the start")
+    grid = Grid(dataset.sizes["y"], dataset.sizes["x"], _pixel_size_m(dataset, pixel_size_m, name))
+    inputs = SensorInputs(
+        bands=sensor_bands(bands),
+        grid=grid,
+        platform_speed_m_s=_speed_m_s(dataset, times_s, speed_m_s),
+        frame_interval_s=interval_s,
+        seed=seed,
+        catalog=Catalog(base=base or Path.cwd()),
+        corner=_corner(dataset, image, pixel_size_m),
+    )
+    return CleanCube(inputs, numbers, times_s, scenario)
+
+
+def _utc(text: str) -> str:
+    return datetime.fromisoformat(text).astimezone(UTC).replace(tzinfo=None).isoformat()
+
+
+def _pixel_size_m(dataset: xr.Dataset, expected_m: float, name: str) -> float:
+    """Pixel size of the scenario, or that of a cube that was thinned or averaged since."""
+    x = dataset["x"].to_numpy().astype(np.float64)
+    steps = np.diff(x)
+    if not steps.size:
+        return expected_m
+    if np.ptp(steps) > _SAME * abs(float(steps[0])):
+        raise CubeError(f"{name}: x is not evenly spaced; a sensor has pixels of one size")
+    step = abs(float(steps[0]))
+    return expected_m if abs(step - expected_m) <= _SAME * expected_m else step
+
+
+def _corner(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple[int, int]:
+    """Row and column of the first pixel in the image; (0, 0) for other pixels than those of the scenario."""
+    found = []
+    for name, count in zip(("y", "x"), image, strict=True):
+        centres_m = dataset[name].to_numpy().astype(np.float64)
+        place = centres_m / size_m + 0.5 * count - 0.5
+        first = int(np.rint(place[0]))
+        if first < 0 or np.max(np.abs(place - first - np.arange(place.size))) > 0.1:
+            return 0, 0
+        found.append(first)
+    return found[0], found[1]
+
+
+def _speed_m_s(dataset: xr.Dataset, times_s: NDArray[np.float64], expected_m_s: float) -> float:
+    """Speed of the image's centre, from the way it has come at the last frame."""
+    if "centre_displacement" not in dataset or not times_s[-1] > 0.0:
+        return expected_m_s
+    found = float(dataset["centre_displacement"].to_numpy()[-1]) / float(times_s[-1])
+    return expected_m_s if abs(found - expected_m_s) <= _SAME * abs(expected_m_s) else found
+
+
+class SceneAround:
+    """Puts clean frames into the scene around them.
+
+    Parameters
+    ----------
+    plan : Plan
+    tables : RadianceTables or None
+        As the frames were made with.
+    sensor : MadeSensor
+        The plan's, made for the part of the scene that it is given.
+    """
+
+    def __init__(self, plan: Plan, tables: RadianceTables | None, sensor: MadeSensor) -> None:
+        self._plan, self._sensor = plan, sensor
+        self._maker = PartMaker(plan, tables)
+
+    def frame(self, index: int, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return radiance (B, y, x) of what the sensor is given of a frame.
+
+        Parameters
+        ----------
+        index : int
+            Number of the frame, from 0.
+        radiance : ndarray of float32 (B, y, x)
+            Of the cube; it is taken as it is, and only what is around it is computed.
+        """
+        given, cube = self._sensor.given, self._sensor.cube
+        if given == cube:
+            return radiance
+        wide = np.empty((radiance.shape[0], length(given[0]), length(given[1])), dtype=np.float32)
+        wide[:, *relative(cube, given)] = radiance
+        tile = tile_shape(self._plan)
+        for strip in _strips(given, cube):
+            for part in [strip] if tile is None else cut(strip, *tile):
+                arrays, _ = self._maker.part(index, part)
+                wide[:, *relative(part, given)] = arrays[TOTAL]
+        return wide
+
+
+def _strips(given: Window, cube: Window) -> Iterator[Window]:
+    """Yield what is given below, above, left and right of the cube."""
+    (rows, columns), (inner_rows, inner_columns) = given, cube
+    candidates = (
+        (slice(rows.start, inner_rows.start), columns),
+        (slice(inner_rows.stop, rows.stop), columns),
+        (inner_rows, slice(columns.start, inner_columns.start)),
+        (inner_rows, slice(inner_columns.stop, columns.stop)),
+    )
+    yield from (window for window in candidates if length(window[0]) and length(window[1]))

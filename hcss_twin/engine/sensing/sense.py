@@ -1,0 +1,247 @@
+"""Measure a clean cube with a sensor: a cube alone, or that of a run with the scene around it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from hcss_twin.core.errors import CubeError, Problem, ScenarioError
+from hcss_twin.cube.formats import is_zarr
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
+from hcss_twin.cube.writer import variable_attributes
+from hcss_twin.engine.sensing.cube_sensor import CleanCube, SceneAround, read_clean
+from hcss_twin.engine.sensing.provenance import sensor_attributes
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sensor import MadeSensor, make_sensor
+from hcss_twin.plan.sensor_margin import alone
+from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.sensor import Sensor
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+Progress = Callable[[Iterable[Any], int], Iterable[Any]]
+
+
+def measured_path(clean: Path) -> Path:
+    """Return the name of the measured cube of a pair: ``NAME.sensor.nc`` beside ``NAME.nc``."""
+    return clean.with_name(f"{clean.stem}.sensor{clean.suffix or '.nc'}")
+
+
+def require_netcdf(clean: str | os.PathLike[str]) -> None:
+    """Refuse a Zarr store as the clean cube of a pair.
+
+    Raises
+    ------
+    CubeError
+        If the name is that of a Zarr store.
+    """
+    if is_zarr(clean):
+        raise CubeError(
+            f"{os.fspath(clean)}: sensors measure NetCDF cubes; allowed: a name that ends in .nc, or no sensor"
+        )
+
+
+def sense_run(
+    plan: Plan, tables: RadianceTables | None, clean_path: str | os.PathLike[str], progress: Progress | None = None
+) -> Path:
+    """Write the measured cube of a run, ``NAME.sensor.nc``, beside its clean one, frame by frame.
+
+    The plan's sensor is given the clean frames of the cube with the scene around them, which is computed.
+
+    Parameters
+    ----------
+    plan : Plan
+        With a sensor.
+    tables : RadianceTables or None
+        Those that the clean cube was made with.
+    clean_path : path
+        The finished clean cube of the plan.
+    progress : callable, optional
+        Wraps the iterable of frames, given their number.
+
+    Raises
+    ------
+    CubeError
+        If a cube cannot be read or written.
+    ProviderError
+        If a provider breaks its contract.
+    """
+    clean_path, sensor = Path(clean_path), plan.sensor
+    if sensor is None:
+        raise ValueError("the plan has no sensor")
+    path = measured_path(clean_path)
+    with open_cube(clean_path) as dataset:
+        attributes = dict(dataset.attrs)
+    changed = sensor_attributes(attributes, sensor, plan.catalog.used, clean_path.name)
+    around, first = SceneAround(plan, tables, sensor), plan.scenario.frames.first
+    with measured_cube(clean_path, path, sensor.variables, changed) as pair:
+        frames: Iterable[int] = range(pair.frames)
+        if progress is not None:
+            frames = progress(frames, pair.frames)
+        for index in frames:
+            radiance = around.frame(index, pair.radiance(index))
+            measured = sensor.measure(radiance, first + index, float(plan.frame_times_s[index]))
+            pair.write_frame(index, measured)
+    return path
+
+
+def sense_file(
+    clean_path: str | os.PathLike[str],
+    section: Sensor,
+    output: str | os.PathLike[str] | None = None,
+    base: Path | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Write the measured cube of a pair beside a finished clean one, frame by frame.
+
+    Of the scene nothing is known but the cube: where the sensor sees beyond its edges, it is mirrored.
+
+    Parameters
+    ----------
+    clean_path : path
+        A finished clean cube.
+    section : Sensor
+        The sensor.
+    output : path, optional
+        By default ``NAME.sensor.nc`` in the same folder. It appears only when it is complete.
+    base : Path, optional
+        Where relative paths of the sensor and of the cube's bands lead; by default those of the sensor from the
+        working folder, and those of the bands where they led when the cube was made, if its files are still there.
+    progress : callable, optional
+        Wraps the iterable of frames, given their number.
+
+    Returns
+    -------
+    Path
+        The measured cube.
+
+    Raises
+    ------
+    CubeError
+        If the cube is not a clean one, cannot be read, or the new one cannot be written.
+    ScenarioError
+        If the section does not fit the sensor or the cube.
+    ProviderError
+        If the sensor breaks its contract.
+    """
+    clean_path = Path(clean_path)
+    require_netcdf(clean_path)
+    path = measured_path(clean_path) if output is None else Path(output)
+    with open_cube(clean_path) as dataset:
+        cube = read_clean(dataset, str(clean_path), base)
+        attributes = dict(dataset.attrs)
+    sensor = _made(section, cube, str(clean_path))
+    changed = sensor_attributes(attributes, sensor, cube.inputs.catalog.used, clean_path.name)
+    with measured_cube(clean_path, path, sensor.variables, changed) as pair:
+        frames: Iterable[int] = range(pair.frames)
+        if progress is not None:
+            frames = progress(frames, pair.frames)
+        for index in frames:
+            pair.write_frame(index, _measured(sensor, cube, index, pair.radiance(index)))
+    return path
+
+
+def sense(
+    cube: str | os.PathLike[str] | xr.Dataset,
+    sensor: str | os.PathLike[str] | Mapping[str, Any] | Sensor | Scenario,
+    output: str | os.PathLike[str] | None = None,
+) -> xr.Dataset:
+    """Return what a sensor measures of a clean cube.
+
+    Where optics that blur see beyond the edges of the cube, it is mirrored; a run of a scenario with a sensor computes
+    what is there.
+
+    Parameters
+    ----------
+    cube : path or Dataset
+        A finished clean cube, or one that is open or in memory.
+    sensor : str, path, mapping, Sensor or Scenario
+        Name of a sensor of the catalog (``modis``), a TOML file of the same form, or the keys of a scenario's
+        ``[sensor]`` (``{"parameters": {"noise": "nedt", "nedt": 0.05}}``), or a scenario that has one, from whose
+        folder its relative paths lead.
+    output : path, optional
+        Where to keep the measured cube, for a ``cube`` given as a path; else it is in memory.
+
+    Returns
+    -------
+    Dataset
+        Radiance as measured, what else the section asks for, and the truth layers of the clean cube.
+
+    Raises
+    ------
+    CubeError, ScenarioError, ProviderError
+        As :func:`sense_file`.
+    """
+    base = sensor.base if isinstance(sensor, Scenario) else None
+    section = section_of(sensor)
+    if isinstance(cube, str | os.PathLike):
+        if output is not None:
+            return open_cube(sense_file(cube, section, output, base))
+        with open_cube(cube) as opened:
+            return _in_memory(opened, section, os.fspath(cube), base).load()
+    if output is not None:
+        raise CubeError("output is for cubes given as a path; write this one with Dataset.to_netcdf")
+    return _in_memory(cube, section, "the dataset", base)
+
+
+def section_of(sensor: Any) -> Sensor:
+    """Return the section that a name, path, mapping, section or scenario stands for; raises :class:`ScenarioError`."""
+    if isinstance(sensor, Scenario):
+        if sensor.sensor is None:
+            raise ScenarioError([Problem("sensor", "is missing; a scenario with a sensor is needed")], sensor.origin)
+        return sensor.sensor
+    if isinstance(sensor, Sensor):
+        return sensor
+    raw = {"name": os.fspath(sensor)} if isinstance(sensor, str | os.PathLike) else sensor
+    try:
+        return Sensor.model_validate(raw)
+    except ValidationError as error:
+        raise ScenarioError(problems_from(error, Sensor, prefix="sensor", raw=raw)) from error
+
+
+def _made(section: Sensor, cube: CleanCube, name: str) -> MadeSensor:
+    sensor = alone(make_sensor(section, cube.inputs))
+    if sensor.provider.declares.remembers and np.any(np.diff(cube.frame_numbers) != 1):
+        raise CubeError(
+            f"{name}: frames are missing or out of order, and the sensor '{sensor.entry.name}' remembers earlier ones; "
+            "allowed: each frame after the one before it"
+        )
+    return sensor
+
+
+def _measured(sensor: MadeSensor, cube: CleanCube, index: int, radiance: Any) -> dict[str, Any]:
+    return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]))
+
+
+def _in_memory(dataset: xr.Dataset, section: Sensor, name: str, base: Path | None) -> xr.Dataset:
+    import xarray as xr
+
+    cube = read_clean(dataset, name, base)
+    made = _made(section, cube, name)
+    clean = dataset["radiance"].transpose("time", "band", "y", "x")
+    frames = [_measured(made, cube, index, clean.isel(time=index).to_numpy()) for index in range(clean.sizes["time"])]
+    kept = dataset.drop_vars([str(each) for each in dataset.data_vars if is_replaced(str(each))])
+    # as open_cube shows variables: what CF needs to find coordinates is encoding there
+    for spec in made.variables:
+        values = np.stack([frame[spec.name] for frame in frames])
+        variable = xr.Variable(spec.dims, values, variable_attributes(spec))
+        variable.encoding.update({key: value for key, value in clean.encoding.items() if key in _CF_ENCODING})
+        kept[spec.name] = variable
+    clean_name = Path(name).name if os.path.isfile(name) else ""
+    changed = sensor_attributes(dataset.attrs, made, cube.inputs.catalog.used, clean_name)
+    attributes = {**dataset.attrs, **changed}
+    kept.attrs = {key: value for key, value in attributes.items() if value is not None}
+    return kept
+
+
+_CF_ENCODING = ("coordinates", "grid_mapping")

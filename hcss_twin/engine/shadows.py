@@ -1,0 +1,256 @@
+"""How far the sun shines through the clouds of one layer on its straight way to points of the sea.
+
+The layer is cut into slices of equal height, in each of which the sun's path moves by at most one point along either
+axis. Each slice is met at the point, rounded, where the path passes its middle height, and its cloud lies there between
+the layer's flat side and the thickness away from it. Under a sheet the slices add up to the sheet's thickness.
+
+Shadows of clouds on the clear sea: a stage of each frame, after the look-up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hcss_twin.cube.variables import SHADOW_MASK
+from hcss_twin.engine.tables.radiance_tables import RadianceTables, ShadowTables
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.slant_paths import displacement_m
+from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.providers import CloudGenerator, CloudLayer, Sun
+
+Thickness = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class SunPaths:
+    """Slices of one layer as the sun's paths at one instant meet them.
+
+    Attributes
+    ----------
+    shifts : ndarray of int64 (S, 2)
+        Rows and columns of points from the sea point to where its path meets each slice.
+    from_flat_m : ndarray (S,)
+        Height between the layer's flat side and the near face of the slice.
+    slice_m : float
+        Height of each slice.
+    """
+
+    shifts: NDArray[np.int64]
+    from_flat_m: NDArray[np.float64]
+    slice_m: float
+
+    def stay_at(self, shift: tuple[int, int]) -> bool:
+        """Whether all slices are met at one displacement."""
+        return bool(np.all(self.shifts == np.array(shift)))
+
+    def heights_m(self, generator: CloudGenerator, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the height (y, x) in cloud of the sun's paths to the points of a window of the image.
+
+        Divided by the cosine of the sun's zenith it is the length of the path in cloud.
+
+        Parameters
+        ----------
+        generator : CloudGenerator
+            With the method ``displaced_m`` of :class:`hcss_twin.plan.displaced_clouds.DisplacedClouds`.
+        """
+        first, last = self.shifts.min(axis=0), self.shifts.max(axis=0)
+        wide = (
+            slice(window.start, window.stop + int(high - low))
+            for window, low, high in zip((rows, columns), first, last, strict=True)
+        )
+        start = int(first[0]), int(first[1])
+        thickness = generator.displaced_m(time_s, *wide, start)  # type: ignore[attr-defined]
+        heights = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
+        _add_slices(heights, np.ascontiguousarray(thickness), self.shifts - first, self.from_flat_m, self.slice_m)
+        return heights
+
+
+def sun_paths(layer: CloudLayer, sun: Sun, point_m: float) -> SunPaths:
+    """Cut a layer into slices for the sun at one instant."""
+    moved = displacement_m(layer.thickness_max_m, sun.zenith_deg, sun.azimuth_deg)
+    count = max(1, math.ceil(float(np.max(np.abs(moved))) / point_m))
+    middle = layer.base_m + layer.thickness_max_m * (np.arange(count) + 0.5) / count
+    away = np.stack([displacement_m(height, sun.zenith_deg, sun.azimuth_deg) for height in middle])
+    from_base = layer.thickness_max_m * np.arange(count) / count
+    from_flat = from_base if layer.anchor == "base" else from_base[::-1]
+    shifts = np.rint(away / point_m).astype(np.int64)
+    return SunPaths(shifts, from_flat, layer.thickness_max_m / count)
+
+
+@njit(cache=True, nogil=True)
+def _add_slices(heights, thickness, shifts, from_flat, slice_m):  # type: ignore[no-untyped-def]
+    """Add to ``heights`` the cloud of each slice, in single precision as thickness has it."""
+    full, nothing = np.float32(slice_m), np.float32(0.0)
+    for s in range(shifts.shape[0]):
+        down, right, near = shifts[s, 0], shifts[s, 1], np.float32(from_flat[s])
+        for y in range(heights.shape[0]):
+            for x in range(heights.shape[1]):
+                inside = thickness[y + down, x + right] - near
+                heights[y, x] += min(max(inside, nothing), full)
+
+
+class Shadows:
+    """Shadows of a scene, instant by instant.
+
+    Parameters
+    ----------
+    plan : Plan
+    tables : RadianceTables or None
+        None where no requested variable needs radiance; the mask can be had without.
+    """
+
+    def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
+        self._plan = plan
+        self._tables = None if tables is None else tables.shadows
+        self._point_m = plan.grid.pixel_size_m / plan.samples_per_pixel
+
+    def at(self, time_s: float) -> InstantShadows | None:
+        """Return the shadows at one instant; None where there can be none."""
+        plan = self._plan
+        if not (plan.slant.shadows and plan.layers and plan.sun_matters):
+            return None
+        sun = plan.sun_track.at(time_s)
+        if not sun.is_up:
+            return None
+        paths: list[SunPaths | None] = []
+        for layer in plan.layers:
+            met = sun_paths(layer, sun, self._point_m)
+            # Where sight and sunlight meet the same point, what is clear to one is clear to the other.
+            paths.append(None if met.stay_at(plan.slant.of_view(layer, self._point_m)) else met)
+        return InstantShadows(plan, self._tables, time_s, sun, paths) if any(paths) else None
+
+
+class InstantShadows:
+    """Shadows at one instant.
+
+    Parameters
+    ----------
+    paths : sequence of SunPaths or None
+        Through each layer; None where it takes nothing from points that it leaves clear.
+    """
+
+    def __init__(
+        self, plan: Plan, tables: ShadowTables | None, time_s: float, sun: Sun, paths: Sequence[SunPaths | None]
+    ) -> None:
+        self._plan = plan
+        self._time_s = time_s
+        self._paths = paths
+        layers = len(plan.layers)
+        if tables is None:
+            self._loss, self._depth = np.zeros((0, 0)), np.zeros((layers, 2, 0))
+            self._part = np.zeros(layers)
+        else:
+            self._loss, self._depth = tables.at(time_s)
+            self._part = 1.0 / (math.cos(math.radians(sun.zenith_deg)) * tables.longest_m)
+
+    def cast(
+        self,
+        window: Window,
+        thickness_m: Sequence[Thickness],
+        radiance: NDArray[np.float32],
+        truth: dict[str, NDArray[Any]],
+        place: Window | None = None,
+    ) -> NDArray[np.bool_]:
+        """Take from a window of the image the sunlight that clouds keep from its clear points.
+
+        Parameters
+        ----------
+        window : (slice, slice)
+            Rows and columns, in pixels of the image.
+        thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
+            Of each layer, as it is seen from the points.
+        radiance : ndarray of float32 (C, y, x)
+            Of a part of the image; C may be 0.
+        truth : dict of str to ndarray
+            Truth variables of the same part, among which the mask may be.
+        place : (slice, slice), optional
+            Where the window lies in the part; by default the part is the whole image.
+
+        Returns
+        -------
+        ndarray of bool (window rows, window columns)
+            Pixels of which some part is in shadow.
+        """
+        place = window if place is None else place
+        mask = truth.get(SHADOW_MASK)
+        if mask is None:
+            mask = np.zeros(radiance.shape[1:], dtype=np.uint8)
+        _cast(
+            radiance,
+            mask,
+            place[0].start,
+            place[1].start,
+            self._plan.samples_per_pixel,
+            ~np.any([each > 0 for each in thickness_m], axis=0),
+            self._in_cloud(window),
+            self._part,
+            self._depth,
+            self._loss,
+        )
+        shaded: NDArray[np.bool_] = mask[place] > 0
+        return shaded
+
+    def _in_cloud(self, window: Window) -> Thickness:
+        """Height in each layer's cloud of the sun's paths to the points of a window, (L, y, x)."""
+        plan = self._plan
+        rows, columns = (points_of(pixels, plan.samples_per_pixel) for pixels in window)
+        heights = np.zeros((len(plan.layers), rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
+        for layer, generator, paths in zip(heights, plan.generators, self._paths, strict=True):
+            if paths is not None:
+                layer[:] = paths.heights_m(generator, self._time_s, rows, columns)
+        return heights
+
+
+@njit(cache=True, nogil=True)
+def _cast(  # type: ignore[no-untyped-def]
+    radiance, mask, row, column, samples, clear, in_cloud, part, depth, loss
+):
+    """Weaken clear points; ``part`` (L,) is that of the longest path, per metre of height in cloud."""
+    layers, intervals, bands = depth.shape[0], depth.shape[1] - 1, depth.shape[2]
+    share = 1.0 / (samples * samples)
+    kept_back, path = np.empty(bands), np.empty(bands)
+    for y in range(clear.shape[0] // samples):
+        for x in range(clear.shape[1] // samples):
+            shaded = False
+            kept_back[:] = 0.0
+            for i in range(y * samples, (y + 1) * samples):
+                for j in range(x * samples, (x + 1) * samples):
+                    if not clear[i, j]:
+                        continue
+                    met = False
+                    for n in range(layers):
+                        height = np.float64(in_cloud[n, i, j])
+                        if height <= 0.0:
+                            continue
+                        if not met:
+                            met = True
+                            path[:] = 0.0
+                        # Nodes are even in the square root; paths that rounding puts beyond the last go on along
+                        # the last line.
+                        root = math.sqrt(height * part[n]) * intervals
+                        k = min(int(root), intervals - 1)
+                        inside = (root * root - k * k) / (2.0 * k + 1.0)
+                        for b in range(bands):
+                            low = depth[n, k, b]
+                            path[b] += low + inside * (depth[n, k + 1, b] - low)
+                    if met:
+                        shaded = True
+                        for b in range(bands):
+                            kept_back[b] -= math.expm1(-path[b])
+            if not shaded:
+                continue
+            mask[row + y, column + x] = 1
+            for q in range(loss.shape[0]):
+                for b in range(bands):
+                    if loss[q, b] != 0.0:
+                        left = np.float64(radiance[q * bands + b, row + y, column + x])
+                        left -= loss[q, b] * kept_back[b] * share
+                        # Where nothing is left, single precision can leave less.
+                        radiance[q * bands + b, row + y, column + x] = np.float32(max(left, 0.0))

@@ -1,0 +1,228 @@
+"""Whether frames may be written while the next are computed.
+
+Run a scenario: plan, compile, stream, write.
+"""
+
+from __future__ import annotations
+
+import logging
+import tempfile
+import warnings
+import weakref
+from collections.abc import Callable, Iterable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from hcss_twin.core.compilation import announce_compilation
+from hcss_twin.core.errors import CertificateWarning
+from hcss_twin.cube.background_writer import BackgroundWriter
+from hcss_twin.cube.formats import cube_writer
+from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+from hcss_twin.engine.certificate.certify import certify
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.parts import Part, parts_of, stream_parts
+from hcss_twin.engine.provenance import provenance
+from hcss_twin.engine.sensing.sense import require_netcdf, sense_run
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.engine.tiles import tile_shape
+from hcss_twin.engine.workers import executor_of
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def overlaps(plan: Plan) -> bool:
+    """Return whether what is called while frames are computed is known not to read NetCDF files.
+
+    The library is not thread safe, so that no frame can be written while a provider reads. Ours read their files
+    when they are made; of those from other packages that is not known, and their frames are written in between.
+    """
+    asked = (Kind.CLOUDS,) if plan.waves is None else (Kind.CLOUDS, Kind.SEA)
+    entries = plan.assembly.entries.values()
+    return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in asked)
+
+
+IN_MEMORY_BYTES = 512 * 2**20
+"""Cubes up to this size are read into memory; larger ones stay in a temporary file."""
+
+_T = TypeVar("_T")
+Progress = Callable[[Iterable[_T], int], Iterable[_T]]
+
+
+def run(
+    plan: Plan,
+    output: str | Path,
+    progress: Progress[Any] | None = None,
+    report: Callable[[Certificate], None] | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+) -> Path:
+    """Compute a planned scene and write its cube, with its certificate; with a sensor also what it measures.
+
+    The measured cube, ``NAME.sensor.nc`` beside ``NAME.nc``, is made of the finished clean one and of the scene around
+    it.
+
+    Parameters
+    ----------
+    output : path
+        Final name; it appears only when the cube is complete. One that ends in ``.zarr`` is a Zarr store.
+    progress : callable, optional
+        Wraps the iterable of frames, or of the tiles of large ones, given their number, as ``tqdm`` and its like do.
+    report : callable, optional
+        Given the certificate, if there is one, once the cube has its name. By default one that failed is a
+        :class:`CertificateWarning`.
+    workers : int
+        Processes that make the frames, or the tiles of large ones; the cube is the same.
+    scheduler : str, optional
+        Address of a Dask cluster that makes them instead.
+
+    Returns
+    -------
+    Path
+        The cube.
+
+    Raises
+    ------
+    ProviderError
+        If a provider breaks its contract.
+    CubeError
+        If a cube cannot be written.
+    """
+    if plan.scenario.sensor is not None:
+        require_netcdf(output)
+    certificate, tables = _write_clean(plan, output, progress, workers, scheduler)
+    if plan.sensor is not None:
+        sense_run(plan, tables, output, progress)
+    if certificate is not None:
+        (report or _warn)(certificate)
+    return Path(output)
+
+
+def _write_clean(
+    plan: Plan,
+    output: str | Path,
+    progress: Progress[Any] | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+) -> tuple[Certificate | None, RadianceTables | None]:
+    """Write the cube of a planned scene; return its certificate, if pixels were checked, and its tables, if any."""
+    writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
+    tables = tables_of(plan) if plan.needs_radiance else None
+    sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
+    certificate: Certificate | None = None
+    header = cube_header(plan, tables)
+    with (
+        executor_of(workers, scheduler) as (executor, count),
+        writer_of(output, header, compression=compression, tile=tile_shape(plan)) as writer,
+    ):
+        parts: Iterable[Part] = stream_parts(plan, tables, sample, executor, count)
+        if progress is not None:
+            parts = progress(parts, parts_of(plan))
+        with BackgroundWriter(writer) if overlaps(plan) else nullcontext(writer) as sink:
+            for part in parts:
+                sink.write_tile(part.frame, part.place, part.arrays)
+        if tables is not None and sample is not None:
+            certificate = certify(plan, tables, sample.frames)
+            writer.set_attributes(certificate.attributes())
+    return certificate, tables
+
+
+def _warn(certificate: Certificate) -> None:
+    if not certificate.passed:
+        warnings.warn("; ".join(certificate.lines[:2]), CertificateWarning, stacklevel=3)
+
+
+def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset:
+    """Make the cube of a scenario and open it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate.
+    output : path, optional
+        Where to keep the cube. Without it the cube lives in memory, or, beyond 512 MiB, in a temporary
+        file that goes with the dataset. The clean cube is returned; what a scenario's sensor measures is kept beside
+        ``output``, and :func:`hcss_twin.sense` makes it of a cube in memory.
+
+    The first call on a machine compiles kernels, and says so through ``logging``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Read lazily where it is backed by a file.
+
+    Raises
+    ------
+    ScenarioError, ProviderError, CubeError
+        As :func:`make_plan` and :func:`run`.
+    """
+    with announce_compilation(logging.getLogger(__name__).warning):
+        plan = make_plan(scenario)
+        if output is not None:
+            return open_cube(run(plan, output))
+        return _in_memory(plan)
+
+
+def _in_memory(plan: Plan) -> xr.Dataset:
+    """Make a cube in a temporary folder and read it, if it is not too large."""
+    folder = tempfile.TemporaryDirectory(prefix="hcss-twin-")
+    try:
+        path = Path(folder.name) / "cube.nc"
+        certificate, _ = _write_clean(plan, path)
+        if certificate is not None:
+            _warn(certificate)
+        dataset = open_cube(path)
+        if plan.uncompressed_bytes > IN_MEMORY_BYTES:
+            weakref.finalize(dataset, folder.cleanup)
+            return dataset
+        with dataset:
+            loaded = dataset.load()
+    except BaseException:
+        folder.cleanup()
+        raise
+    folder.cleanup()
+    return loaded
+
+
+def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
+    """Return what the cube of a plan knows before its first frame; call it after the tables are compiled."""
+    scenario = plan.scenario
+    return CubeHeader(
+        start=scenario.time,
+        frame_times_s=plan.frame_times_s.tolist(),
+        bands=tuple(BandInfo(b.name, b.lower_um, b.upper_um, b.central_um) for b in plan.bands),
+        rows=plan.pixels[0],
+        columns=plan.pixels[1],
+        pixel_size_m=plan.grid.pixel_size_m,
+        latitude=scenario.place.latitude,
+        longitude=scenario.place.longitude,
+        view_zenith_deg=plan.view.zenith_deg,
+        view_azimuth_deg=plan.view.azimuth_deg,
+        solar_zenith_deg=np.asarray(plan.sun_zenith_deg).tolist(),
+        solar_azimuth_deg=np.asarray(plan.sun_azimuth_deg).tolist(),
+        variables=tuple(spec for spec in plan.variables if spec.kind != "geometry"),
+        attributes=provenance(plan, tables),
+        platform_speed_m_s=plan.assembly.motion.platform_speed_m_s,
+        layers=tuple(LayerInfo(layer.name, layer.base_m, layer.top_m) for layer in plan.layers),
+        window=_window(plan),
+        geometry=tuple(spec for spec in plan.variables if spec.kind == "geometry"),
+        sensor_altitude_m=scenario.platform.altitude,
+    )
+
+
+def _window(plan: Plan) -> WindowInfo | None:
+    if not plan.is_window:
+        return None
+    rows, columns = plan.extent
+    return WindowInfo(rows.start, columns.start, plan.grid.rows, plan.grid.columns)

@@ -1,0 +1,272 @@
+"""The clouds of one instant, window by window, also of generators for which a pixel depends on its whole frame.
+
+Frames: thickness from the generators, radiance by look-up, one after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.cube.writer import round_bits
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+from hcss_twin.engine.shadows import InstantShadows, Shadows
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.over_views import ViewedLookUp
+from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables, TableReader
+from hcss_twin.engine.truth import Truth
+from hcss_twin.engine.waves import WaveStage
+from hcss_twin.models.radiance.brightness import BrightnessTemperature
+from hcss_twin.plan.cloud_assembly import sums_up
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import Window, length, points_of, relative, windows
+from hcss_twin.providers import CloudGenerator, Grid
+
+Thickness = NDArray[np.float32]
+
+WHOLE_POINTS = 2**24
+"""Points (4096 x 4096) up to which a frame is made whole by a generator that could also sum it up beforehand."""
+
+
+class FrameClouds:
+    """Thickness of every layer at the points of one instant.
+
+    Parameters
+    ----------
+    plan : Plan
+    time_s : float
+    summaries : sequence, optional
+        Those of :func:`summaries_of` at the same instant, where they are known already.
+    """
+
+    def __init__(self, plan: Plan, time_s: float, summaries: Sequence[Any] | None = None) -> None:
+        self._plan, self._time_s = plan, time_s
+        self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
+
+    def thickness_m(self, window: Window) -> list[Thickness]:
+        """Thickness of each layer at the points of a window of the image, or of what is around it.
+
+        Outside the image only of generators that have ``thickness_around_m``.
+        """
+        if not _is_inside(window, self._plan.grid):
+            return self._around_m(window)
+        rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
+        found: list[Thickness] = []
+        for generator, cloudy, whole, summary in zip(
+            self._plan.generators, self._plan.cloudy_layers, self._whole, self._summaries, strict=True
+        ):
+            if not cloudy:
+                size = rows.stop - rows.start, columns.stop - columns.start
+                found.append(np.zeros(size, dtype=np.float32))
+            elif whole is not None:
+                found.append(whole[rows, columns])
+            elif summary is not None:
+                found.append(generator.thickness_in_frame_m(self._time_s, rows, columns, summary))  # type: ignore[attr-defined]
+            else:
+                found.append(generator.thickness_m(self._time_s, rows, columns))
+        return found
+
+    def _around_m(self, window: Window) -> list[Thickness]:
+        rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
+        size = rows.stop - rows.start, columns.stop - columns.start
+        return [
+            generator.thickness_around_m(self._time_s, rows, columns, summary)  # type: ignore[attr-defined]
+            if cloudy
+            else np.zeros(size, dtype=np.float32)
+            for generator, cloudy, summary in zip(
+                self._plan.generators, self._plan.cloudy_layers, self._around, strict=True
+            )
+        ]
+
+    @cached_property
+    def _whole(self) -> list[Thickness | None]:
+        """Whole frames of the layers that are made so."""
+        plan = self._plan
+        return [
+            generator.thickness_m(self._time_s, *_all_points(plan))
+            if cloudy and _is_made_whole(plan, generator)
+            else None
+            for generator, cloudy in zip(plan.generators, plan.cloudy_layers, strict=True)
+        ]
+
+    @cached_property
+    def _around(self) -> list[Any]:
+        """What windows around the image need to know of it."""
+        plan = self._plan
+        return [
+            generator.frame_summary(self._time_s)  # type: ignore[attr-defined]
+            if cloudy and summary is None and not generator.declares.tileable
+            else summary
+            for generator, cloudy, summary in zip(plan.generators, plan.cloudy_layers, self._summaries, strict=True)
+        ]
+
+
+def summaries_of(plan: Plan, time_s: float) -> list[Any]:
+    """Return for each layer what windows need to know of their whole frame; None where that is nothing, or no cloud.
+
+    It takes as long as making the frame two to three times, without its memory.
+    """
+    return [
+        generator.frame_summary(time_s) if cloudy and _is_summed_up(plan, generator) else None  # type: ignore[attr-defined]
+        for generator, cloudy in zip(plan.generators, plan.cloudy_layers, strict=True)
+    ]
+
+
+def _is_summed_up(plan: Plan, generator: CloudGenerator) -> bool:
+    points = plan.grid.rows * plan.grid.columns * plan.samples_per_pixel**2
+    return not generator.declares.tileable and points > WHOLE_POINTS and sums_up(generator)
+
+
+def _is_made_whole(plan: Plan, generator: CloudGenerator) -> bool:
+    return not generator.declares.tileable and not _is_summed_up(plan, generator)
+
+
+def _is_inside(window: Window, grid: Grid) -> bool:
+    return all(
+        pixels.start >= 0 and pixels.stop <= size
+        for pixels, size in zip(window, (grid.rows, grid.columns), strict=True)
+    )
+
+
+def _all_points(plan: Plan) -> Window:
+    grid: Grid = plan.grid
+    rows, columns = (slice(0, size * plan.samples_per_pixel) for size in (grid.rows, grid.columns))
+    return rows, columns
+
+
+Frame = dict[str, NDArray[Any]]
+
+
+class PixelObserver(Protocol):
+    """Sees the clouds of a part of a frame as they are made, window by window."""
+
+    def observe(
+        self, window: Window, thickness_m: Sequence[NDArray[np.float32]], shaded: NDArray[np.bool_] | None
+    ) -> None:
+        """Take a window, as :meth:`hcss_twin.engine.certificate.part_sample.PartSample.look` does."""
+
+
+def stream(
+    plan: Plan, tables: RadianceTables | None, sample: PixelSample | None = None, frames: Sequence[int] | None = None
+) -> Iterator[Frame]:
+    """Yield each frame's requested variables; memory does not depend on the number of frames.
+
+    Nor does it depend on the number of points per pixel, as far as cloud generators give windows.
+
+    Parameters
+    ----------
+    tables : RadianceTables or None
+        None where no requested variable needs radiance.
+    sample : PixelSample, optional
+        Draws pixels of the frames as they are made.
+    frames : sequence of int, optional
+        Numbers of the frames wanted, from 0, by default all; they are those of the whole sequence.
+    """
+    maker = PartMaker(plan, tables)
+    for index in range(plan.frame_times_s.size) if frames is None else frames:
+        part = None if sample is None else sample.of_part(index)
+        frame, radiance = maker.part(index, plan.extent, part)
+        of_frame = None if sample is None else sample.of_frame(index)
+        if part is not None and of_frame is not None:
+            of_frame.add(part.drawn(radiance))
+            of_frame.finish()
+        yield frame
+
+
+class PartMaker:
+    """Makes parts of frames; those of one frame are best asked for one after the other.
+
+    Parameters
+    ----------
+    plan : Plan
+    tables : RadianceTables or None
+        None where no requested variable needs radiance.
+    """
+
+    def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
+        self._plan = plan
+        self._quantities = () if tables is None else tables.quantities.names
+        each = () if tables is None else tables.over_views or (tables,)
+        self._readers = [TableReader(toward) for toward in each]
+        self._truth = Truth(plan)
+        self._shadows = Shadows(plan, tables)
+        self._waves = (
+            None
+            if plan.waves is None
+            else WaveStage(plan.waves, tables, plan.scenario.sea.wind_from, plan.samples_per_pixel)
+        )
+        self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}
+        self._names = {spec.name for spec in plan.variables}
+        self._temperature = (
+            BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
+            if "brightness_temperature" in self._names
+            else None
+        )
+        # Of the frame in hand: its number, look-up, shadows and clouds.
+        self._instant: tuple[int, LookUp | ViewedLookUp | None, InstantShadows | None, FrameClouds] | None = None
+
+    def part(
+        self, index: int, extent: Window, sample: PixelObserver | None = None, summaries: Sequence[Any] | None = None
+    ) -> tuple[Frame, NDArray[np.float32]]:
+        """Return the requested variables of a part of a frame, and its radiance (Q, B, y, x) as the cube has it.
+
+        A pixel has the same bits in every part.
+
+        Parameters
+        ----------
+        index : int
+            Number of the frame.
+        extent : (slice, slice)
+            Rows and columns of the image.
+        sample : PixelObserver, optional
+            Draws pixels, or sees them otherwise.
+        summaries : sequence, optional
+            As :class:`FrameClouds` takes them.
+        """
+        plan, bands, time_s = self._plan, len(self._plan.bands), float(self._plan.frame_times_s[index])
+        if self._instant is None or self._instant[0] != index:
+            self._instant = None  # one whole frame of clouds at a time
+            clouds = FrameClouds(plan, time_s, summaries)
+            self._instant = index, self._look_up(time_s), self._shadows.at(time_s), clouds
+        _, look_up, shadows, clouds = self._instant
+        if isinstance(look_up, ViewedLookUp):
+            look_up = look_up.of_part(extent)
+        size = length(extent[0]), length(extent[1])
+        radiance = np.empty((len(self._quantities) * bands, *size), dtype=np.float32)
+        self._truth.start(*size)
+        for window in windows(plan.grid, plan.samples_per_pixel, inside=extent):
+            place = relative(window, extent)
+            thickness = clouds.thickness_m(window)
+            self._truth.fill(place, thickness)
+            if look_up is not None:
+                corner = place[0].start, place[1].start
+                look_up.fill(radiance, thickness, plan.samples_per_pixel, corner)
+            if self._waves is not None:
+                self._waves.fill(radiance, self._truth.variables, window, thickness, time_s, place)
+            shaded = None
+            if shadows is not None:
+                shaded = shadows.cast(window, thickness, radiance, self._truth.variables, place)
+            if sample is not None:
+                sample.observe(place, thickness, shaded)
+        made: Frame = dict(self._truth.variables)
+        for number, name in enumerate(self._quantities):
+            values = radiance[number * bands : (number + 1) * bands]
+            made[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
+        if self._temperature is not None:
+            made["brightness_temperature"] = self._temperature(made[TOTAL])
+        for name, bits in self._bits.items():
+            round_bits(made[name], bits)
+        found = {name: values for name, values in made.items() if name in self._names}
+        return found, radiance.reshape(len(self._quantities), bands, *size)
+
+    def _look_up(self, time_s: float) -> LookUp | ViewedLookUp | None:
+        """Return the look-up of an instant; None where there is no radiance."""
+        look_ups = [LookUp(reader.at(time_s)) for reader in self._readers]
+        if self._plan.views is not None and look_ups:
+            return ViewedLookUp(self._plan.views, self._plan.grid, look_ups)
+        return look_ups[0] if look_ups else None

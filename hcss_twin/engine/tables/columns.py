@@ -1,0 +1,227 @@
+"""Columns under another sun, from those under a first one: the difference is small and smooth and needs few nodes.
+
+Columns of a scene, integrated over its bands: each is computed once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.engine.tables.layer_pair import LayerPair
+from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities
+from hcss_twin.engine.tables.thickness_axis import ColumnsAt, ThicknessAxis, relative, spline_through, total
+from hcss_twin.engine.tables.wave_table import probe_waves
+from hcss_twin.models.radiance.spectral_nodes import SpectralNodes, all_nodes
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import Sun
+
+Places = NDArray[np.intp]
+
+FIRST_NODES = 5
+
+
+def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance: float) -> Array:
+    """Return columns at all thicknesses, of which some are computed.
+
+    The difference from the known columns is interpolated by a spline in ln(thickness); nodes are halved until it
+    predicts every new column.
+
+    Parameters
+    ----------
+    columns : callable
+        Maps thicknesses (N,) to terms (N, K, B).
+    thickness_m : ndarray (E,)
+        Ascending.
+    known : ndarray (E, K, B)
+        Terms under the first sun.
+    tolerance : float
+        Of the total of any band, relative.
+
+    Returns
+    -------
+    ndarray (E, K, B)
+    """
+    places = _first_places(thickness_m.size)
+    values = columns(thickness_m[places])
+    while places.size < thickness_m.size:
+        new = _between(places)
+        guess = known[new] + spline_through(thickness_m[places], values - known[places])(np.log(thickness_m[new]))
+        exact = columns(thickness_m[new])
+        error = relative(total(guess), total(exact))
+        order = np.argsort(np.concatenate((places, new)))
+        places = np.concatenate((places, new))[order]
+        values = np.concatenate((values, exact))[order]
+        if error <= tolerance:
+            break
+    difference = spline_through(thickness_m[places], values - known[places])(np.log(thickness_m))
+    # A term that fades to nothing would swing below it.
+    found: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=0), 0.0))
+    found[places] = values
+    return found
+
+
+def layer_pair(columns: ColumnsAt, low_m: Array, high_m: Array, known: Array, tolerance: float) -> Array | None:
+    """Return columns with cloud in two layers, (E, F, K, B), or None where the difference needs too many nodes.
+
+    Parameters
+    ----------
+    columns : callable
+        Maps pairs of thicknesses (N, 2), low and high, to terms (N, K, B).
+    low_m, high_m : ndarray (E,), (F,)
+        Ascending.
+    known : ndarray (E, F, K, B)
+        Terms under the first sun.
+    tolerance : float
+        Of the total of any band, relative.
+    """
+    low, high = _first_places(low_m.size), _first_places(high_m.size)
+    for _ in range(2):
+        if low.size == low_m.size or high.size == high_m.size:
+            return None
+        values = _product(columns, low_m[low], high_m[high])
+        across = spline_through(high_m[high], np.moveaxis(values - known[np.ix_(low, high)], 1, 0))(np.log(high_m))
+        difference = spline_through(low_m[low], np.moveaxis(across, 0, 1))(np.log(low_m))
+        found: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=(0, 1)), 0.0))
+        between = _between(low), _between(high)
+        exact = _product(columns, low_m[between[0]], high_m[between[1]])
+        guess = found[np.ix_(*between)]
+        if relative(np.sum(guess, axis=2), np.sum(exact, axis=2)) <= tolerance:
+            return found
+        low, high = (np.union1d(old, new) for old, new in zip((low, high), between, strict=True))
+    return None
+
+
+def _first_places(size: int) -> Places:
+    return np.unique(np.linspace(0, size - 1, FIRST_NODES).round().astype(np.intp))
+
+
+def _between(places: Places) -> Places:
+    """Middles of the intervals that have one."""
+    middle = (places[:-1] + places[1:]) // 2
+    return np.setdiff1d(middle, places)
+
+
+def _product(columns: ColumnsAt, low_m: Array, high_m: Array) -> Array:
+    found = columns(np.stack(np.meshgrid(low_m, high_m, indexing="ij"), axis=-1).reshape(-1, 2))
+    return found.reshape(low_m.size, high_m.size, *found.shape[1:])
+
+
+@dataclass(frozen=True)
+class ExactColumns:
+    """Columns under one sun.
+
+    Attributes
+    ----------
+    alone : tuple of ndarray (E, K, B)
+        For each layer, with cloud in it alone, at the exact nodes of its axis; E = 0 for one without cloud.
+    both : ndarray (E, F, K, B) or None
+        With cloud in both.
+    """
+
+    alone: tuple[Array, ...]
+    both: Array | None
+
+
+class BandColumns:
+    """Columns of a plan's radiance model, integrated over its bands."""
+
+    def __init__(self, plan: Plan, nodes: SpectralNodes) -> None:
+        self._plan = plan
+        self._grid = nodes
+        # Waves change columns of all wavenumbers; the clear column that their changes are added to is like them.
+        self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
+        terms = tuple(plan.model.terms)
+        wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
+        self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
+        self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
+
+    def clear(self, sun: Sun | None) -> Array:
+        """Terms of the clear column, (K, B)."""
+        grid = self._clear_grid
+        return self._to_bands(self._plan.model.clear(grid.wavenumber_cm1, sun), grid)
+
+    def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
+        """Terms of cloudy columns, (N, K, B), from the thickness of each layer, (N, L); each is computed once."""
+        keys = [(sun, tuple(row)) for row in thickness_m.tolist()]
+        new = [row for row, key in enumerate(keys) if key not in self._known]
+        if new:
+            found = self._plan.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
+            for row, terms in zip(new, self._to_bands(found, self._grid), strict=True):
+                self._known[keys[row]] = terms
+        return np.stack([self._known[key] for key in keys])
+
+    def alone(self, index: int, sun: Sun | None) -> ColumnsAt:
+        """Columns with cloud in one layer only, as a function of its thickness (N,)."""
+
+        def columns(thickness_m: Array) -> Array:
+            layers = np.zeros((thickness_m.size, len(self._plan.layers)))
+            layers[:, index] = thickness_m
+            return self.cloudy(layers, sun)
+
+        return columns
+
+    def probe(self, sun: Sun | None) -> Array:
+        """Total of a few columns that bound the scene, (N, B)."""
+        clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
+        if self._plan.waves is not None:
+            clear = np.concatenate((clear, probe_waves(self._plan, self._plan.waves, sun)))
+        extremes = self._plan.extreme_thicknesses_m
+        if extremes.shape[0] == 0:
+            return clear
+        cloudy: Array = np.sum(self.cloudy(extremes, sun), axis=1)
+        return np.concatenate((clear, cloudy))
+
+    def exact(
+        self,
+        axes: tuple[ThicknessAxis | None, ...],
+        pair: LayerPair | None,
+        sun: Sun | None,
+        first: ExactColumns | None,
+        tolerance: float,
+    ) -> ExactColumns:
+        """Columns at the exact nodes of all axes; from those under a first sun, if given, by their difference."""
+        nothing = np.empty((0, len(self.quantities.terms), len(self._plan.bands)))
+        alone: list[Array] = []
+        for index, axis in enumerate(axes):
+            columns = self.alone(index, sun)
+            if axis is None:
+                alone.append(nothing)
+            elif first is None:
+                alone.append(columns(axis.exact_m))
+            else:
+                alone.append(single_layer(columns, axis.exact_m, first.alone[index], tolerance))
+
+        def both_layers(thickness_m: Array) -> Array:
+            return self.cloudy(thickness_m, sun)
+
+        both: Array | None = None
+        if pair is not None:
+            if first is not None and first.both is not None:
+                low, high = pair.low.exact_m, pair.high.exact_m
+                both = layer_pair(both_layers, low, high, first.both, tolerance)
+            if both is None:
+                both = pair.exact(both_layers)
+        return ExactColumns(tuple(alone), both)
+
+    def table(self, axes: tuple[ThicknessAxis | None, ...], exact: ExactColumns, sun: Sun | None) -> InstantTable:
+        """Table of one instant."""
+        clear = self.quantities.of(self.clear(sun))
+        return InstantTable(
+            clear,
+            tuple(
+                np.empty((0, *clear.shape)) if axis is None else self.quantities.of(axis.interpolate(values))
+                for axis, values in zip(axes, exact.alone, strict=True)
+            ),
+            exact.both,
+        )
+
+    def _to_bands(self, terms: Mapping[str, Array], grid: SpectralNodes) -> Array:
+        """Integrate spectra (..., V) over the bands and stack the terms: (..., K, B)."""
+        weights = grid.weights_cm1.T
+        return np.stack([np.asarray(terms[name]) @ weights for name in self.quantities.terms], axis=-2)

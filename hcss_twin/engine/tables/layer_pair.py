@@ -1,0 +1,302 @@
+"""All columns with cloud in two layers from a few: crosses of rows and columns of their product.
+
+Seen from space two layers meet in few independent ways, so that the matrix of radiances over the thickness of one and
+of the other has a low rank: a handful of its rows and columns says what the rest is (the skeleton or cross
+approximation: S. A. Goreinov, E. E. Tyrtyshnikov and N. L. Zamarashkin, *A theory of pseudoskeleton approximations*,
+Linear Algebra Appl. 261, 1997). Elements that are in no cross are computed to find the error, and where it is too
+large the worst of them gets a cross of its own.
+
+Columns with cloud in two layers: exact ones on the product of two thickness axes, and frames between them.
+
+Along each axis radiance is interpolated as for one layer: by splines in ln(thickness) between the exact
+nodes of each smooth segment, and linearly between the dense nodes of the look-up. The axes of the layers
+alone are a first guess; seen through another cloud, or above one, a layer can need more nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.engine.tables.thickness_axis import (
+    LINEAR_SHARE,
+    MAX_NODES,
+    ColumnsAt,
+    Source,
+    ThicknessAxis,
+    curve_through,
+    dense_nodes,
+    jumping,
+    worst,
+)
+from hcss_twin.providers import CloudLayer
+
+Pairs = Callable[[Array], Array]
+"""Maps pairs of thicknesses (N, 2), low and high, to terms (N, K, B)."""
+
+FIRST_CROSSES = 3
+"""Through the thinnest, the middle and the thickest of both layers."""
+
+TRIED = 24
+"""Elements outside the crosses that are computed for each judgement."""
+
+_RANK = 1e-9
+"""Singular values below this share of the largest are rounding."""
+
+
+def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> tuple[Array, float]:
+    """Return the columns of all pairs of thicknesses.
+
+    Parameters
+    ----------
+    columns : callable
+    low_m, high_m : ndarray (E,), (F,)
+        Ascending.
+    tolerance : float
+        Of the total of any band, relative.
+
+    Returns
+    -------
+    ndarray (E, F, K, B)
+        Computed in the crosses, completed elsewhere.
+    float
+        Largest relative error of the total among the elements tried last; 0 where all were computed.
+    """
+    size = low_m.size, high_m.size
+    rows, across = (_first(each) for each in size)
+    by_row = {row: _line(columns, low_m[row : row + 1], high_m) for row in rows}
+    by_column = {column: _line(columns, low_m, high_m[column : column + 1]) for column in across}
+    start = 0
+    while True:
+        found = _skeleton(by_row, by_column)
+        tried = _elsewhere(size, by_row, by_column, start)
+        if tried is None or len(by_row) >= min(size):
+            return _line_by_line(columns, by_row, low_m, high_m), 0.0
+        start += TRIED
+        exact = columns(np.stack((low_m[tried[0]], high_m[tried[1]]), axis=1))
+        total = np.sum(exact, axis=1)
+        guess = np.sum(found[tried], axis=1)
+        error = np.max(np.abs(guess - total) / np.maximum(np.abs(total), np.finfo(float).tiny), axis=1)
+        worst = int(np.argmax(error))
+        if error[worst] <= 0.5 * tolerance:
+            return found, float(error[worst])
+        row, column = int(tried[0][worst]), int(tried[1][worst])
+        by_row.setdefault(row, _line(columns, low_m[row : row + 1], high_m))
+        by_column.setdefault(column, _line(columns, low_m, high_m[column : column + 1]))
+
+
+def _first(size: int) -> list[int]:
+    return sorted(set(np.linspace(0, size - 1, FIRST_CROSSES).round().astype(int).tolist()))
+
+
+def _line(columns: Pairs, low_m: Array, high_m: Array) -> Array:
+    """Columns of one row or one column of the product, (N, K, B)."""
+    return columns(np.stack(np.broadcast_arrays(low_m, high_m), axis=1))
+
+
+def _line_by_line(columns: Pairs, by_row: dict[int, Array], low_m: Array, high_m: Array) -> Array:
+    """Compute every row that is not known yet."""
+    return np.stack(
+        [by_row[row] if row in by_row else _line(columns, low_m[row : row + 1], high_m) for row in range(low_m.size)]
+    )
+
+
+def _skeleton(by_row: dict[int, Array], by_column: dict[int, Array]) -> Array:
+    """Complete the product from its crosses; the crosses themselves stay as they are."""
+    rows, across = sorted(by_row), sorted(by_column)
+    lines = np.stack([by_row[row] for row in rows])  # (I, F, K, B)
+    columns = np.stack([by_column[column] for column in across], axis=1)  # (E, J, K, B)
+    centre = np.moveaxis(lines[:, across], (0, 1), (-2, -1))  # (K, B, I, J)
+    inverse = np.linalg.pinv(centre, rcond=_RANK)
+    found: Array = np.einsum("ejkb,kbji,ifkb->efkb", columns, inverse, lines, optimize=True)
+    for index, column in enumerate(across):
+        found[:, column] = columns[:, index]
+    for index, row in enumerate(rows):
+        found[row] = lines[index]
+    return found
+
+
+def _elsewhere(
+    size: tuple[int, int], by_row: dict[int, Array], by_column: dict[int, Array], start: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
+    """Indices of some elements that are in no cross, spread over the product; None if there are too few."""
+    free = [np.setdiff1d(np.arange(n), list(known)) for n, known in zip(size, (by_row, by_column), strict=True)]
+    if free[0].size * free[1].size <= 2 * TRIED:
+        return None
+    # Kronecker sequence of the plastic number's powers: even, and never the same twice.
+    number = np.arange(start, start + TRIED) + 1.0
+    share = np.mod(number[:, None] * np.array([0.7548776662466927, 0.5698402909980532]), 1.0)
+    places = [each[(share[:, axis] * each.size).astype(int)] for axis, each in enumerate(free)]
+    return places[0], places[1]
+
+
+CROSS_SHARE = 0.2
+"""Share of the tolerance left to the completion of the product of both axes from crosses."""
+
+PROBES = (0.0, 0.5)
+"""Where along the other layer's nodes an axis is tried: its thickest clouds hide more than they add."""
+
+ROWS_AT_ONCE = 64
+"""Rows of the dense table that are interpolated together."""
+
+
+@dataclass(frozen=True)
+class LayerPair:
+    """Thickness axes of two layers whose product is the table of columns with cloud in both.
+
+    Attributes
+    ----------
+    low, high : ThicknessAxis
+        Of the lower and of the higher layer.
+    cross_tolerance : float
+        Relative error of the total that completing the product from crosses may cause.
+    estimated_error : float
+        Relative error of the total: the largest found between exact nodes of both axes, plus the shares of
+        the tolerance that the dense nodes and the crosses use.
+    """
+
+    low: ThicknessAxis
+    high: ThicknessAxis
+    cross_tolerance: float
+    estimated_error: float
+
+    def exact(self, columns: ColumnsAt) -> Array:
+        """Terms of the columns of all pairs of exact nodes, (E, F, K, B), from some of them."""
+        return complete(columns, self.low.exact_m, self.high.exact_m, self.cross_tolerance)[0]
+
+    def dense(self, exact: Array, named: Callable[[Array], Array]) -> NDArray[np.float32]:
+        """Interpolate exact columns onto all pairs of dense nodes.
+
+        Parameters
+        ----------
+        exact : ndarray (E, F, K, B)
+            As :meth:`exact` returns them.
+        named : callable
+            Maps terms (..., K, B) to the quantities wanted, (..., Q, B).
+
+        Returns
+        -------
+        ndarray (N, M, Q x B)
+            Single precision, which halves the memory; its rounding is that of the cube.
+        """
+        across = np.moveaxis(self.high.interpolate(np.moveaxis(exact, 1, 0)), 0, 1)
+        table: NDArray[np.float32] | None = None
+        row = 0
+        for index, (segment, place) in enumerate(zip(self.low.segments, self.low.places, strict=True)):
+            curve, dense = curve_through(segment, across[place]), np.log(self.low.dense_of(index))
+            for start in range(0, dense.size, ROWS_AT_ONCE):
+                quantities = named(curve(dense[start : start + ROWS_AT_ONCE]))
+                rows, columns = quantities.shape[:2]
+                flat = quantities.reshape(rows, columns, -1)
+                if table is None:
+                    table = np.empty((self.low.dense_m.size, columns, flat.shape[2]), dtype=np.float32)
+                table[row : row + rows] = flat
+                row += rows
+        assert table is not None
+        return table
+
+
+def place_pair(
+    columns: ColumnsAt,
+    low: ThicknessAxis,
+    high: ThicknessAxis,
+    tolerance: float,
+    source: Source,
+    layers: tuple[CloudLayer, ...],
+) -> LayerPair:
+    """Add nodes to the axes of two layers until columns with both keep the tolerance.
+
+    Parameters
+    ----------
+    columns : callable
+        Maps pairs of thicknesses (N, 2), low and high, to terms (N, K, B).
+    low, high : ThicknessAxis
+        Axes of the layers alone; the new ones have all their nodes.
+    tolerance : float
+        Relative to the total; a fifth of it for the crosses, and half of the rest for each axis.
+    source : Source
+        Who an error names.
+    layers : tuple of CloudLayer
+        The low and the high one.
+
+    Raises
+    ------
+    ProviderError
+        If the radiance does not converge with nodes, because a provider returns values that jump.
+    """
+    axes, share = [low, high], 0.5 * (1.0 - CROSS_SHARE) * tolerance
+    while True:
+        values, _ = complete(columns, axes[0].exact_m, axes[1].exact_m, CROSS_SHARE * tolerance)
+        misfits = [_misfits(columns, axes, values, which) for which in (0, 1)]
+        errors = [[misfit.error for misfit in each] for each in misfits]
+        coarse = [[error > (1 - LINEAR_SHARE) * share for error in each] for each in errors]
+        if not any(map(any, coarse)):
+            break
+        axes = [_halved(axis, too_coarse) for axis, too_coarse in zip(axes, coarse, strict=True)]
+        if max(axis.exact_m.size for axis in axes) > MAX_NODES:
+            which = int(axes[1].exact_m.size > MAX_NODES)
+            most = max(misfits[which], key=lambda misfit: misfit.error)
+            raise jumping(
+                f"radiance against the thickness of two cloud layers does not converge to {tolerance:g} with "
+                f"{MAX_NODES} columns along one of them (error {most.error:.2g})",
+                source,
+                layers[which],
+                most.thickness_m,
+                most.place,
+            )
+    placed = [
+        _with_dense_nodes(axis, np.moveaxis(values, which, 0), LINEAR_SHARE * share) for which, axis in enumerate(axes)
+    ]
+    largest = sum(max(each) for each in errors)
+    cross = CROSS_SHARE * tolerance
+    return LayerPair(placed[0], placed[1], cross, largest + 2.0 * LINEAR_SHARE * share + cross)
+
+
+@dataclass(frozen=True)
+class _Misfit:
+    """Largest relative error of the total in the middle of the intervals of a segment, and where."""
+
+    error: float
+    thickness_m: Array
+    place: tuple[int, int]
+
+
+def _misfits(columns: ColumnsAt, axes: list[ThicknessAxis], values: Array, which: int) -> list[_Misfit]:
+    """Compare each segment of one axis with columns in the middle of its intervals."""
+    axis, other = axes[which], axes[1 - which].exact_m
+    probes = np.unique((np.array(PROBES) * (other.size - 1)).round().astype(int))
+    along = np.moveaxis(values, which, 0)[:, probes]
+    misfits = []
+    for segment, place in zip(axis.segments, axis.places, strict=True):
+        middle = np.sqrt(segment[:-1]) * np.sqrt(segment[1:])
+        pairs = np.stack(np.meshgrid(middle, other[probes], indexing="ij"), axis=-1).reshape(-1, 2)
+        found = columns(pairs if which == 0 else pairs[:, ::-1])
+        exact = found.reshape(middle.size, probes.size, *found.shape[1:])
+        guess = curve_through(segment, along[place])(np.log(middle))
+        error = float(np.max(np.abs(np.sum(guess, axis=2) / np.sum(exact, axis=2) - 1.0)))
+        as_bands = (np.moveaxis(each, 1, 2).reshape(middle.size, each.shape[2], -1) for each in (guess, exact))
+        misfits.append(_Misfit(error, middle, worst(*as_bands)))
+    return misfits
+
+
+def _halved(axis: ThicknessAxis, coarse: list[bool]) -> ThicknessAxis:
+    """Halve all intervals of the segments that are too coarse."""
+    segments = tuple(
+        np.sort(np.concatenate((segment, np.sqrt(segment[:-1]) * np.sqrt(segment[1:])))) if too_coarse else segment
+        for segment, too_coarse in zip(axis.segments, coarse, strict=True)
+    )
+    return replace(axis, segments=segments)
+
+
+def _with_dense_nodes(axis: ThicknessAxis, along: Array, tolerance: float) -> ThicknessAxis:
+    """Add the dense nodes that columns with the other layer need; ``along`` (E, F, K, B) has this axis first."""
+    as_bands = np.moveaxis(along, 1, 2).reshape(along.shape[0], along.shape[2], -1)
+    dense = [
+        dense_nodes(segment, as_bands[place], tolerance)
+        for segment, place in zip(axis.segments, axis.places, strict=True)
+    ]
+    return replace(axis, dense_m=np.unique(np.concatenate((axis.dense_m, *dense))))

@@ -1,0 +1,139 @@
+"""Tables of a scene whose pixels have views of their own: those of each view, and their errors together.
+
+Radiance of a frame whose pixels have views of their own: look-ups at each node, weighted pixel by pixel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import fields, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.accuracy import Budget
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.views import ImageViews, ViewAxis
+from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.providers import Grid, View
+
+
+def plan_toward(plan: Plan, view: View) -> Plan:
+    """Return the plan of the same scene seen along parallel rays from another direction."""
+    return replace(plan, assembly=plan.assembly.toward(view), views=None)
+
+
+def image_views(plan: Plan) -> ImageViews:
+    """Return the views over the image of a plan whose pixels have views of their own."""
+    assert plan.assembly.lines_of_sight is not None
+    return ImageViews(plan.grid, plan.assembly.lines_of_sight)
+
+
+def plans_over_views(plan: Plan) -> tuple[Plan, ...]:
+    """Return a plan for each view that has tables, which is the plan itself where one stands for all pixels."""
+    if plan.views is None:
+        return (plan,)
+    return tuple(plan_toward(plan, view) for view in image_views(plan).at(plan.views.places))
+
+
+def tables_over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables:
+    """Return the tables of all views of a plan that has several.
+
+    Parameters
+    ----------
+    tables_of : callable
+        Makes the tables of a plan with one view.
+
+    Returns
+    -------
+    RadianceTables
+        Those that took most wavenumbers, with the largest errors of any and all of them as ``over_views``.
+    """
+    assert plan.views is not None
+    each = tuple(tables_of(toward) for toward in plans_over_views(plan))
+    largest = max(each, key=lambda tables: tables.spectrum.nodes.wavenumber_cm1.size)
+    errors = Budget(
+        **{field.name: max(getattr(tables.errors, field.name) for tables in each) for field in fields(Budget)}
+    )
+    return replace(largest, errors=replace(errors, views=plan.views.estimated_error), over_views=each)
+
+
+Thickness = NDArray[np.float32]
+
+VALUES_AT_ONCE = 2**21
+"""Pixels times channels whose sums are held together; 16 MB."""
+
+
+class ViewedLookUp:
+    """Look-up in the tables of one instant, toward the view of each pixel.
+
+    Parameters
+    ----------
+    axis : ViewAxis
+    grid : Grid
+        The image, in pixels.
+    look_ups : sequence of LookUp
+        One for each node of the axis, in its order.
+    """
+
+    def __init__(self, axis: ViewAxis, grid: Grid, look_ups: Sequence[LookUp]) -> None:
+        self._look_ups = look_ups
+        self._across, self._up = axis.weights(grid)
+
+    def of_part(self, extent: Window) -> ViewedLookUp:
+        """Return the look-up of some rows and columns of the image, counted from the first of them."""
+        part = copy(self)
+        part._up, part._across = self._up[extent[0]], self._across[extent[1]]
+        return part
+
+    def fill(
+        self,
+        radiance: NDArray[np.float32],
+        thickness_m: Sequence[Thickness],
+        samples: int = 1,
+        corner: tuple[int, int] = (0, 0),
+    ) -> None:
+        """Write the radiance of a window of the image, as :meth:`LookUp.fill` does; without layers of all of it."""
+        if thickness_m:
+            rows, columns = (size // samples for size in thickness_m[0].shape)
+        else:
+            rows, columns, corner = len(self._up), len(self._across), (0, 0)
+        step = max(1, VALUES_AT_ONCE // (radiance.shape[0] * columns))
+        for first in range(0, rows, step):
+            strip = slice(first, min(first + step, rows))
+            points = [each[points_of(strip, samples)] for each in thickness_m]
+            self._fill_strip(radiance, points, samples, (corner[0] + first, corner[1]), strip.stop - first, columns)
+
+    def _fill_strip(
+        self,
+        radiance: NDArray[np.float32],
+        thickness_m: Sequence[Thickness],
+        samples: int,
+        corner: tuple[int, int],
+        rows: int,
+        columns: int,
+    ) -> None:
+        window = slice(corner[0], corner[0] + rows), slice(corner[1], corner[1] + columns)
+        sums = np.zeros((radiance.shape[0], rows, columns))
+        part = np.empty(sums.shape, dtype=np.float32)
+        up, across = self._up[window[0]], self._across[window[1]]
+        for node, look_up in enumerate(self._look_ups):
+            look_up.fill(part, thickness_m, samples)
+            row, column = divmod(node, across.shape[1])
+            _add(sums, part, np.ascontiguousarray(up[:, row]), np.ascontiguousarray(across[:, column]))
+        # A term that vanishes may be less than 0 between nodes.
+        radiance[:, window[0], window[1]] = np.maximum(sums, 0.0)
+
+
+@njit(cache=True, nogil=True)
+def _add(sums, part, up, across):  # type: ignore[no-untyped-def]
+    """Add a part (C, y, x) to sums, weighted by row and column."""
+    for c in range(sums.shape[0]):
+        for y in range(sums.shape[1]):
+            weight = up[y]
+            for x in range(sums.shape[2]):
+                sums[c, y, x] += weight * across[x] * np.float64(part[c, y, x])

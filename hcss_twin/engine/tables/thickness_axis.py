@@ -1,0 +1,282 @@
+"""Naming who makes radiance jump as a cloud grows, and where.
+
+Radiance against thickness between exact columns: a spline of degree 5 in ln(thickness).
+
+The thickness axis of the radiance tables: where spectra are computed, and how frames look between.
+
+Radiance against thickness is smooth except where the moving face of the cloud crosses a level of the profile. Between
+two such breakpoints a spline in ln(thickness) through few exact columns meets the tolerance (``curve.py``); it is then
+sampled densely, so that the look-up of each pixel is linear.
+
+Each term of the radiance is interpolated; the total is their sum.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.providers import CloudLayer
+
+
+@dataclass(frozen=True)
+class Source:
+    """Whose columns are tabulated.
+
+    Attributes
+    ----------
+    model : str
+        What messages call the radiance model.
+    terms : tuple of str (K,)
+        Names of its terms, in the order of the columns' second axis.
+    """
+
+    model: str
+    terms: tuple[str, ...]
+
+
+def worst(guess: Array, exact: Array) -> tuple[int, int]:
+    """Return column and term of the largest remaining error, relative to the total; both are (N, K, B)."""
+    whole = np.maximum(np.abs(np.sum(exact, axis=1)), np.finfo(float).tiny)
+    away = np.abs(np.sum(guess - exact, axis=1)) / whole
+    column, band = np.unravel_index(np.argmax(away), away.shape)
+    return int(column), int(np.argmax(np.abs(guess - exact)[column, :, band]))
+
+
+def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, place: tuple[int, int]) -> ProviderError:
+    """Return the error of radiance that does not converge.
+
+    Parameters
+    ----------
+    what : str
+        What does not converge to what.
+    source : Source
+    layer : CloudLayer
+        The one that grows.
+    thickness_m : ndarray (N,)
+        Of the columns that were tried last.
+    place : (int, int)
+        As :func:`worst` returns it.
+    """
+    column, term = place
+    at = float(thickness_m[column])
+    face = layer.base_m + at if layer.anchor == "base" else layer.top_m - at
+    moving = "top" if layer.anchor == "base" else "base"
+    return ProviderError(
+        f"{what}: term '{source.terms[term]}' of {source.model} seems to jump near {at:.6g} m ({moving} of layer "
+        f"'{layer.name}' at {face:.6g} m); it must be continuous, and so must what it asks other providers for"
+    )
+
+
+DEGREE = 5
+"""At 1e-3 a cubic needs twice as many exact columns, which are dear; between two levels radiance is smooth."""
+
+
+def spline_through(thickness_m: Array, values: Array) -> Callable[[Array], Array]:
+    """Spline through values at some thicknesses.
+
+    Parameters
+    ----------
+    thickness_m : ndarray (N,)
+        Ascending, above 0, m; up to ``DEGREE`` + 1 of them give the polynomial through all.
+    values : ndarray (N, ...)
+
+    Returns
+    -------
+    callable
+        Maps ln(thickness) (M,) to (M, ...).
+    """
+    # imported here: runs that find their tables should not wait for it
+    from scipy.interpolate import make_interp_spline
+
+    place = np.log(thickness_m)
+    degree = min(DEGREE, place.size - 1)
+    # A polynomial has its knots at the ends; older versions of scipy place none for even degrees by themselves.
+    ends = np.repeat(place[[0, -1]], degree + 1) if place.size <= DEGREE + 1 else None
+    spline: Callable[[Array], Array] = make_interp_spline(place, values, k=degree, t=ends, axis=0)
+    return spline
+
+
+def curve_through(thickness_m: Array, values: Array) -> Callable[[Array], Array]:
+    """Return :func:`spline_through` the values (N, ...) that does not undershoot zero.
+
+    A term that fades to nothing (the sea under a thick cloud) would swing below zero by less than the tolerance; its
+    exact columns say that it does not.
+    """
+    spline = spline_through(thickness_m, values)
+    floor = np.minimum(np.min(values, axis=0), 0.0)
+
+    def evaluate(ln_thickness: Array) -> Array:
+        result: Array = np.maximum(spline(ln_thickness), floor)
+        return result
+
+    return evaluate
+
+
+ColumnsAt = Callable[[Array], Array]
+"""Maps thicknesses (N,) to terms (N, K, B)."""
+
+FIRST_NODES = 5
+MAX_NODES = 4097
+LINEAR_SHARE = 0.25
+"""Share of the tolerance left to the linear look-up; the curve's midpoint errors get the rest."""
+
+
+@dataclass(frozen=True)
+class ThicknessAxis:
+    """Exact nodes of each smooth segment, and the dense nodes of the look-up.
+
+    Attributes
+    ----------
+    segments : tuple of ndarray
+        Thickness of the exact columns, m; neighbouring segments share an end.
+    dense_m : ndarray (N,)
+        Nodes of the linear look-up.
+    estimated_error : float
+        Relative error of the total: the largest found between exact nodes while they were placed, plus the
+        share of the tolerance that the dense nodes use.
+    """
+
+    segments: tuple[Array, ...]
+    dense_m: Array
+    estimated_error: float
+
+    @property
+    def exact_m(self) -> Array:
+        """Nodes of all segments, each once."""
+        return np.concatenate([self.segments[0], *(segment[1:] for segment in self.segments[1:])])
+
+    @property
+    def places(self) -> tuple[slice, ...]:
+        """Where the nodes of each segment lie among ``exact_m``."""
+        first = np.cumsum([0, *(segment.size - 1 for segment in self.segments)])
+        return tuple(
+            slice(int(start), int(start) + segment.size) for start, segment in zip(first, self.segments, strict=False)
+        )
+
+    def interpolate(self, values: Array) -> Array:
+        """Interpolate values at ``exact_m``, (E, ...), onto the dense nodes, (N, ...)."""
+        return np.concatenate(
+            [
+                curve_through(segment, values[place])(np.log(self.dense_of(index)))
+                for index, (segment, place) in enumerate(zip(self.segments, self.places, strict=True))
+            ]
+        )
+
+    def dense_of(self, index: int) -> Array:
+        """Dense nodes of one segment; of an end that two segments share, the lower one has it."""
+        segment = self.segments[index]
+        first = self.dense_m > segment[0] if index else self.dense_m >= segment[0]
+        dense: Array = self.dense_m[first & (self.dense_m <= segment[-1])]
+        return dense
+
+
+def place_axis(
+    columns: ColumnsAt, layer: CloudLayer, level_m: Array, tolerance: float, source: Source
+) -> ThicknessAxis:
+    """Place nodes so that the total keeps the tolerance, measured between the nodes.
+
+    Parameters
+    ----------
+    columns : callable
+        Maps thicknesses (N,) to terms (N, K, B).
+    level_m : ndarray
+        Altitudes at which the profile has kinks.
+    tolerance : float
+        Relative to the total.
+    source : Source
+        Who an error names.
+
+    Raises
+    ------
+    ProviderError
+        If the radiance does not converge with nodes, because a provider returns values that jump.
+    """
+    segments, dense, largest = [], [], 0.0
+    for low, high in pairwise(breakpoints(layer, level_m)):
+        nodes, values, error = _segment(columns, low, high, (1 - LINEAR_SHARE) * tolerance, source, layer)
+        segments.append(nodes)
+        dense.append(dense_nodes(nodes, values, LINEAR_SHARE * tolerance))
+        largest = max(largest, error)
+    return ThicknessAxis(tuple(segments), np.unique(np.concatenate(dense)), largest + LINEAR_SHARE * tolerance)
+
+
+def _segment(
+    columns: ColumnsAt, low: float, high: float, tolerance: float, source: Source, layer: CloudLayer
+) -> tuple[Array, Array, float]:
+    """Halve all intervals of one segment until the curve predicts every new column."""
+    nodes = np.geomspace(low, high, FIRST_NODES)
+    nodes[0], nodes[-1] = low, high
+    values = columns(nodes)
+    while True:
+        middle = np.sqrt(nodes[:-1]) * np.sqrt(nodes[1:])
+        exact = columns(middle)
+        guess = curve_through(nodes, values)(np.log(middle))
+        error = relative(total(guess), total(exact))
+        order = np.argsort(np.concatenate((nodes, middle)))
+        nodes = np.concatenate((nodes, middle))[order]
+        values = np.concatenate((values, exact))[order]
+        if error <= tolerance:
+            return nodes, values, error
+        if nodes.size >= MAX_NODES:
+            raise jumping(
+                f"radiance against cloud thickness between {low:g} and {high:g} m does not converge to "
+                f"{tolerance:g} with {nodes.size} columns (error {error:.2g})",
+                source,
+                layer,
+                middle,
+                worst(guess, exact),
+            )
+
+
+def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
+    """Halve intervals of the linear look-up where it departs from the curve through ``values`` (N, K, B).
+
+    Returns
+    -------
+    ndarray (D,)
+        The nodes and those between them.
+    """
+    curve = curve_through(nodes, values)
+    dense = nodes
+    suspect = np.ones(dense.size - 1, dtype=bool)
+    while np.any(suspect):
+        left = np.flatnonzero(suspect)
+        middle = 0.5 * (dense[left] + dense[left + 1])
+        ends = total(curve(np.log(dense[left]))), total(curve(np.log(dense[left + 1])))
+        exact = total(curve(np.log(middle)))
+        # Not divided by what is exact: it may be 0, where terms are left out.
+        coarse = np.any(np.abs(0.5 * (ends[0] + ends[1]) - exact) > tolerance * np.abs(exact), axis=1)
+        position = left[coarse] + 1
+        dense = np.insert(dense, position, middle[coarse])
+        suspect = np.zeros(dense.size - 1, dtype=bool)
+        inserted = position + np.arange(position.size)
+        suspect[inserted - 1] = True
+        suspect[inserted] = True
+    return dense
+
+
+def breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
+    """Ends of the thickness range and the thicknesses at which the cloud's moving face crosses a level."""
+    low, high = layer.thickness_min_m, layer.thickness_max_m
+    # Clouds may all be equally thick, or as good as; an axis needs some width.
+    low = min(low, high * (1 - 1e-6))
+    crossing = level_m - layer.base_m if layer.anchor == "base" else layer.top_m - level_m[::-1]
+    inner: list[float] = crossing[(crossing > low * 1.001) & (crossing < high * 0.999)].tolist()
+    return [low, *inner, high]
+
+
+def total(terms: Array) -> Array:
+    """Sum over terms: (N, K, B) to (N, B)."""
+    result: Array = np.sum(terms, axis=1)
+    return result
+
+
+def relative(guess: Array, exact: Array) -> float:
+    """Largest difference relative to ``exact``."""
+    return float(np.max(np.abs(guess - exact) / np.maximum(np.abs(exact), np.finfo(float).tiny)))

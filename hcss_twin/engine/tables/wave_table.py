@@ -1,0 +1,182 @@
+"""Radiance of clear columns against the slope of the waves: compiled once per scene, looked up in every frame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.engine.tables.radiance_tables import Quantities, WaveTables
+from hcss_twin.physics import quadrature
+from hcss_twin.physics.geometry import wind_sense
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.waves import DrawnWaves
+from hcss_twin.providers import RadianceModel, Sun
+
+SIGMAS = 4.0
+"""The table ends at this many standard deviations; steeper waves, 6e-5 of them, are taken for those at its end."""
+
+FLOOR = 1e-6
+"""Share of the total below which a term is not followed in its logarithm."""
+
+ROUGHNESS = 1e-4
+"""Relative error left where more nodes do not help: sea models are integrals by quadrature (rough-sea: 4e-5)."""
+
+_COARSEST, _FINEST = 4, 64
+_DENSEST = 513
+
+
+def compile_waves(
+    plan: Plan, waves: DrawnWaves, quantities: Quantities, suns: tuple[Sun | None, ...], tolerance: float
+) -> WaveTables:
+    """Compute clear columns over tilted seas until interpolation keeps the tolerance.
+
+    Exact columns lie at Chebyshev's nodes of both slopes, where a polynomial follows the logarithm of each term; it
+    is doubled until columns between them agree with it. Each term is then scaled so that its mean over the waves is
+    the radiance of the mean sea: on a map, parts that turn toward the sensor take no more room than others, in
+    the mean sea they do.
+
+    Parameters
+    ----------
+    quantities : Quantities
+        What is looked up.
+    suns : tuple of Sun or None
+        At each time node; the middle one places the nodes.
+    tolerance : float
+        Relative to the total of the band.
+
+    Raises
+    ------
+    ProviderError
+        If the radiance does not converge with nodes.
+    """
+    columns = [_Columns(plan, waves, sun) for sun in suns]
+    middle = len(suns) // 2
+    orders, error = _place(columns[middle], 0.25 * tolerance)
+    nodes = quadrature.nodes(orders[0]), quadrature.nodes(orders[1])
+    sizes, rest = _dense(columns[middle](*nodes), 0.25 * tolerance)
+    changes, levels = zip(*(_change(each(*nodes), each.level(), sizes) for each in columns), strict=True)
+    return WaveTables(
+        (SIGMAS * waves.rms[0], SIGMAS * waves.rms[1]),
+        tuple(np.ascontiguousarray(quantities.of(each).reshape(*sizes, -1), np.float32) for each in changes),
+        levels,
+        error + rest,
+    )
+
+
+def probe_waves(plan: Plan, waves: DrawnWaves, sun: Sun | None) -> Array:
+    """Totals (4, B) of clear columns at two standard deviations of either slope: they move as the sun does."""
+    columns, far = _Columns(plan, waves, sun), np.array([-2.0, 2.0]) / SIGMAS
+    still = np.zeros(1)
+    total: Array = np.sum(np.concatenate((columns(far, still)[:, 0], columns(still, far)[0])), axis=1)
+    return total
+
+
+class _Columns:
+    """Clear columns over tilted seas, integrated over the bands; each is computed once."""
+
+    def __init__(self, plan: Plan, waves: DrawnWaves, sun: Sun | None) -> None:
+        self._plan, self._sun, self._size_m = plan, sun, waves.point_size_m
+        self._reach = tuple(SIGMAS * rms for rms in waves.rms)
+        self._sense = 1.0 if sun is None else wind_sense(plan.view.azimuth_deg, sun.azimuth_deg)
+        self._known: dict[tuple[float, float], Array] = {}
+
+    def __call__(self, upwind: Array, crosswind: Array) -> Array:
+        """Terms (N, M, K, B) at slopes (N,) and (M,) over their reach, crosswind clockwise from upwind."""
+        found = np.stack([self._at(float(u), float(c)) for u in upwind for c in crosswind])
+        return found.reshape(upwind.size, crosswind.size, *found.shape[1:])
+
+    def level(self) -> Array:
+        """Terms (K, B) over the mean sea."""
+        return self._to_bands(self._plan.model)
+
+    def _at(self, upwind: float, crosswind: float) -> Array:
+        key = upwind, crosswind
+        if key not in self._known:
+            assembly = self._plan.assembly
+            tilt = upwind * self._reach[0], self._sense * crosswind * self._reach[1]
+            sea = assembly.sea.tilted(*tilt, self._size_m)  # type: ignore[attr-defined]
+            self._known[key] = self._to_bands(assembly.model_over(sea))
+        return self._known[key]
+
+    def _to_bands(self, model: RadianceModel) -> Array:
+        grid = self._plan.spectral_grid
+        terms = model.clear(grid.wavenumber_cm1, self._sun)
+        return np.stack([np.asarray(terms[name]) @ grid.weights_cm1.T for name in model.terms])
+
+
+def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]:
+    """Double the order of either slope until the polynomial keeps the tolerance.
+
+    It is measured halfway between the nodes of that slope, on lines at the ends and in the middle of the other.
+    Errors below the sea model's own roughness are left as they are where they no longer fall.
+    """
+    orders, error = [_COARSEST, _COARSEST], 0.0
+    lines = np.array([-1.0, 0.0, 1.0])
+    for axis in (0, 1):
+        found = np.inf
+        while True:
+            between = quadrature.between(orders[axis])
+            places = (between, lines) if axis == 0 else (lines, between)
+            values = columns(quadrature.nodes(orders[0]), quadrature.nodes(orders[1]))
+            before, found = found, _difference(_interpolate(values, places), columns(*places))
+            if found <= tolerance or (found <= ROUGHNESS and found > 0.25 * before):
+                break
+            if 2 * orders[axis] == _FINEST:
+                raise ProviderError(
+                    f"clear radiance over tilted seas does not converge: {found:.1e} with {orders[axis] + 1} slopes, "
+                    f'allowed {tolerance:.1e}; allowed: sea.waves = "averaged", larger pixels or a lower accuracy'
+                )
+            orders[axis] *= 2
+        error += found
+    return (orders[0], orders[1]), error
+
+
+def _difference(guess: Array, exact: Array) -> float:
+    """Greatest relative difference of totals."""
+    total = np.sum(exact, axis=2)
+    off = np.abs(np.sum(guess, axis=2) - total)
+    return float(np.max(np.divide(off, total, out=np.zeros_like(off), where=total > 0)))
+
+
+def _interpolate(values: Array, places: tuple[Array, ...]) -> Array:
+    """Interpolate terms (n, m, K, B) at nodes to places (N,), (M,) on [-1, 1]: (N, M, K, B)."""
+    floor = FLOOR * np.mean(np.sum(values, axis=2), axis=(0, 1))
+    constant = np.all(values == values[:1, :1], axis=(0, 1))
+    followed = ~constant & (floor > 0) & (np.min(values, axis=(0, 1)) > -0.5 * floor)
+    turned = np.where(followed, np.log(np.where(followed, values + floor, 1.0)), values)
+    rows, columns = (quadrature.weights(size - 1, x) for size, x in zip(values.shape[:2], places, strict=True))
+    found = np.tensordot(rows, np.tensordot(columns, turned, (1, 1)), (1, 1))
+    back = np.exp(np.where(followed, found, 0.0)) - floor
+    return np.where(constant, values[0, 0], np.where(followed, np.maximum(back, 0.0), found))
+
+
+def _dense(values: Array, tolerance: float) -> tuple[tuple[int, int], float]:
+    """Sizes of an even grid between whose points cubics keep the tolerance, along either slope."""
+    sizes, error = [], 0.0
+    for axis in (0, 1):
+        size, found = 9, np.inf
+        while found > tolerance:
+            if size >= _DENSEST:
+                raise ProviderError(f"clear radiance over tilted seas needs more than {size} slopes")
+            size = 2 * size - 1
+            places = [quadrature.nodes(count - 1) for count in values.shape[:2]]
+            places[axis] = np.linspace(-1.0, 1.0, size)
+            exact = np.moveaxis(_interpolate(values, (places[0], places[1])), axis, 0)
+            known, between = exact[::2], exact[3:-3:2]
+            cubic = (9.0 * (known[1:-2] + known[2:-1]) - known[:-3] - known[3:]) / 16.0
+            # With half the step cubics err by a sixteenth.
+            found = _difference(np.moveaxis(cubic, 0, axis), np.moveaxis(between, 0, axis)) / 16.0
+        sizes.append(size)
+        error += found
+    return (sizes[0], sizes[1]), error
+
+
+def _change(values: Array, clear: Array, sizes: tuple[int, int]) -> tuple[Array, Array]:
+    """Change (N, M, K, B) of each term against the clear column (K, B), with a mean of 0 over the waves; its scale."""
+    places = [np.linspace(-1.0, 1.0, size) for size in sizes]
+    dense = _interpolate(values, tuple(places))
+    upwind, crosswind = (np.exp(-0.5 * (SIGMAS * each) ** 2) for each in places)
+    mean = np.einsum("n,m,nmkb->kb", upwind / upwind.sum(), crosswind / crosswind.sum(), dense)
+    scale = np.divide(clear, mean, out=np.ones_like(mean), where=mean > 0)
+    return np.asarray(dense * scale - clear, dtype=np.float64), scale

@@ -1,0 +1,137 @@
+"""Truth variables: the state of the clouds in each pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.cube.variables import LAYER
+from hcss_twin.physics.profile import Profile
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import pixel_sums
+from hcss_twin.providers import CloudLayer
+
+Thickness = NDArray[np.float32]
+
+
+class Truth:
+    """Computes the truth variables a plan asks for, window by window of a part of one frame.
+
+    Parameters
+    ----------
+    plan : Plan
+
+    Attributes
+    ----------
+    variables : dict of str to ndarray
+        Each variable of the part, without the time dimension.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self._layers = plan.layers
+        self._profile = plan.profile
+        self._samples = plan.samples_per_pixel
+        self._sizes = {"band": len(plan.bands), LAYER: len(plan.layers)}
+        self._shapes = {
+            spec.name: (tuple(dim for dim in spec.dims if dim != "time"), spec.dtype)
+            for spec in plan.variables
+            if spec.kind == "truth"
+        }
+        needs_optics = "cloud_optical_thickness" in self._shapes
+        self._extinction = [_band_extinction(plan, layer) for layer in plan.layers if needs_optics]
+        self.variables: dict[str, NDArray[Any]] = {}
+
+    def start(self, rows: int, columns: int) -> None:
+        """Make new arrays for a part of so many pixels; what is not filled is clear sky."""
+        sizes = {**self._sizes, "y": rows, "x": columns}
+        self.variables = {
+            name: np.zeros(tuple(sizes[dim] for dim in dims), dtype) for name, (dims, dtype) in self._shapes.items()
+        }
+        for name in ("cloud_top_altitude", "cloud_top_temperature"):
+            if name in self.variables:
+                self.variables[name][:] = np.nan
+
+    def fill(self, window: tuple[slice, slice], thickness_m: Sequence[Thickness]) -> None:
+        """Fill a window of the part.
+
+        Parameters
+        ----------
+        window : (slice, slice)
+            Rows and columns, in pixels of the part.
+        thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
+            Of each layer, at the points of the window.
+        """
+        if not self._layers or not self.variables:
+            return
+        cloudy_points = np.any([each > 0 for each in thickness_m], axis=0)
+        count = pixel_sums(cloudy_points, self._samples) if self._samples > 1 else cloudy_points
+        means = [self._mean(each) for each in thickness_m]
+        total = means[0] if len(means) == 1 else np.sum(means, axis=0, dtype=np.float32)
+        for name, array in self.variables.items():
+            part = array[..., window[0], window[1]]
+            match name:
+                case "cloud_mask":
+                    part[:] = count > 0
+                case "cloud_fraction":
+                    part[:] = count / self._samples**2
+                case "cloud_thickness":
+                    part[:] = total
+                case "cloud_layer_thickness":
+                    part[:] = means
+                case "cloud_optical_thickness":
+                    for extinction, mean in zip(self._extinction, means, strict=True):
+                        part += extinction[:, None, None] * mean
+        if "cloud_top_altitude" in self.variables or "cloud_top_temperature" in self.variables:
+            self._fill_tops(window, thickness_m, count)
+
+    def _mean(self, thickness_m: Thickness) -> Thickness:
+        """Mean thickness of each pixel, its clear part included."""
+        if self._samples == 1:
+            return thickness_m
+        return (pixel_sums(thickness_m, self._samples) / self._samples**2).astype(np.float32)
+
+    def _fill_tops(self, window: tuple[slice, slice], thickness_m: Sequence[Thickness], count: NDArray[Any]) -> None:
+        top, temperature = highest_cloud(self._layers, self._profile, thickness_m)
+        for name, values in (("cloud_top_altitude", top), ("cloud_top_temperature", temperature)):
+            if name not in self.variables:
+                continue
+            if self._samples > 1:
+                sums = pixel_sums(np.nan_to_num(values), self._samples)
+                values = np.divide(sums, count, out=np.full(sums.shape, np.nan), where=count > 0)
+            self.variables[name][window] = values
+
+
+def highest_cloud(
+    layers: Sequence[CloudLayer], profile: Profile, thickness_m: Sequence[Thickness]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Altitude (m) and temperature (K) of the highest cloud top at each point, NaN where clear.
+
+    Parameters
+    ----------
+    layers : sequence of CloudLayer
+        From the lowest to the highest.
+    thickness_m : sequence of ndarray (y, x)
+        Of each layer.
+    """
+    shape = thickness_m[0].shape
+    top, temperature = np.full(shape, np.nan), np.full(shape, np.nan)
+    for layer, thickness in zip(layers, thickness_m, strict=True):
+        cloudy = thickness > 0
+        if not np.any(cloudy):
+            continue
+        top[cloudy] = layer.cloud_top_m(thickness[cloudy].astype(np.float64))
+        temperature[cloudy] = (
+            profile.temperature_at(top[cloudy]) if layer.temperature_K is None else layer.temperature_K
+        )
+    return top, temperature
+
+
+def _band_extinction(plan: Plan, layer: CloudLayer) -> NDArray[np.float32]:
+    """Extinction at each band's central wavelength, (B,), m-1."""
+    centres = np.array([1e4 / band.central_um for band in plan.bands])
+    ascending, position = np.unique(centres, return_inverse=True)
+    properties = plan.optics.single_scattering(layer.microphysics, ascending)
+    return properties.extinction_m1[position].astype(np.float32)

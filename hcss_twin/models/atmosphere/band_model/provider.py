@@ -1,0 +1,232 @@
+"""Transmittance provider ``band-model``: LOWTRAN7's band model for any profile."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.atmosphere.band_model.absorber_density import level_state
+from hcss_twin.models.atmosphere.band_model.absorption import TRACE_GASES, Absorption, read_coefficients
+from hcss_twin.models.atmosphere.band_model.path_amounts import LayeredAir
+from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, SingleScattering
+from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
+from hcss_twin.models.atmosphere.parameters import BandModelParameters
+from hcss_twin.physics.paths import SPACE, Leg, Path
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import AtmosphereInputs, Declares
+
+Nodes = NDArray[np.intp]
+
+_LARGEST_ZENITH_DEG = 88.0
+_RAYS_AT_ONCE = 2
+"""Rays whose transmittances at every level are held in memory together."""
+
+
+class BandModelTransmittance:
+    """Transmittance and thermal emission of the air by LOWTRAN7's band model.
+
+    Parameters
+    ----------
+    inputs : AtmosphereInputs
+        The profile needs water vapour; gases it lacks are those of the 1976 US Standard, and NO, SO2, NO2, NH3 and
+        HNO3 always are, as in LOWTRAN7.
+    parameters : BandModelParameters
+
+    Raises
+    ------
+    CatalogError
+        If the coefficients cannot be read.
+    ProviderError
+        If the profile has no water vapour.
+
+    Notes
+    -----
+    Absorber amounts of all legs of a path are added before the band functions are applied. Scattering out of the path
+    counts as absorption, and as emission in the path radiance, as in LOWTRAN7. Pressures, temperatures and gases are
+    used at the profile's own levels; nothing but the wavenumber is interpolated afterwards.
+    """
+
+    def __init__(self, inputs: AtmosphereInputs, parameters: BandModelParameters) -> None:
+        catalog = inputs.catalog
+        coefficients = catalog.shelf.parsed(catalog.find(parameters.file, "atmospheres", ".nc"), read_coefficients)
+        state = level_state(inputs.profile, coefficients, parameters)
+        self._air = LayeredAir(state, parameters.earth_radius_m)
+        self._absorption = Absorption(coefficients, parameters.aerosol)
+        self._scattering = SingleScattering(self._air, self._absorption, coefficients, parameters.aerosol)
+        self._wavenumber = coefficients.wavenumber_cm1
+        whole = np.unique(self._air.between(0.0, SPACE).temperature_K)
+        self._planck = dict(zip(whole.tolist(), planck(self._wavenumber, whole[:, None]), strict=True))
+        missing = set(coefficients.channel_gas) - set(TRACE_GASES) - set(inputs.profile.mixing_ratio)
+        notes = [f"band model: {coefficients.source}, aerosol {parameters.aerosol}"]
+        if parameters.aerosol != "none":
+            notes[0] += f" (visibility {parameters.visibility_km:g} km, {parameters.season})"
+        if missing:
+            named = ", ".join(sorted(missing))
+            notes.append(f"band model: {named} of the 1976 US Standard, as the profile does not give them")
+        self._window = lru_cache(maxsize=8)(self._make_window)
+        self.declares = Declares(
+            depends_on=frozenset({"view_zenith", "sun_zenith"}),
+            valid={
+                "wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1])),
+                "view_zenith": (0.0, _LARGEST_ZENITH_DEG),
+            },
+            native_grid_cm1=self._wavenumber,
+            resolution_cm1=coefficients.resolution_cm1,
+            notes=tuple(notes),
+            own_errors=(
+                "band model: transmittance within 2e-4 and path radiance within 0.1 % of LOWTRAN7, to 85 deg; LOWTRAN7 "
+                "itself within some hundredths of measured transmittances",
+            ),
+        )
+
+    def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return transmittance (P, V) of composite paths.
+
+        Raises
+        ------
+        ProviderError
+            If a wavenumber lies outside the declared range. Zenith angles go on to the horizon, so that the sun
+            can set; emission and scattering end at 88 degrees.
+        """
+        return self.transmittance_of_amounts(wavenumber_cm1, self.absorber_amounts(paths))
+
+    def absorber_amounts(self, paths: Sequence[Path]) -> Array:
+        """Return amounts of absorbers (P, K) along composite paths; those of legs add."""
+        return self._air.amounts(paths)
+
+    def transmittance_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
+        """Return transmittance (P, V) behind amounts of absorbers (P, K).
+
+        Raises
+        ------
+        ProviderError
+            If a wavenumber lies outside the declared range.
+        """
+        window = self._window(wavenumber_cm1.tobytes())
+        factors = self._absorption.factors(amounts, self._absorption.humidity_percent(amounts))
+        native = self._absorption.transmittance(factors, window.nodes)
+        return window.interpolate(native)
+
+    def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return thermal emission (P, V) of single legs as seen from their upper end, W m-2 sr-1 (cm-1)-1.
+
+        Notes
+        -----
+        Each layer is a black body at its density-weighted mean temperature T_n, so that with the transmittance t_n
+        from the upper end to the bottom of layer n the radiance is sum_n B(T_n) (t_n+1 - t_n); an isothermal
+        atmosphere gives (1 - t) B.
+        """
+        return self._emission(wavenumber_cm1, paths, from_above=True)
+
+    def sky_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return thermal emission (P, V) of single legs as seen from their lower end, W m-2 sr-1 (cm-1)-1."""
+        return self._emission(wavenumber_cm1, paths, from_above=False)
+
+    def solar_path_radiance(
+        self,
+        wavenumber_cm1: Array,
+        paths: Sequence[Path],
+        sun_zenith_deg: float,
+        relative_azimuth_deg: float,
+        asymmetry: float | None = None,
+    ) -> Array:
+        """Return sunlight scattered once into single legs, as seen from their upper end, over the sun's irradiance.
+
+        Parameters
+        ----------
+        wavenumber_cm1 : ndarray (V,)
+        paths : sequence of Path (P,)
+        sun_zenith_deg, relative_azimuth_deg : float
+            Of the sun at the surface point; azimuth 0 with the sensor on the sun's side.
+        asymmetry : float, optional
+            Of a Henyey-Greenstein phase function for all aerosol, instead of LOWTRAN7's tables of it.
+
+        Returns
+        -------
+        ndarray (P, V)
+            sr-1; times the irradiance (per wavenumber) outside the atmosphere it is a radiance.
+
+        Raises
+        ------
+        ProviderError
+            If the sun is lower than 88 degrees from the zenith anywhere on a path.
+        """
+        window = self._window(wavenumber_cm1.tobytes())
+        nodes = window.nodes
+        sun = Illumination(math.radians(sun_zenith_deg), math.radians(relative_azimuth_deg))
+        native = np.zeros((len(paths), nodes.size))
+        for row, path in enumerate(paths):
+            if len(path.legs) > 1:
+                raise ProviderError("band model: scattered sunlight is known for single legs only")
+            for leg in path.legs:
+                _check(leg)
+                native[row] = self._scattering.radiance(leg, sun, nodes, asymmetry)
+        return window.interpolate(native)
+
+    def _emission(self, wavenumber_cm1: Array, paths: Sequence[Path], *, from_above: bool) -> Array:
+        window = self._window(wavenumber_cm1.tobytes())
+        nodes = window.nodes
+        native = np.zeros((len(paths), nodes.size))
+        rays: dict[tuple[float, float], list[tuple[int, float]]] = {}
+        for row, path in enumerate(paths):
+            if len(path.legs) > 1:
+                raise ProviderError("band model: emission is known for single legs only")
+            for leg in path.legs:
+                _check(leg)
+                rays.setdefault((leg.lower_m, leg.upper_m), []).append((row, leg.zenith_deg))
+        for (lower, upper), members in rays.items():
+            layers = self._air.between(lower, upper)
+            if not layers.temperature_K.size:
+                continue
+            # From the observer's end.
+            order = slice(None, None, -1 if from_above else 1)
+            source = self._black_bodies(layers.temperature_K[order], nodes)
+            for start in range(0, len(members), _RAYS_AT_ONCE):
+                some = members[start : start + _RAYS_AT_ONCE]
+                slant = self._air.slant(layers, lower, np.array([angle for _, angle in some]))
+                by_layer = np.add.reduceat(slant[:, :, None] * layers.amount, layers.first_cell, axis=1)
+                seen = self._cumulative_transmittance(by_layer[:, order], nodes)
+                emission, before = np.zeros((2, len(some), nodes.size))
+                before += 1.0
+                for black, beyond in zip(source, seen, strict=True):
+                    before -= beyond
+                    # Where nothing absorbs, rounding could leave less than nothing.
+                    np.maximum(before, 0.0, out=before)
+                    before *= black
+                    emission += before
+                    before[...] = beyond
+                native[[row for row, _ in some]] = emission
+        return window.interpolate(native)
+
+    def _make_window(self, wavenumbers: bytes) -> NativeWindow:
+        return native_window(self._wavenumber, np.frombuffer(wavenumbers, dtype=np.float64), "band model")
+
+    def _black_bodies(self, temperature_K: Array, nodes: Nodes) -> list[Array]:
+        """Planck radiances of layers, looked up for those of the profile itself."""
+        wavenumber = self._wavenumber[nodes]
+        return [
+            known[nodes] if (known := self._planck.get(float(kelvin))) is not None else planck(wavenumber, kelvin)
+            for kelvin in temperature_K
+        ]
+
+    def _cumulative_transmittance(self, amount: Array, nodes: Nodes) -> Array:
+        """Transmittance (L, P, N) through the first 1, 2, ... L layers, from amounts (P, L, K)."""
+        cumulative = np.cumsum(amount, axis=1).swapaxes(0, 1)
+        count, rays, columns = cumulative.shape
+        # One mean humidity for the whole ray, as in LOWTRAN7; cumulative ones would let layers emit less than nothing.
+        humidity = np.tile(self._absorption.humidity_percent(cumulative[-1]), count)
+        factors = self._absorption.factors(cumulative.reshape(count * rays, columns), humidity)
+        return self._absorption.transmittance(factors, nodes).reshape(count, rays, -1)
+
+
+def _check(leg: Leg) -> None:
+    if leg.zenith_deg > _LARGEST_ZENITH_DEG:
+        raise ProviderError(
+            f"band model: zenith angle {leg.zenith_deg:g} deg at the surface; allowed 0 to {_LARGEST_ZENITH_DEG:g} deg"
+        )

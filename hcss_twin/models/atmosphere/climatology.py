@@ -1,0 +1,195 @@
+"""Monthly climatology of the sea surface and the air above it, by place and date (COADS, 1946-1989).
+
+Linear in time between the middles of the months, bilinear in space over the cells that have reports.
+Linear interpolation flattens the extremes of the year by up to a tenth of the seasonal range.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError
+
+NAME = "COADS 1946-1989"
+FURTHEST_KM = 500.0
+"""How far away the reports may lie that stand for a place at sea without any around it."""
+
+LAND_REACH_DEG = 1.0
+"""A place is on land if no cell of the 1 degree land mask within this reach is sea."""
+
+_MEAN_EARTH_RADIUS_KM = 6371.0
+_FORMAT = ("hcss-climatology", 1)
+
+
+@dataclass(frozen=True)
+class Climate:
+    """A climatological value at one place and time.
+
+    Attributes
+    ----------
+    value : float
+        In the unit of the quantity.
+    distance_km : float
+        0 where cells with reports surround the place, otherwise the distance of the nearest one used.
+    """
+
+    value: float
+    distance_km: float
+
+
+class Climatology:
+    """Reads the shipped climatology once and interpolates in it.
+
+    Parameters
+    ----------
+    catalog : Catalog
+        Finds and records the file; it is opened at the first question.
+    """
+
+    def __init__(self, catalog: Catalog) -> None:
+        self._catalog = catalog
+
+    def sea_surface_temperature_K(self, latitude_deg: float, longitude_deg: float, time: datetime) -> float:
+        """Temperature of the sea as ships measure it, in the upper metres; raises CatalogError."""
+        return self.look_up("sea_surface_temperature", latitude_deg, longitude_deg, time).value
+
+    def air_temperature_K(self, latitude_deg: float, longitude_deg: float, time: datetime) -> float:
+        """Temperature of the air on deck; raises CatalogError."""
+        return self.look_up("air_temperature", latitude_deg, longitude_deg, time).value
+
+    def wind_speed_m_s(self, latitude_deg: float, longitude_deg: float, time: datetime) -> float:
+        """Mean of the wind speed (not the speed of the mean wind); raises CatalogError."""
+        return self.look_up("wind_speed", latitude_deg, longitude_deg, time).value
+
+    def specific_humidity_kg_kg(self, latitude_deg: float, longitude_deg: float, time: datetime) -> float:
+        """Water vapour per mass of moist air on deck; raises CatalogError."""
+        return 1e-3 * self.look_up("specific_humidity", latitude_deg, longitude_deg, time).value
+
+    def look_up(self, quantity: str, latitude_deg: float, longitude_deg: float, time: datetime) -> Climate:
+        """Interpolate one quantity of the file, in the file's unit.
+
+        Parameters
+        ----------
+        quantity : {"sea_surface_temperature", "air_temperature", "wind_speed", "specific_humidity"}
+        latitude_deg, longitude_deg : float
+            Degrees north and east; longitude in any turn.
+        time : datetime
+            With zone.
+
+        Raises
+        ------
+        CatalogError
+            If the place is on land, or no report lies within 500 km in one of the two months.
+        """
+        if not -90.0 <= latitude_deg <= 90.0:
+            raise ValueError(f"latitude_deg {latitude_deg}: allowed -90 to 90")
+        where = _place(latitude_deg, longitude_deg)
+        if self.is_land(latitude_deg, longitude_deg):
+            raise CatalogError(f"{where} is on land, and the climatology knows the sea only; give a value")
+        months = 12.0 * _year_fraction(time) - 0.5
+        month, share = math.floor(months), months - math.floor(months)
+        found = []
+        for each in (month % 12, (month + 1) % 12):
+            climate = self._in_month(quantity, each, latitude_deg, longitude_deg)
+            if climate is None:
+                raise CatalogError(
+                    f"the climatology has no {quantity.replace('_', ' ')} within {FURTHEST_KM:g} km of {where} in "
+                    f"month {each + 1} (ice, or no ships); give a value"
+                )
+            found.append(climate)
+        before, after = found
+        value = (1.0 - share) * before.value + share * after.value
+        return Climate(value, max(before.distance_km, after.distance_km))
+
+    def is_land(self, latitude_deg: float, longitude_deg: float) -> bool:
+        """Whether a place lies a degree or more from the sea, by the 1 degree mask of the file."""
+        fields = self._fields
+        rows = np.abs(fields["sea_latitude"] - latitude_deg) <= LAND_REACH_DEG + 0.5
+        away = np.abs(_turn(fields["sea_longitude"] - longitude_deg))
+        return not np.any(fields["sea"][np.ix_(rows, away <= LAND_REACH_DEG + 0.5)])
+
+    def _in_month(self, quantity: str, month: int, latitude: float, longitude: float) -> Climate | None:
+        """Bilinear over the surrounding cells with reports; failing these, the nearest cell."""
+        fields = self._fields
+        values = fields[quantity][month]
+        rows, row_weights = _neighbours(fields["latitude"], latitude)
+        columns, column_weights = _neighbours(fields["longitude"], longitude, turn=360.0)
+        around = values[np.ix_(rows, columns)]
+        weights = np.where(np.isfinite(around), np.outer(row_weights, column_weights), 0.0)
+        if weights.sum() > 0:
+            return Climate(float(np.sum(weights * np.nan_to_num(around)) / weights.sum()), 0.0)
+        distance = _distance_km(fields["latitude"][:, None], fields["longitude"], latitude, longitude)
+        distance = np.where(np.isfinite(values), distance, np.inf)
+        nearest = int(np.argmin(distance))
+        if distance.flat[nearest] > FURTHEST_KM:
+            return None
+        return Climate(float(values.flat[nearest]), float(distance.flat[nearest]))
+
+    @cached_property
+    def _fields(self) -> dict[str, Array]:
+        import netCDF4
+
+        path = self._catalog.find("coads-monthly", "climatology", ".nc")
+        with netCDF4.Dataset(path) as dataset:
+            found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
+            if found != _FORMAT:
+                raise CatalogError(f"{path.name}: format {found}; expected {_FORMAT}")
+            return {
+                name: np.ma.filled(variable[:].astype(np.float64), np.nan)
+                for name, variable in dataset.variables.items()
+            }
+
+
+def _year_fraction(time: datetime) -> float:
+    """Fraction of its year that has passed, in UTC; 0 to below 1."""
+    instant = time.astimezone(UTC)
+    start = instant.replace(month=1, day=1, hour=0, minute=0, second=0, microsecond=0)
+    days = 366 if _is_leap(instant.year) else 365
+    return (instant - start).total_seconds() / (days * 86_400.0)
+
+
+def _is_leap(year: int) -> bool:
+    return year % 4 == 0 and (year % 100 != 0 or year % 400 == 0)
+
+
+def _neighbours(nodes: Array, at: float, turn: float = 0.0) -> tuple[list[int], Array]:
+    """Indices of the two evenly spaced nodes around a point and their weights.
+
+    With ``turn`` the axis is closed; without, the first or last node stands alone beyond it.
+    """
+    step = float(nodes[1] - nodes[0])
+    position = ((at - nodes[0]) % turn if turn else at - nodes[0]) / step
+    if not turn:
+        position = min(max(position, 0.0), nodes.size - 1.0)
+    low = int(position)
+    high = (low + 1) % nodes.size if turn else min(low + 1, nodes.size - 1)
+    share = position - low
+    return [low % nodes.size, high], np.array([1.0 - share, share])
+
+
+def _turn(degrees: Array) -> Array:
+    """Differences of longitude in [-180, 180)."""
+    result: Array = (degrees + 180.0) % 360.0 - 180.0
+    return result
+
+
+def _distance_km(latitude: Array, longitude: Array, to_latitude: float, to_longitude: float) -> Array:
+    """Great-circle distance by the haversine formula, broadcast over the first two arguments."""
+    north, to_north = np.radians(latitude), math.radians(to_latitude)
+    half_height = np.sin((north - to_north) / 2)
+    half_width = np.sin(np.radians(longitude - to_longitude) / 2)
+    square = half_height**2 + np.cos(north) * math.cos(to_north) * half_width**2
+    result: Array = 2 * _MEAN_EARTH_RADIUS_KM * np.arcsin(np.sqrt(np.minimum(square, 1.0)))
+    return result
+
+
+def _place(latitude: float, longitude: float) -> str:
+    east = (longitude + 180.0) % 360.0 - 180.0
+    return f"{abs(latitude):g} {'N' if latitude >= 0 else 'S'} {abs(east):g} {'E' if east >= 0 else 'W'}"

@@ -1,0 +1,137 @@
+"""What one run of another code says about one path through the air."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+
+RadianceUnit = Literal["per_cm1", "per_um", "per_nm"]
+"""Spectral unit of radiance and irradiance: per cm-1, per micrometre, per nanometre."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Line of sight of a run.
+
+    Attributes
+    ----------
+    observer_m : float
+        Altitude of the observer (H1).
+    end_m : float
+        Altitude of the far end (H2).
+    angle_deg : float
+        Zenith angle of the line of sight at the observer: below 90 upwards, above 90 downwards.
+    horizontal : bool
+        A path of constant altitude (ITYPE = 1); ``end_m`` means nothing then.
+    refracted : bool
+        Whether the code bent the ray; False for plane-parallel solvers, whose angle is that of every level.
+    """
+
+    observer_m: float
+    end_m: float
+    angle_deg: float
+    horizontal: bool = False
+    refracted: bool = True
+
+    @property
+    def kind(self) -> Literal["up", "down", "horizontal", "limb"]:
+        """How the path runs; ``limb``: through a tangent point, or the angle contradicts the ends."""
+        if self.horizontal:
+            return "horizontal"
+        if self.angle_deg < 90.0 and self.end_m > self.observer_m:
+            return "up"
+        if self.angle_deg > 90.0 and self.end_m < self.observer_m:
+            return "down"
+        return "limb"
+
+    @property
+    def lower_m(self) -> float:
+        """Altitude of the lower end."""
+        return min(self.observer_m, self.end_m)
+
+    @property
+    def upper_m(self) -> float:
+        """Altitude of the upper end."""
+        return max(self.observer_m, self.end_m)
+
+    def __str__(self) -> str:
+        if self.horizontal:
+            return f"horizontal path at {self.observer_m / 1e3:g} km"
+        return f"{self.observer_m / 1e3:g} km -> {self.end_m / 1e3:g} km at {self.angle_deg:g} deg"
+
+
+@dataclass(frozen=True)
+class SpectralPath:
+    """Spectra of one path, in our units.
+
+    Attributes
+    ----------
+    wavenumber_cm1 : ndarray (V,)
+        Ascending.
+    transmittance : ndarray (V,) or None
+        Of the whole path, 0 to 1; None where the file has none.
+    path_radiance : ndarray (V,) or None
+        Thermal emission of the air towards the observer, scattered part included, without surface and
+        sunlight, W m-2 sr-1 (cm-1)-1; None where the file has none.
+    solar : mapping of str to ndarray (V,)
+        Sunlight, where the file has it. ``scattered`` (of which ``single_scattered``) and
+        ``ground_reflected`` (thermal and solar; of which ``sun_reflected``) are radiances,
+        W m-2 sr-1 (cm-1)-1; ``at_top``, ``at_observer``, ``via_end`` (sun to the path's far end to the
+        observer) and ``transmitted`` are irradiances, W m-2 (cm-1)-1.
+    total_radiance, surface_emission : ndarray (V,) or None
+        All that reaches the observer, and the part the surface emits, W m-2 sr-1 (cm-1)-1.
+    geometry : Geometry or None
+        None where the file does not tell.
+    code : str
+        Code and kind of file.
+    source : str
+        File and number of the run in it.
+    line : int
+        Line of the file at which the run's numbers begin, for messages.
+    model : int or None
+        Number of the model atmosphere (1 tropical ... 6 US Standard 1976), where the file tells.
+    resolution_cm1 : float or None
+        Full width of the slit, where the file tells.
+    surface_temperature_K : float or None
+        Temperature of a black surface whose emission is still inside ``total_radiance`` and has to be
+        taken off with the path's transmittance to get the path radiance (libRadtran).
+    notes : tuple of str
+        What a user should know.
+    """
+
+    wavenumber_cm1: Array
+    transmittance: Array | None
+    path_radiance: Array | None
+    geometry: Geometry | None
+    code: str
+    source: str
+    line: int
+    solar: Mapping[str, Array] = field(default_factory=dict)
+    total_radiance: Array | None = None
+    surface_emission: Array | None = None
+    model: int | None = None
+    resolution_cm1: float | None = None
+    surface_temperature_K: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+def radiance_factor(wavenumber_cm1: Array, unit: RadianceUnit) -> Array:
+    """Factor from radiance (or irradiance) per W m-2 and spectral unit to per cm-1, shape (V,).
+
+    d lambda / d nu = 1e4 / nu^2 micrometres per cm-1.
+    """
+    if unit == "per_cm1":
+        return np.ones_like(wavenumber_cm1)
+    per_um: Array = 1e4 / wavenumber_cm1**2
+    return per_um if unit == "per_um" else per_um * 1e3
+
+
+def sine_deg(angle_deg: float) -> float:
+    """Sine of an angle in degrees."""
+    return math.sin(math.radians(angle_deg))

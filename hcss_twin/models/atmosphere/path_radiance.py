@@ -1,0 +1,62 @@
+"""Thermal emission of the air between a target and space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.paths import Path, to_space
+from hcss_twin.physics.planck import planck
+from hcss_twin.physics.profile import Profile
+from hcss_twin.providers import TransmittanceProvider
+
+
+def path_radiance(
+    provider: TransmittanceProvider,
+    profile: Profile,
+    wavenumber_cm1: Array,
+    target_m: Sequence[float],
+    zenith_deg: float,
+) -> Array:
+    """Path radiance seen from space, L_atm of eqs 19 and 20 of the HCSS paper.
+
+    A provider that brings its own path radiance is asked for it; for every other one the layers'
+    Planck radiances are weighted with differences of transmittance,
+
+        L = sum_n B(T_n) [T(top of n -> space) - T(bottom of n -> space)],
+
+    so that an isothermal atmosphere gives (1 - T) B exactly.
+
+    Parameters
+    ----------
+    target_m : sequence of float (P,)
+        Altitudes at which the paths begin.
+    zenith_deg : float
+        Zenith angle at the surface point.
+
+    Returns
+    -------
+    ndarray (P, V)
+        W m-2 sr-1 (cm-1)-1.
+    """
+    own = getattr(provider, "path_radiance", None)
+    if own is not None:
+        result: Array = own(wavenumber_cm1, [to_space(height, zenith_deg) for height in target_m])
+        return result
+    return np.stack([_from_layers(provider, profile, wavenumber_cm1, height, zenith_deg) for height in target_m])
+
+
+def _from_layers(
+    provider: TransmittanceProvider, profile: Profile, wavenumber_cm1: Array, target_m: float, zenith_deg: float
+) -> Array:
+    levels = np.concatenate(([target_m], profile.altitude_m[profile.altitude_m > target_m]))
+    paths = [to_space(float(level), zenith_deg) for level in levels[:-1]]
+    # Above the last level there is no air: transmittance 1.
+    transmittance = provider.transmittance(wavenumber_cm1, [*paths, Path()])
+    temperature = profile.temperature_at(levels)
+    layer_temperature = 0.5 * (temperature[1:] + temperature[:-1])
+    source = planck(wavenumber_cm1[None, :], layer_temperature[:, None])
+    result: Array = np.sum(source * np.diff(transmittance, axis=0), axis=0)
+    return result

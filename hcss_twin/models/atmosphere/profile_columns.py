@@ -1,0 +1,260 @@
+"""What a column of a profile file may be called, and the units it may come in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from hcss_twin.core.errors import closest
+from hcss_twin.physics.profile import GASES
+
+Unit = tuple[float, float]
+"""(factor, offset): SI value = factor * value + offset."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One quantity of a profile.
+
+    Attributes
+    ----------
+    name : str
+        Name inside the program and first spelling.
+    spellings : tuple of str
+        Accepted names, lower case; a hyphen or blank counts as an underscore.
+    units : mapping of str to (factor, offset)
+        Accepted units as :func:`folded` writes them; the first is the SI unit.
+    low, high : float
+        Physical limits in SI, both allowed.
+    needs_unit : bool
+        Whether a column without unit is refused.
+    """
+
+    name: str
+    spellings: tuple[str, ...]
+    units: Mapping[str, Unit]
+    low: float
+    high: float
+    needs_unit: bool = True
+
+    @property
+    def si_unit(self) -> str:
+        """Unit of the limits."""
+        return next(iter(self.units))
+
+
+_LENGTH = {
+    "m": (1.0, 0.0),
+    "km": (1e3, 0.0),
+    "ft": (0.3048, 0.0),
+    "metre": (1.0, 0.0),
+    "meter": (1.0, 0.0),
+    "metres": (1.0, 0.0),
+    "meters": (1.0, 0.0),
+}
+_PRESSURE = {
+    "pa": (1.0, 0.0),
+    "hpa": (100.0, 0.0),
+    "mb": (100.0, 0.0),
+    "mbar": (100.0, 0.0),
+    "millibar": (100.0, 0.0),
+    "millibars": (100.0, 0.0),
+    "kpa": (1e3, 0.0),
+}
+_CELSIUS = (1.0, 273.15)
+_TEMPERATURE = {
+    "k": (1.0, 0.0),
+    "kelvin": (1.0, 0.0),
+    "c": _CELSIUS,
+    "degc": _CELSIUS,
+    "°c": _CELSIUS,
+    "celsius": _CELSIUS,
+    "deg_c": _CELSIUS,
+    "degree_celsius": _CELSIUS,
+    "degrees_celsius": _CELSIUS,
+}
+_RELATIVE = {"1": (1.0, 0.0), "fraction": (1.0, 0.0), "percent": (0.01, 0.0), "%": (0.01, 0.0), "pct": (0.01, 0.0)}
+_MASS_RATIO = {
+    "kg_kg": (1.0, 0.0),
+    "kg_kg-1": (1.0, 0.0),
+    "kg_kg**-1": (1.0, 0.0),
+    "1": (1.0, 0.0),
+    "g_kg": (1e-3, 0.0),
+    "g_kg-1": (1e-3, 0.0),
+    "g_kg**-1": (1e-3, 0.0),
+}
+_MOLE_FRACTION = {
+    "1": (1.0, 0.0),
+    "mol_mol": (1.0, 0.0),
+    "mol_mol-1": (1.0, 0.0),
+    "ppmv": (1e-6, 0.0),
+    "ppm": (1e-6, 0.0),
+    "1e-6": (1e-6, 0.0),
+    "ppbv": (1e-9, 0.0),
+    "ppb": (1e-9, 0.0),
+    "1e-9": (1e-9, 0.0),
+}
+_GAS_NAMES = {
+    "h2o": "water_vapour",
+    "co2": "carbon_dioxide",
+    "o3": "ozone",
+    "n2o": "nitrous_oxide",
+    "co": "carbon_monoxide",
+    "ch4": "methane",
+    "o2": "oxygen",
+}
+
+HUMIDITIES = ("h2o", "mixing_ratio", "specific_humidity", "dewpoint", "relative_humidity")
+"""Ways of giving water vapour; the first one present is used."""
+
+QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
+    {
+        quantity.name: quantity
+        for quantity in (
+            Quantity("altitude", ("altitude", "height", "geometric_altitude", "z"), _LENGTH, 0.0, 1e6),
+            Quantity(
+                "geopotential_height",
+                ("geopotential_height", "geopotential_altitude", "gph"),
+                {**_LENGTH, "gpm": (1.0, 0.0)},
+                0.0,
+                1e6,
+            ),
+            Quantity("pressure", ("pressure", "air_pressure", "pressure_level", "p"), _PRESSURE, 0.0, 1.1e5),
+            Quantity("temperature", ("temperature", "air_temperature", "ta", "t"), _TEMPERATURE, 100.0, 1500.0),
+            Quantity("relative_humidity", ("relative_humidity", "rh", "hur"), _RELATIVE, 0.0, 2.0),
+            Quantity(
+                "dewpoint",
+                ("dewpoint", "dew_point", "dewpoint_temperature", "dew_point_temperature", "td"),
+                _TEMPERATURE,
+                123.0,
+                332.0,
+            ),
+            Quantity("specific_humidity", ("specific_humidity", "hus", "q"), _MASS_RATIO, 0.0, 0.2),
+            Quantity(
+                "mixing_ratio",
+                ("mixing_ratio", "humidity_mixing_ratio", "water_vapour_mixing_ratio"),
+                _MASS_RATIO,
+                0.0,
+                0.2,
+            ),
+            *(
+                Quantity(
+                    gas,
+                    (gas, _GAS_NAMES[gas], f"mole_fraction_of_{_GAS_NAMES[gas]}_in_air"),
+                    _MOLE_FRACTION,
+                    0.0,
+                    1.0,
+                    needs_unit=False,
+                )
+                for gas in GASES
+            ),
+        )
+    }
+)
+
+PASSED_OVER = (
+    "air_number_density",
+    "time",
+    "latitude",
+    "longitude",
+    "lat",
+    "lon",
+    "level",
+    "wind_speed",
+    "wind_direction",
+    "wind_from_direction",
+    "wind_from",
+    "u_wind",
+    "v_wind",
+    "eastward_wind",
+    "northward_wind",
+    "ascent_rate",
+    "frost_point",
+    "potential_temperature",
+)
+"""Columns that soundings have and a profile does not need; no error, with any unit behind them."""
+
+_BRACKETS = re.compile(r"(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]")
+
+
+def folded(unit: str) -> str:
+    """Write a unit as the tables here do: lower case, blanks and slashes as underscores."""
+    return re.sub(r"[\s/·_]+", "_", unit.strip().lower())
+
+
+def recognised(header: str) -> tuple[Quantity, Unit] | None:
+    """Tell from the head of a CSV column what it holds and in which unit.
+
+    Parameters
+    ----------
+    header : str
+        ``name_unit``, ``name [unit]`` or ``name (unit)``.
+
+    Returns
+    -------
+    tuple or None
+        The quantity and its unit; None for a column that is passed over.
+
+    Raises
+    ------
+    ValueError
+        If the name or the unit is unknown, or the unit is missing.
+    """
+    bracket = _BRACKETS.fullmatch(header.strip())
+    text = folded(header).replace("-", "_") if bracket is None else _folded_name(bracket["name"])
+    for spelling, quantity in _by_length():
+        if bracket is not None and text == spelling:
+            return quantity, unit_of(quantity, bracket["unit"], header)
+        if bracket is None and (text == spelling or text.startswith(f"{spelling}_")):
+            # The unit is cut from the text as typed: in it a hyphen is a minus sign.
+            return quantity, unit_of(quantity, folded(header)[len(spelling) + 1 :], header)
+    if any(text == each or text.startswith(f"{each}_") for each in PASSED_OVER):
+        return None
+    spellings = [spelling for spelling, _ in _by_length()]
+    guess = closest(text, spellings) or closest(text.rpartition("_")[0], spellings)
+    hint = f"; closest is '{guess}'" if guess else ""
+    raise ValueError(f"column '{header}' is not known; allowed: {', '.join(QUANTITIES)}{hint}")
+
+
+def named(names: Iterable[str]) -> Quantity | None:
+    """Quantity that one of a NetCDF variable's names stands for, None where none does."""
+    for name in names:
+        for quantity in QUANTITIES.values():
+            if _folded_name(name) in quantity.spellings:
+                return quantity
+    return None
+
+
+def unit_of(quantity: Quantity, unit: str, label: str) -> Unit:
+    """Look up a unit.
+
+    Raises
+    ------
+    ValueError
+        If it is missing or not one of the quantity's.
+    """
+    allowed = ", ".join(quantity.units)
+    if not unit.strip():
+        if quantity.needs_unit:
+            raise ValueError(
+                f"'{label}' has no unit; allowed: {allowed}; for example '{quantity.name}_{quantity.si_unit}'"
+            )
+        return quantity.units[quantity.si_unit]
+    try:
+        return quantity.units[folded(unit)]
+    except KeyError:
+        guess = closest(folded(unit), quantity.units)
+        hint = f"; closest is '{guess}'" if guess else ""
+        raise ValueError(f"'{label}': unknown unit '{unit.strip()}'; allowed: {allowed}{hint}") from None
+
+
+def _folded_name(name: str) -> str:
+    return folded(name).replace("-", "_")
+
+
+def _by_length() -> list[tuple[str, Quantity]]:
+    """Every spelling, the longest first, so that 'temperature_K' is not taken for 't'."""
+    pairs = [(spelling, quantity) for quantity in QUANTITIES.values() for spelling in quantity.spellings]
+    return sorted(pairs, key=lambda pair: -len(pair[0]))

@@ -1,0 +1,219 @@
+"""Reader of a user's profile or radiosonde ascent, CSV or NetCDF; docs/atmosphere-profiles.md."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.atmosphere.profile_columns import (
+    HUMIDITIES,
+    QUANTITIES,
+    Quantity,
+    Unit,
+    named,
+    recognised,
+    unit_of,
+)
+
+NETCDF_SUFFIXES = (".nc", ".nc4", ".cdf", ".netcdf")
+MAX_LEVELS = 100_000
+
+
+@dataclass(frozen=True)
+class Sounding:
+    """Levels as a file gives them, in SI.
+
+    Attributes
+    ----------
+    name : str
+        What the user calls the file.
+    where : tuple of str (L,)
+        Where each level stands in the file, for messages: ``line 12`` or ``level 3``.
+    columns : mapping of str to ndarray (L,)
+        Quantity (``profile_columns``) to values; every value finite and within its physical limits.
+    notes : tuple of str
+        What was left aside.
+    """
+
+    name: str
+    where: tuple[str, ...]
+    columns: Mapping[str, Array]
+    notes: tuple[str, ...] = ()
+
+
+def read_sounding(path: Path, name: str) -> Sounding:
+    """Read the levels of a profile file.
+
+    Parameters
+    ----------
+    path : Path
+        A NetCDF file by its suffix, otherwise comma-separated text.
+    name : str
+        For messages.
+
+    Raises
+    ------
+    CatalogError
+        If the file is malformed, a quantity is missing, or a value is missing or impossible; with the
+        line or level.
+    """
+    read = _read_netcdf if path.suffix.lower() in NETCDF_SUFFIXES else _read_csv
+    where, columns = read(path, name)
+    for required in ("pressure", "temperature"):
+        if required not in columns:
+            quantity = QUANTITIES[required]
+            raise CatalogError(
+                f"{name}: {required} is missing; allowed names: {', '.join(quantity.spellings)} in "
+                f"{', '.join(quantity.units)}"
+            )
+    notes = _set_aside(columns, name)
+    return Sounding(name, where, columns, tuple(notes))
+
+
+def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CatalogError(f"{name}: not a text file: {error}") from error
+    lines = _lines(text)
+    number, header = next(lines, (0, None))
+    if header is None:
+        raise CatalogError(f"{name}: no row of column names")
+    kept: dict[int, tuple[Quantity, Unit, str]] = {}
+    for index, head in enumerate(header):
+        try:
+            found = recognised(head)
+        except ValueError as error:
+            raise CatalogError(f"{name}, line {number}: {error}") from error
+        if found is None:
+            continue
+        quantity, unit = found
+        _refuse_twice(kept, quantity, head, f"{name}, line {number}")
+        kept[index] = (quantity, unit, head)
+    where, rows = [], []
+    for number, fields in lines:
+        place = f"line {number}"
+        if len(fields) != len(header):
+            raise CatalogError(f"{name}, {place}: {len(fields)} fields, the header has {len(header)}")
+        rows.append([_number(fields[index], kept[index][2], f"{name}, {place}") for index in kept])
+        where.append(place)
+        if len(rows) > MAX_LEVELS:
+            raise CatalogError(f"{name}: more than {MAX_LEVELS} levels")
+    if len(rows) < 2:
+        raise CatalogError(f"{name}: {len(rows)} levels; at least 2 are needed")
+    table = np.array(rows, dtype=np.float64)
+    columns = {}
+    for position, (quantity, unit, head) in enumerate(kept.values()):
+        columns[quantity.name] = _in_si(table[:, position], quantity, unit, head, where, name)
+    return tuple(where), columns
+
+
+def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        stripped = line.strip()
+        if stripped and not stripped.startswith("#"):
+            yield number, [field.strip() for field in stripped.split(",")]
+
+
+def _number(text: str, head: str, place: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        what = f"'{text}' is not a number" if text else "is missing"
+        raise CatalogError(f"{place}: {head} {what}; {_REMEDY}") from None
+    if not math.isfinite(value):
+        raise CatalogError(f"{place}: {head} is {text}; {_REMEDY}")
+    return value
+
+
+_REMEDY = "leave out the level, or end the profile below it (levels above are completed from a model)"
+
+
+def _read_netcdf(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]:
+    import netCDF4
+
+    try:
+        dataset = netCDF4.Dataset(path)
+    except OSError as error:
+        raise CatalogError(f"{name}: not a readable NetCDF file: {error}") from error
+    found: dict[int, tuple[Quantity, Unit, str]] = {}
+    arrays: dict[str, Array] = {}
+    with dataset:
+        for index, (label, variable) in enumerate(dataset.variables.items()):
+            quantity = named((str(getattr(variable, "standard_name", "")), label))
+            if quantity is None:
+                continue
+            _refuse_twice(found, quantity, label, name)
+            try:
+                unit = unit_of(quantity, str(getattr(variable, "units", "")), label)
+            except ValueError as error:
+                raise CatalogError(f"{name}: {error}") from error
+            found[index] = (quantity, unit, label)
+            arrays[label] = _one_column(variable, label, name)
+    sizes = {label: array.size for label, array in arrays.items()}
+    if len(set(sizes.values())) > 1:
+        listed = ", ".join(f"{label} {size}" for label, size in sizes.items())
+        raise CatalogError(f"{name}: the variables have different numbers of levels: {listed}")
+    if not sizes:
+        return (), {}  # the caller says what is missing
+    levels = next(iter(sizes.values()))
+    if not 2 <= levels <= MAX_LEVELS:
+        raise CatalogError(f"{name}: {levels} levels; at least 2 are needed and {MAX_LEVELS} are allowed")
+    where = tuple(f"level {number}" for number in range(1, levels + 1))
+    columns = {}
+    for quantity, unit, label in found.values():
+        bad = np.flatnonzero(~np.isfinite(arrays[label]))
+        if bad.size:
+            raise CatalogError(f"{name}, {where[bad[0]]}: {label} is missing; {_REMEDY}")
+        columns[quantity.name] = _in_si(arrays[label], quantity, unit, label, where, name)
+    return where, columns
+
+
+def _one_column(variable: Any, label: str, name: str) -> Array:
+    values = np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), np.nan)
+    squeezed: Array = np.squeeze(values)
+    if squeezed.ndim != 1:
+        raise CatalogError(
+            f"{name}: '{label}' has the shape {values.shape}; allowed: one column of levels (select one place and time)"
+        )
+    return squeezed
+
+
+def _refuse_twice(kept: Mapping[int, tuple[Quantity, Unit, str]], quantity: Quantity, label: str, place: str) -> None:
+    for other, _, first in kept.values():
+        if other.name == quantity.name:
+            raise CatalogError(f"{place}: '{first}' and '{label}' both hold {quantity.name}; keep one")
+
+
+def _in_si(
+    values: Array, quantity: Quantity, unit: Unit, label: str, where: tuple[str, ...] | list[str], name: str
+) -> Array:
+    factor, offset = unit
+    result = factor * values + offset
+    bad = np.flatnonzero((result < quantity.low) | (result > quantity.high))
+    if bad.size:
+        first = int(bad[0])
+        low, high = ((limit - offset) / factor for limit in (quantity.low, quantity.high))
+        raise CatalogError(f"{name}, {where[first]}: {label} is {values[first]:g}; allowed: {low:g} to {high:g}")
+    return result
+
+
+def _set_aside(columns: dict[str, Array], name: str) -> list[str]:
+    """Keep one way of giving humidity and one of giving height; say what is not used."""
+    present = [each for each in HUMIDITIES if each in columns]
+    if not present:
+        listed = ", ".join(HUMIDITIES)
+        raise CatalogError(f"{name}: humidity is missing; give one of {listed} (h2o = 0 for dry air)")
+    spare = present[1:]
+    if "altitude" in columns and "geopotential_height" in columns:
+        spare.append("geopotential_height")
+    for each in spare:
+        del columns[each]
+    return [f"profile '{name}': columns not used: {', '.join(spare)}"] if spare else []

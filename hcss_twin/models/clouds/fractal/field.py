@@ -1,0 +1,256 @@
+"""The normal field V of eqs 2-4: any tile of any frame of an unbounded sky."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, MAX_BLOCKS, BlockCache, NodeWindow
+from hcss_twin.models.clouds.fractal.lattice import plane_key, unit_offset
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
+from hcss_twin.models.clouds.fractal.rows import add_octave, cubic_weights, split
+
+_X, _Y, _T = 0, 1, 2
+
+_FEWEST_ROWS = 64
+"""Of one thread: below that starting it costs more than it saves."""
+
+_GATHER_ROWS_UNTIL = 1.25
+"""Rows of nodes per row of pixels: with more it is cheaper to sum rows before they are gathered."""
+
+_NO_SLOTS = np.empty((0, 0, 0), dtype=np.int32)
+_NO_COLUMNS = np.empty(0, dtype=np.uint32)
+_NO_WEIGHTS = np.empty((0, 0), dtype=np.float32)
+_NEAREST = np.ones((1, 1), dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class PixelWindow:
+    """Pixels first, first + 1, ... along one axis, at ``origin + index`` pixels from the sky's origin.
+
+    The integer index and the origin are kept apart, because a lattice of pixels needs the one without
+    rounding.
+    """
+
+    first: int
+    count: int
+    origin: float
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """Pixel centres in pixels from the sky's origin."""
+        # Whole and half numbers are added first and exactly, so that moving the window and moving the
+        # platform by whole pixels give the same sum.
+        indices = np.arange(self.first, self.first + self.count, dtype=np.int64)
+        return indices.astype(np.float64) + self.origin
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """Nodes of one octave along one axis.
+
+    ``start`` (N,) is the first node of each pixel, ``weights`` (N, 4) or, for the nearest node, (1, 1);
+    ``phase`` tells the lattices of a pixel's parts apart.
+    """
+
+    start: NDArray[np.int64]
+    weights: NDArray[np.float32]
+    phase: int
+
+    @property
+    def interpolates(self) -> bool:
+        return bool(self.weights.shape[1] == 4)
+
+    @property
+    def span(self) -> tuple[int, int]:
+        return int(self.start[0]), int(self.start[-1]) + self.weights.shape[1]
+
+
+class FractalField:
+    """V(x, y, t) = sum_k sqrt(variance_k) S_k, unit variance everywhere (eqs 2-4 of the HCSS paper).
+
+    S_k interpolates a lattice of independent normals; its cells, offsets and substitutes are those of
+    ``octaves``. Values do not depend on the tile, on earlier calls or on the number of threads.
+
+    Parameters
+    ----------
+    seed : int
+        Realisation.
+    octaves : tuple of Octave
+        Terms of the sum.
+    threads : int, optional
+        Default: one for each processor this process may use, at most 8.
+    """
+
+    def __init__(self, seed: int, octaves: tuple[Octave, ...], threads: int | None = None) -> None:
+        self._seed = seed
+        self._octaves = octaves
+        self._threads = threads or min(8, len(os.sched_getaffinity(0)) if _HAS_AFFINITY else os.cpu_count() or 1)
+        self._cache = BlockCache()
+        self._lock = Lock()
+        self._pool: ThreadPoolExecutor | None = None
+
+    def window(
+        self, time_s: float, y: PixelWindow, x: PixelWindow, out: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float32]:
+        """Return V (rows, columns), in ``out`` where it is given.
+
+        Raises
+        ------
+        ValueError
+            If the window lies so far out that its nodes cannot be counted in 64 bits, or ``out`` is not a
+            contiguous single-precision array of the window's shape.
+        """
+        total = np.empty((y.count, x.count), dtype=np.float32) if out is None else out
+        if total.shape != (y.count, x.count) or total.dtype != np.float32 or not total.flags.c_contiguous:
+            raise ValueError(
+                f"out: {total.dtype} of shape {total.shape} given, allowed: contiguous float32 of shape "
+                f"{(y.count, x.count)}"
+            )
+        if total.size == 0:
+            return total
+        times = [self._time(octave, time_s) for octave in self._octaves]
+        along_x = [_axis(octave, octave.x, x, unit_offset(self._seed, octave.k, _X)) for octave in self._octaves]
+        with self._lock:
+            for start, stop in self._strips(y, along_x):
+                strip = PixelWindow(y.first + start, stop - start, y.origin)
+                self._add(total[start:stop], time_s, strip, along_x, times)
+        return total
+
+    def _strips(self, y: PixelWindow, along_x: list[_Axis]) -> list[tuple[int, int]]:
+        """Divide the rows so that the nodes of each strip can be stored."""
+        per_row = sum(
+            4.0 * (along.span[1] - along.span[0]) * max(1.0, octave.y.step)
+            for octave, along in zip(self._octaves, along_x, strict=True)
+            if _is_stored(octave)
+        )
+        rows = max(BLOCK_ROWS, int(MAX_BLOCKS * BLOCK_ROWS * BLOCK_COLUMNS / max(per_row, 1.0)))
+        return [(start, min(start + rows, y.count)) for start in range(0, y.count, rows)]
+
+    def _add(
+        self,
+        total: NDArray[np.float32],
+        time_s: float,
+        y: PixelWindow,
+        along_x: list[_Axis],
+        times: list[tuple[list[int], NDArray[np.float32]]],
+    ) -> None:
+        along_y = [_axis(octave, octave.y, y, unit_offset(self._seed, octave.k, _Y)) for octave in self._octaves]
+        planes = [
+            tuple(plane_key(self._seed, octave.k, t, ay.phase, ax.phase) for t in cells)
+            for octave, ay, ax, (cells, _) in zip(self._octaves, along_y, along_x, times, strict=True)
+        ]
+        windows = {
+            index: NodeWindow(planes[index], along_y[index].span, along_x[index].span)
+            for index, octave in enumerate(self._octaves)
+            if _is_stored(octave)
+        }
+        slots = dict(zip(windows, self._cache.load(time_s, windows.values(), self._each), strict=True))
+
+        def part(start: int, stop: int) -> None:
+            total[start:stop] = 0.0
+            for index, octave in enumerate(self._octaves):
+                self._add_octave(
+                    octave,
+                    total[start:stop],
+                    slots.get(index, _NO_SLOTS),
+                    np.array(planes[index], dtype=np.uint64),
+                    times[index][1],
+                    along_y[index],
+                    slice(start, stop),
+                    along_x[index],
+                )
+
+        self._each(part, total.shape[0], _FEWEST_ROWS)
+
+    def _add_octave(
+        self,
+        octave: Octave,
+        total: NDArray[np.float32],
+        slots: NDArray[np.int32],
+        planes: NDArray[np.uint64],
+        time_weights: NDArray[np.float32],
+        along_y: _Axis,
+        rows: slice,
+        along_x: _Axis,
+    ) -> None:
+        first, last = along_x.span
+        nodes = along_x.start
+        columns, column_weights = _NO_COLUMNS, _NO_WEIGHTS
+        if along_x.interpolates:
+            nodes = np.arange(first, last, dtype=np.int64)
+            columns = (along_x.start - first).astype(np.uint32)
+            column_weights = np.ascontiguousarray(along_x.weights.T)
+        corner = np.array(
+            [along_y.span[0] // BLOCK_ROWS * BLOCK_ROWS, first // BLOCK_COLUMNS * BLOCK_COLUMNS], dtype=np.int64
+        )
+        weights = along_y.weights[rows] if along_y.interpolates else _NEAREST
+        add_octave(
+            total,
+            self._cache.pool,
+            slots,
+            planes,
+            time_weights,
+            corner,
+            along_y.start[rows],
+            weights,
+            nodes,
+            columns,
+            column_weights,
+            along_x.interpolates and along_y.interpolates and octave.y.step <= _GATHER_ROWS_UNTIL,
+        )
+
+    def _time(self, octave: Octave, time_s: float) -> tuple[list[int], NDArray[np.float32]]:
+        """Return the cells of the time planes and their weights, which include the amplitude of the octave."""
+        amplitude = math.sqrt(octave.variance)
+        if octave.t.step == 0.0:
+            return [0], np.array([amplitude], dtype=np.float32)
+        # Frames lie at whole steps of a time axis without interpolation, which must not fall on either side.
+        offset = 0.5 if octave.t.nearest else unit_offset(self._seed, octave.k, _T)
+        cells, fraction = split(np.full(1, time_s * octave.t.step + offset))
+        cell = int(cells[0])
+        if octave.t.nearest:
+            return [cell], np.array([amplitude], dtype=np.float32)
+        return [cell + tap - 1 for tap in range(4)], (amplitude * cubic_weights(fraction)[0]).astype(np.float32)
+
+    def _each(self, part: Callable[[int, int], None], count: int, fewest: int = 1) -> None:
+        """Run ``part(start, stop)`` over ``count`` items, in several threads where that pays."""
+        threads = min(self._threads, max(1, count // fewest))
+        if threads == 1:
+            part(0, count)
+            return
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="clouds")
+        bounds = [count * index // threads for index in range(threads + 1)]
+        for _ in self._pool.map(part, bounds[:-1], bounds[1:]):
+            pass
+
+
+_HAS_AFFINITY = hasattr(os, "sched_getaffinity")
+
+
+def _is_stored(octave: Octave) -> bool:
+    """Whether nodes adjoin and are seen again, so that blocks of them are worth keeping."""
+    return not octave.t.nearest and (octave.is_noise or not (octave.x.nearest or octave.y.nearest))
+
+
+def _axis(octave: Octave, scale: AxisScale, window: PixelWindow, offset: float) -> _Axis:
+    """Nodes and weights of a window along one axis."""
+    if not scale.nearest:
+        cell, fraction = split(window.position * scale.step + offset)
+        return _Axis(cell - 1, cubic_weights(fraction).astype(np.float32), 0)
+    if octave.is_noise:
+        # A node for each part of a pixel; the parts seen at one time are a lattice of their own.
+        node = math.floor(window.origin * scale.phases)
+        first, phase = divmod(node, scale.phases)
+        start = np.arange(window.first + first, window.first + first + window.count, dtype=np.int64)
+        return _Axis(start, _NEAREST, phase)
+    cell, _ = split(window.position * scale.step + (offset + 0.5))
+    return _Axis(cell, _NEAREST, 0)

@@ -1,0 +1,268 @@
+"""Fractal clouds: a sum of interpolated lattices of random numbers (eqs 2-5 and 7 of the HCSS paper)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.clouds.coverage import window_inside
+from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.frame_summary import FrameSummary, summarise, thickness_in_frame
+from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped, merge_noise, separate_octaves
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness
+from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
+
+STRIP_PIXELS = 2**21
+"""Of the strips in which a large frame is summed up."""
+
+_EPSILON = float(np.finfo(np.float64).eps)
+
+
+def displacement_pixels(speed_m_s: float, time_s: float, pixel_size_m: float) -> float:
+    """Return the distance covered in pixels, free of rounding where it is meant to be a round number.
+
+    A distance within a few units in the last place of a multiple of 1/1024 pixel is that multiple.
+    Otherwise a platform that moves by whole pixels per frame would not, at times such as
+    3 x 0.1 s, see the same bits again.
+    """
+    distance = speed_m_s * time_s / pixel_size_m
+    rounded = round(distance * 1024.0) / 1024.0
+    return rounded if abs(distance - rounded) <= 8.0 * _EPSILON * abs(distance) else distance
+
+
+def complete_parameters(parameters: FractalParameters, defaults: Mapping[str, Any]) -> FractalParameters:
+    """Fill what ``parameters`` leaves open from the cloud type's ``defaults``.
+
+    Raises
+    ------
+    ScenarioError
+        With one problem for each parameter that neither gives, or that the cloud type gives wrongly.
+    """
+    values: dict[str, Any] = {}
+    problems = []
+    for name in FractalParameters.model_fields:
+        value = getattr(parameters, name)
+        values[name] = defaults.get(name) if value is None else value
+        if values[name] is None:
+            what = FractalParameters.model_fields[name].description
+            problems.append(Problem(f"clouds.parameters.{name}", f"neither given nor part of the cloud type; {what}"))
+    try:
+        complete = FractalParameters(**values)
+    except ValidationError as error:
+        for detail in error.errors():
+            path = ".".join(str(part) for part in detail["loc"])
+            problems.append(Problem(f"cloud type, fractal.{path}", f"{detail['msg']}; {detail['input']!r} given"))
+    if problems:
+        raise ScenarioError(problems, origin="fractal clouds")
+    return complete
+
+
+def _check_motion(motion: Motion, grid: Grid) -> None:
+    problems = []
+    for name, value, allowed in (
+        ("evolution_time_s", motion.evolution_time_s, motion.evolution_time_s > 0.0),
+        ("frame_interval_s", motion.frame_interval_s, 0.0 <= motion.frame_interval_s < math.inf),
+        ("pixel_size_m", grid.pixel_size_m, 0.0 < grid.pixel_size_m < math.inf),
+    ):
+        if not allowed:
+            limit = "0 or more and finite" if name == "frame_interval_s" else "greater than 0"
+            problems.append(Problem(name, f"{value} given, allowed: {limit}"))
+    if problems:
+        raise ScenarioError(problems, origin="fractal clouds")
+
+
+class FractalClouds:
+    """Clouds from the fractal field of eqs 2-4, with a chosen coverage and a linear map to thickness.
+
+    V(x, y, t) = sum_k gamma^(-k H) S_k(gamma^k X / L) / sqrt(sum_k gamma^(-2 k H)),
+
+    where S_k interpolates a lattice of independent normals with unit variance everywhere, so that
+    V is N(0, 1) at every point and eq 5 gives a uniform p. The lattice cells are 16 km / L along x
+    and y and ``evolution_time_s`` in time, all divided by gamma^k. Each octave has its own lattice
+    and a random offset of it. The z axis of the 4-D field is collapsed: a slice at fixed z of a
+    field with independent nodes and unit-variance weights has the law of the 3-D field exactly.
+
+    The sky's origin is the middle of the image at time 0. Pixel (i, j) at time t lies at
+    x = (j + 1/2 - columns/2) a + (v_platform - v_x) t and y = (i + 1/2 - rows/2) a - v_y t, with a the pixel
+    size: the platform moves along +x over clouds that the wind carries.
+
+    Parameters
+    ----------
+    inputs : CloudInputs
+        Layer, image plane, motion, seed, and the cloud type's defaults.
+    parameters : FractalParameters
+        Shape; what is None comes from ``inputs.type_parameters``.
+    threads : int, optional
+        Default: all processors, at most 8. Results do not depend on it.
+
+    Raises
+    ------
+    ScenarioError
+        If a parameter is given nowhere, or an input is out of its range.
+    """
+
+    declares: Declares
+    honours = ("coverage_mode", "edge_taper")
+
+    def __init__(self, inputs: CloudInputs, parameters: FractalParameters, threads: int | None = None) -> None:
+        self._grid = inputs.grid
+        self._layer = inputs.layer
+        motion = inputs.motion
+        _check_motion(motion, inputs.grid)
+        self.parameters = complete_parameters(parameters, inputs.type_parameters)
+        is_one_sky = inputs.layer.coverage_mode == "field"
+        separate = separate_octaves(self.parameters, inputs.grid, motion, noise=not is_one_sky)
+        self.octaves = merge_noise(separate)
+        self.skipped = describe_skipped(separate, self.octaves)
+        self._field = FractalField(inputs.seed, self.octaves, threads)
+        wind_x, wind_y = motion.cloud_velocity_m_s
+        self._speed_x, self._speed_y = motion.platform_speed_m_s - wind_x, -wind_y
+        evolves = math.isfinite(motion.evolution_time_s)
+        changes = evolves or self._speed_x != 0.0 or self._speed_y != 0.0
+        self.declares = Declares(
+            depends_on=frozenset({"time"}) if changes else frozenset(),
+            evolves=evolves,
+            tileable=is_one_sky,
+            notes=(_FIELD_NOTE if is_one_sky else _FRAME_NOTE, *_noise_notes(separate)),
+        )
+
+    def field(
+        self, time_s: float, rows: slice, columns: slice, out: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float32]:
+        """Return the normal field V (rows, columns) of any window of the plane, inside the image or not.
+
+        A pixel has the same bits in every window, whatever was asked before.
+
+        Parameters
+        ----------
+        time_s : float
+            Time since the scenario's start.
+        rows, columns : slice
+            With start and stop (of any sign) and without step, in pixels of the image at ``time_s``.
+        out : ndarray of float32 (rows, columns), optional
+            Where to write; spares a sequence the memory of a new array in every frame.
+
+        Raises
+        ------
+        ValueError
+            If a slice has no ends or a step, if the time is not finite, or if the window lies so far
+            out that its nodes cannot be counted in 64 bits.
+        """
+        if not math.isfinite(time_s):
+            raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
+        x = self._pixels("columns", columns, self._grid.columns, self._speed_x, time_s)
+        y = self._pixels("rows", rows, self._grid.rows, self._speed_y, time_s)
+        return self._field.window(time_s, y, x, out)
+
+    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return geometric thickness (y, x) in metres at ``time_s``; 0 is clear sky.
+
+        Where the coverage is that of the frame, the whole frame is computed and the window cut from it.
+
+        Raises
+        ------
+        ValueError
+            If the window is not inside the image.
+        """
+        inside = (window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns))
+        layer, exponent = self._layer, self.parameters.brightness_exponent
+        if layer.coverage_mode == "field":
+            return field_thickness(self.field(time_s, *inside), layer, exponent)
+        whole = self.field(time_s, slice(0, self._grid.rows), slice(0, self._grid.columns))
+        return frame_thickness(whole, layer, exponent)[inside]
+
+    def frame_summary(self, time_s: float) -> FrameSummary:
+        """Return what windows of the frame at ``time_s`` need to know of it where coverage is that of the frame.
+
+        The field of the frame is made two or three times, strip by strip.
+        """
+        rows, columns = self._grid.rows, self._grid.columns
+        step = max(1, STRIP_PIXELS // columns)
+
+        def strips() -> Iterator[NDArray[np.float32]]:
+            buffer = np.empty((min(step, rows), columns), dtype=np.float32)
+            for row in range(0, rows, step):
+                stop = min(row + step, rows)
+                yield self.field(time_s, slice(row, stop), slice(0, columns), buffer[: stop - row])
+
+        return summarise(strips, rows * columns, self._layer.coverage)
+
+    def thickness_in_frame_m(
+        self, time_s: float, rows: slice, columns: slice, summary: FrameSummary
+    ) -> NDArray[np.float32]:
+        """Return what :meth:`thickness_m` does, without making the whole frame.
+
+        Parameters
+        ----------
+        summary : FrameSummary
+            Of the frame at ``time_s``.
+
+        Raises
+        ------
+        ValueError
+            If the window is not inside the image.
+        """
+        inside = (window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns))
+        first, width = inside[0].start * self._grid.columns + inside[1].start, self._grid.columns
+        exponent = self.parameters.brightness_exponent
+        return thickness_in_frame(self.field(time_s, *inside), first, width, summary, self._layer, exponent)
+
+    def thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: FrameSummary | None
+    ) -> NDArray[np.float32]:
+        """Return geometric thickness (y, x) in metres of a window that may reach outside the image.
+
+        Where the coverage is that of the frame, its threshold and its scale of thickness hold outside it as well:
+        what exceeds the frame's greatest value has the greatest thickness, and beyond a full cover there is one.
+
+        Parameters
+        ----------
+        summary : FrameSummary or None
+            Of the frame at ``time_s``; None where the coverage is that of the field.
+        """
+        layer, exponent = self._layer, self.parameters.brightness_exponent
+        field = self.field(time_s, rows, columns)
+        if summary is None:
+            return field_thickness(field, layer, exponent)
+        first, width = rows.start * self._grid.columns + columns.start, self._grid.columns
+        if layer.coverage == 1.0 and summary.lowest is not None:
+            np.maximum(field, np.float32(summary.lowest), out=field)
+            summary = replace(summary, last=first + field.shape[0] * width + field.shape[1])
+        return thickness_in_frame(field, first, width, summary, layer, exponent)
+
+    def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
+        if window.start is None or window.stop is None or window.step not in (None, 1):
+            raise ValueError(f"{name}: {window} given, allowed: a slice with start and stop and no step")
+        shift = displacement_pixels(speed_m_s, time_s, self._grid.pixel_size_m)
+        return PixelWindow(window.start, max(0, window.stop - window.start), (0.5 - 0.5 * size) + shift)
+
+
+def _noise_notes(octaves: Sequence[Octave]) -> tuple[str, ...]:
+    """Tell where most of a picture is independent from one pixel to the next."""
+    white = sum(octave.variance for octave in octaves if octave.is_white)
+    if white <= _NOISY:
+        return ()
+    return (
+        f"Cells that hold {white:.0%} of the variance are smaller than pixels, whose clouds are therefore next to "
+        "independent of each other: the picture looks like noise. Smaller pixels, or fewer cells L, show shapes.",
+    )
+
+
+_NOISY = 0.5
+
+_FRAME_NOTE = (
+    "Coverage is exact in each frame and thickness spans its whole range in each frame, so that "
+    "a pixel depends on the rest of its frame."
+)
+_FIELD_NOTE = (
+    "Coverage is exact in the mean over the unbounded sky; that of one frame scatters around it, the more "
+    "the fewer clouds it holds."
+)

@@ -1,0 +1,166 @@
+"""The terms of eq 2: which there are, how each axis of each is sampled, and what is skipped."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.providers import Grid, Motion
+
+# The length that L divides: 800 pixels of 20 m, the paper's image.
+REFERENCE_LENGTH_M = 16_000.0
+
+# From this many cells per step on the nearest node, one random number, replaces the interpolation.
+# What is neglected is the correlation of neighbours: -.11 at worst and -.05 on average at 2 cells,
+# within .007 of 0 from 3 cells on, none from 4. Octaves this fine have a small share of the variance.
+NEAREST_FROM = 2.5
+
+# Octaves that are white at this pixel size and have a smaller share than this together become one
+# also where all sensors must see the same sky.
+NEGLIGIBLE_VARIANCE = 1e-5
+
+# A pixel in which an octave has several cells sees another of them when it moves by a part of its size.
+_FINEST_PHASES = 4
+
+
+@dataclass(frozen=True)
+class AxisScale:
+    """How one axis of one octave is sampled.
+
+    Attributes
+    ----------
+    step : float
+        Lattice cells per pixel, or per second on the time axis; 0 on a frozen time axis.
+    nearest : bool
+        Whether the nearest node replaces the interpolation.
+    """
+
+    step: float
+    nearest: bool
+
+    @property
+    def phases(self) -> int:
+        """Into how many nodes a pixel is divided where nearest nodes stand for noise."""
+        return min(int(self.step), _FINEST_PHASES)
+
+
+@dataclass(frozen=True)
+class Octave:
+    """One term of eq 2: its number k, its share of the (unit) variance, and its axes.
+
+    ``is_noise``: the nodes are those of a lattice of the pixels and not of the octave's own cells; equal in
+    law where every axis that is ``nearest`` has several cells per step, and fast because they adjoin.
+    """
+
+    k: int
+    variance: float
+    x: AxisScale
+    y: AxisScale
+    t: AxisScale
+    is_noise: bool = True
+
+    @property
+    def is_white(self) -> bool:
+        """Whether all pixels of a frame are independent."""
+        return self.x.nearest and self.y.nearest
+
+
+def separate_octaves(shape: FractalParameters, grid: Grid, motion: Motion, noise: bool = True) -> tuple[Octave, ...]:
+    """List the terms of eq 2, scaled to unit total variance; ``shape`` must be complete.
+
+    ``noise`` allows lattices of pixels (see :class:`Octave`); without it nodes belong to the sky.
+    """
+    gamma, hurst, cells, limits = shape.gamma, shape.H, shape.L, shape.k
+    if gamma is None or hurst is None or cells is None or limits is None:
+        raise ValueError("shape: gamma, H, L and k must all be given")
+    numbers = range(limits[0], limits[1] + 1)
+    # Relative to the first octave: the ratio is the same, and nothing underflows.
+    powers = [gamma ** (-2.0 * hurst * (k - limits[0])) for k in numbers]
+    total = math.fsum(powers)
+    octaves = []
+    for k, power in zip(numbers, powers, strict=True):
+        per_pixel = gamma**k * grid.pixel_size_m / REFERENCE_LENGTH_M
+        x, y = _scale(cells[0] * per_pixel), _scale(cells[1] * per_pixel)
+        per_second = gamma**k / motion.evolution_time_s
+        # One sky must not depend on who looks how often.
+        is_new = noise and _is_new_in_every_frame(x, y, per_second, grid, motion)
+        t = AxisScale(1.0 / motion.frame_interval_s, True) if is_new else AxisScale(per_second, False)
+        octaves.append(Octave(k, power / total, x, y, t, noise))
+    return tuple(octaves)
+
+
+def _is_new_in_every_frame(x: AxisScale, y: AxisScale, cells_per_second: float, grid: Grid, motion: Motion) -> bool:
+    """Whether no two frames share what they see of an octave.
+
+    Because it evolves by several cells, or because clouds drift by a part of a pixel that holds several
+    cells, so that pixels see other cells of it. A drift by whole pixels shows the same cells again.
+    """
+    interval = motion.frame_interval_s
+    if interval * cells_per_second >= NEAREST_FROM:
+        return True
+    speed_x = motion.platform_speed_m_s - motion.cloud_velocity_m_s[0]
+    for scale, speed in ((x, speed_x), (y, motion.cloud_velocity_m_s[1])):
+        drift = math.fmod(speed * interval / grid.pixel_size_m, 1.0)
+        if scale.nearest and abs(drift - round(drift)) * scale.step >= NEAREST_FROM / 2:
+            return True
+    return False
+
+
+def _scale(cells_per_pixel: float) -> AxisScale:
+    return AxisScale(cells_per_pixel, cells_per_pixel >= NEAREST_FROM)
+
+
+def merge_noise(octaves: tuple[Octave, ...]) -> tuple[Octave, ...]:
+    """Replace octaves that are white in space by the coarsest of them, with the sum of their variances.
+
+    A sum of independent white noises is a white noise: within a frame exact in law. Between frames the
+    finer ones would change faster than the one that stands for them. Where nodes belong to the sky
+    only a negligible rest is merged.
+    """
+    white = [octave for octave in octaves if octave.is_white]
+    if not all(octave.is_noise for octave in octaves):
+        while white and math.fsum(octave.variance for octave in white) > NEGLIGIBLE_VARIANCE:
+            white.pop(0)
+    if len(white) < 2:
+        return octaves
+    merged = replace(white[0], variance=math.fsum(octave.variance for octave in white))
+    return (*(octave for octave in octaves if octave not in white), merged)
+
+
+def describe_skipped(separate: tuple[Octave, ...], merged: tuple[Octave, ...]) -> tuple[tuple[str, str], ...]:
+    """List what is not computed as eqs 2-4 are written, as pairs (what, why)."""
+    skipped = [("axis z of the 4-D field", "a fixed z slice has the same law as the 3-D field: exact")]
+    if all(octave.t.step == 0.0 for octave in separate):
+        skipped.append(("time axis", "evolution_time is infinite: shapes are frozen, one time plane: exact"))
+    else:
+        skipped.append(
+            (
+                "lattice nodes that an earlier frame has seen",
+                "kept in memory; only new columns, rows and time planes are generated: exact",
+            )
+        )
+    for octave in separate:
+        axes = [name for name, axis in (("x", octave.x), ("y", octave.y), ("t", octave.t)) if axis.nearest]
+        if axes:
+            units = [unit for unit, names in (("pixels", "xy"), ("frames", "t")) if set(axes) & set(names)]
+            whose = "taken as independent" if octave.is_noise else "each the nearest node of this sky"
+            skipped.append(
+                (
+                    f"interpolation of octave {octave.k} along {', '.join(axes)}",
+                    f"{' and '.join(units)} are {NEAREST_FROM:g} or more cells apart, {whose}: "
+                    f"neglects correlations of -.11 to .01 in {octave.variance:.1e} of the variance",
+                )
+            )
+    gone = [octave for octave in separate if octave.k not in {kept.k for kept in merged}]
+    if gone:
+        first = next(octave for octave in merged if octave.k == gone[0].k - 1)
+        skipped.append(
+            (
+                f"octaves {', '.join(str(octave.k) for octave in gone)} as separate terms",
+                f"white within a frame, as octave {first.k}, which carries their variance ({first.variance:.3g} "
+                f"in all): exact within a frame; {math.fsum(octave.variance for octave in gone):.1e} of the "
+                "variance changes as slowly as it does",
+            )
+        )
+    return tuple(skipped)

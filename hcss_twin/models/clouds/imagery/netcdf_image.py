@@ -1,0 +1,249 @@
+"""Planes of NetCDF files, GOES ABI among them.
+
+Brightness temperature of GOES ABI radiances, with the coefficients that their files carry.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.models.clouds.imagery.image import Image, choose_plane
+
+_METRES = {"m": 1.0, "metre": 1.0, "meter": 1.0, "km": 1e3, "kilometre": 1e3, "kilometer": 1e3}
+_RADIANS = {"rad", "radian"}
+
+# Relative scatter of coordinate steps, and difference of the two steps, that still counts as square.
+SQUARE = 0.01
+
+# Beyond this wavelength an image is taken to show what the scene emits, and high cloud is the cold part.
+# Near 4 um in daylight that is not so: there the user has to say which it is.
+_THERMAL_UM = 3.0
+
+_USABLE = ("good", "conditionally_usable")
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep the warnings of file libraries about odd attributes of other people's files to ourselves."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def read_netcdf(path: Path, variable: str | None) -> Image:
+    """Read one plane of a NetCDF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`."""
+    import netCDF4
+
+    try:
+        with quiet(), netCDF4.Dataset(path) as dataset:
+            name = choose_plane(path, variable, _planes(dataset), list(dataset.variables))
+            return _netcdf_plane(path, dataset, dataset.variables[name])
+    except (OSError, RuntimeError, ValueError, TypeError) as error:
+        raise CatalogError(f"{path}: it is NetCDF, but damaged, cut off or of another kind ({error})") from error
+
+
+def _text(item: Any, name: str) -> str:
+    return str(getattr(item, name, ""))
+
+
+def _long_dimensions(variable: Any) -> list[str]:
+    return [name for name, size in zip(variable.dimensions, variable.shape, strict=True) if size > 1]
+
+
+def _is_plane(variable: Any) -> bool:
+    return len(_long_dimensions(variable)) == 2 and getattr(variable.dtype, "kind", "") in "iuf"
+
+
+def _planes(dataset: Any) -> list[str]:
+    """List the variables with two dimensions that are measurements: no coordinates, bounds or flags."""
+    helpers = {"latitude", "longitude", "status_flag"}
+    named: set[str] = set()
+    for variable in dataset.variables.values():
+        for attribute in ("coordinates", "ancillary_variables", "bounds"):
+            named.update(_text(variable, attribute).split())
+    return [
+        name
+        for name, variable in dataset.variables.items()
+        if _is_plane(variable) and name not in named and _text(variable, "standard_name") not in helpers
+    ]
+
+
+def _netcdf_plane(path: Path, dataset: Any, variable: Any) -> Image:
+    if not _is_plane(variable):
+        raise CatalogError(
+            f"{path}: '{variable.name}' of type {variable.dtype} has the shape {tuple(variable.shape)}; "
+            "allowed: numbers with two dimensions longer than 1; "
+            f"{choose_from(variable.name, _planes(dataset))}"
+        )
+    values = _numbers(variable)
+    for flag_name in _text(variable, "ancillary_variables").split():
+        flags = dataset.variables.get(flag_name)
+        if flags is not None and flags.shape == variable.shape:
+            values[_unusable(flags)] = np.nan
+    y_name, x_name = _long_dimensions(variable)
+    values = values.squeeze()
+    if _is_eastward(dataset.variables.get(y_name)):
+        values, y_name, x_name = values.T, x_name, y_name
+    step_y, step_x = (_step(path, dataset.variables.get(name)) for name in (y_name, x_name))
+    size, nominal = _pixel_size(path, dataset, variable, (y_name, x_name), (step_y, step_x))
+    return Image(
+        values=values,
+        pixel_size_m=size,
+        bright_is_cloud=not _is_thermal(dataset, variable),
+        units=_text(variable, "units"),
+        long_name=_text(variable, "long_name") or variable.name,
+        source=path.name,
+        pixel_size_is_nominal=nominal,
+        north_first=step_y is None or step_y < 0.0,
+        east_first=step_x is not None and step_x < 0.0,
+        variable=variable.name,
+        band=_band(dataset),
+        date=_text(dataset, "time_coverage_start"),
+        rights=_text(dataset, "license") or _text(dataset, "rights"),
+    )
+
+
+def _band(dataset: Any) -> str:
+    """Name the spectral band of a GOES ABI file; empty for other files."""
+    parts = []
+    for name, form in (("band_id", "band {:g}"), ("band_wavelength", "{:.4g} um")):
+        item = dataset.variables.get(name)
+        if item is not None and item.size == 1:
+            parts.append(form.format(float(_numbers(item).ravel()[0])))
+    return ", ".join(parts)
+
+
+def _numbers(variable: Any) -> Array:
+    """Return a variable, unpacked, with NaN for fill values and values outside its valid range."""
+    return np.ma.filled(np.ma.asarray(variable[...]).astype(np.float64), np.nan)
+
+
+def _unusable(flags: Any) -> NDArray[np.bool_]:
+    """Return where a quality flag says neither good nor conditionally usable; all False for other flags."""
+    meanings = _text(flags, "flag_meanings").split()
+    usable = [index for index, meaning in enumerate(meanings) if meaning.startswith(_USABLE)]
+    codes = np.atleast_1d(getattr(flags, "flag_values", []))
+    if not usable or codes.size != len(meanings):
+        return np.zeros(flags.shape, dtype=np.bool_)
+    return ~np.isin(_numbers(flags), codes[usable].astype(np.float64))
+
+
+def _is_eastward(coordinate: Any) -> bool:
+    """Whether a coordinate variable runs along x."""
+    return coordinate is not None and (
+        _text(coordinate, "axis") == "X"
+        or _text(coordinate, "standard_name") in ("projection_x_coordinate", "longitude")
+    )
+
+
+def _is_thermal(dataset: Any, variable: Any) -> bool:
+    """Whether an image shows temperature or thermal radiance, where high cloud is cold: small values."""
+    units = _text(variable, "units").casefold()
+    name = f"{_text(variable, 'standard_name')} {_text(variable, 'long_name')}".casefold().replace(" ", "_")
+    if units in ("k", "kelvin") or "brightness_temperature" in name:
+        return True
+    wavelength = dataset.variables.get("band_wavelength")
+    if "sr-1" not in units or wavelength is None or _text(wavelength, "units") != "um":
+        return False
+    return bool(np.all(_numbers(wavelength) > _THERMAL_UM))
+
+
+def _step(path: Path, coordinate: Any) -> float | None:
+    """Return the step of a coordinate in its own units; None where there is no coordinate."""
+    if coordinate is None or coordinate.ndim != 1 or coordinate.shape[0] < 2:
+        return None
+    positions = _numbers(coordinate)
+    step = float(positions[-1] - positions[0]) / (positions.size - 1)
+    if not np.all(np.abs(np.diff(positions) - step) <= SQUARE * abs(step)) or step == 0.0:
+        raise CatalogError(f"{path}: coordinate '{coordinate.name}' is not evenly spaced; resample the image")
+    return step
+
+
+def _pixel_size(
+    path: Path, dataset: Any, variable: Any, names: tuple[str, str], steps: tuple[float | None, float | None]
+) -> tuple[float | None, bool]:
+    """Return the side of a pixel in metres (None where unknown) and whether it is nominal.
+
+    On the fixed grid of a geostationary imager (GOES-R Product Definition and Users' Guide, vol. 3,
+    section 5.1.2) x and y are scan angles; times the height of the satellite they are lengths below it.
+    """
+    mapping = dataset.variables.get(_text(variable, "grid_mapping").split(":")[0].strip())
+    geostationary = _text(mapping, "grid_mapping_name") == "geostationary"
+    height = float(getattr(mapping, "perspective_point_height", np.nan))
+    sides = []
+    for name, step in zip(names, steps, strict=True):
+        units = _text(dataset.variables.get(name), "units").casefold().removesuffix("s")
+        metres = height if units in _RADIANS else _METRES.get(units, np.nan)
+        if step is None or not np.isfinite(metres):
+            return None, False
+        sides.append(abs(step) * metres)
+    if abs(sides[0] - sides[1]) > SQUARE * max(sides):
+        raise CatalogError(
+            f"{path}: pixels of {sides[1]:g} m x {sides[0]:g} m are not square; allowed: sides that differ "
+            "by at most 1 %; resample the image"
+        )
+    return float(np.sqrt(sides[0] * sides[1])), geostationary
+
+
+UNITS = "mW m-2 sr-1 (cm-1)-1"
+"""Of the radiances that the coefficients belong to."""
+
+_NAMES = ("planck_fk1", "planck_fk2", "planck_bc1", "planck_bc2")
+
+
+@dataclass(frozen=True)
+class PlanckCoefficients:
+    """Coefficients of T = [fk2 / ln(fk1 / L + 1) - bc1] / bc2.
+
+    GOES-R Product Definition and Users' Guide, volume 3, emissive bands of level 1b; L in mW m-2 sr-1 (cm-1)-1, T in K.
+    """
+
+    fk1: float
+    fk2: float
+    bc1: float
+    bc2: float
+
+    def kelvin(self, radiance: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return brightness temperatures; NaN where radiance is missing or not positive."""
+        known = radiance > 0.0
+        safe = np.where(known, radiance, 1.0)
+        temperature = (self.fk2 / np.log(self.fk1 / safe + 1.0) - self.bc1) / self.bc2
+        return np.where(known, temperature, np.nan)
+
+
+def planck_coefficients(path: Path) -> PlanckCoefficients | None:
+    """Return the coefficients of a NetCDF file; None where it has none, or for another kind of file.
+
+    Raises
+    ------
+    CatalogError
+        If the file cannot be read.
+    """
+    import netCDF4
+
+    with path.open("rb") as file:
+        if not file.read(4).startswith((b"\x89HDF", b"CDF")):
+            return None
+    try:
+        with quiet(), netCDF4.Dataset(path) as dataset:
+            if not all(name in dataset.variables for name in _NAMES):
+                return None
+            found = [_number(dataset.variables[name]) for name in _NAMES]
+    except (OSError, RuntimeError) as error:
+        raise CatalogError(f"{path}: not a NetCDF file that can be read: {error}") from error
+    return PlanckCoefficients(*found) if np.all(np.isfinite(found)) else None
+
+
+def _number(variable: Any) -> float:
+    """Return a scalar, NaN where it is missing, as in files of reflected sunlight."""
+    return float(np.ma.filled(np.ma.asarray(variable[...]).astype(np.float64), np.nan).ravel()[0])

@@ -1,0 +1,103 @@
+"""Parameters of the cloud generator that takes its clouds from a satellite image."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+# What only an image needs: an entry has been cut out already.
+_OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
+
+# What only a scene with a border and gaps has.
+_OF_A_SCENE = ("row_origin", "column_origin", "missing")
+
+
+class ImageReading(BaseModel):
+    """Which part of an image, and what in it is cloud."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    variable: str | None = Field(
+        None,
+        min_length=1,
+        description="Variable of a NetCDF or .npz file, or number of a GeoTIFF's band; may be left out where there "
+        "is only one.",
+    )
+    method: Literal["otsu", "local", "coverage"] = Field(
+        "otsu",
+        description='How cloudy pixels are found: "otsu" splits the histogram, "local" adds pixels that are '
+        'cloudier than their surroundings, "coverage" takes the cloudiest until the coverage is reached.',
+    )
+    window_pixels: int | None = Field(
+        None,
+        ge=3,
+        le=16384,
+        description='Side of the surroundings of method "local"; default: an eighth of the shorter side.',
+    )
+    cloud_is: Literal["auto", "bright", "dark"] = Field(
+        "auto",
+        description='Whether large or small values are cloud; "auto": small for temperatures and thermal radiances.',
+    )
+    reinterpret_pixel_size: bool = Field(
+        False, description="Take image pixels for scene pixels although their sizes differ."
+    )
+    row_origin: int | None = Field(
+        None, ge=0, description="First image row of the scene, counted from the first stored row; default: centred."
+    )
+    column_origin: int | None = Field(
+        None, ge=0, description="First image column of the scene, counted from the first stored one; default: centred."
+    )
+    missing: Literal["error", "clear"] = Field(
+        "error", description='What missing pixels inside the scene are: an error, or "clear" sky.'
+    )
+
+
+class ImageryParameters(ImageReading):
+    """Which image, which part of it, and what in it is cloud."""
+
+    image: str | None = Field(
+        None,
+        min_length=1,
+        description="Image file, relative to the scenario: NetCDF, GeoTIFF, PNG, JPEG or other picture, .npy or .npz.",
+    )
+    entry: str | None = Field(
+        None,
+        min_length=1,
+        description="Entry of the cloud database instead of an image: name of a file in the folder clouds beside "
+        "the scenario, or a path.",
+    )
+    placement: Literal["scene", "single-clouds"] = Field(
+        "scene",
+        description='"scene": clouds where the image has them; "single-clouds": single clouds of an entry '
+        "scattered at random, without end, until the coverage is met.",
+    )
+    turned: bool = Field(True, description="Whether scattered clouds are turned by quarters and mirrored at random.")
+    cloud_pixels: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = Field(
+        None, description="Smallest and largest area of the clouds that are scattered, pixels; default: all."
+    )
+
+    @model_validator(mode="after")
+    def _one_kind_of_source(self) -> Self:
+        """Refuse what would be ignored."""
+        if (self.image is None) is (self.entry is None):
+            given = "neither" if self.image is None else "both"
+            raise ValueError(f"{given} given of image and entry; allowed: one of them")
+        scattered = self.placement == "single-clouds"
+        if scattered and self.entry is None:
+            raise ValueError('placement "single-clouds" needs an entry; make one with hcss import')
+        refused = {
+            "with an entry": _OF_AN_IMAGE if self.entry is not None else (),
+            'with the placement "single-clouds"': _OF_A_SCENE if scattered else (),
+            'without the placement "single-clouds"': () if scattered else ("turned", "cloud_pixels"),
+        }
+        for why, names in refused.items():
+            ignored = [name for name in names if name in self.model_fields_set]
+            if ignored:
+                raise ValueError(f"{', '.join(ignored)}: has no meaning {why}; allowed: leave it out")
+        if self.cloud_pixels is not None and self.cloud_pixels[0] > self.cloud_pixels[1]:
+            low, high = self.cloud_pixels
+            raise ValueError(
+                f"cloud_pixels: {low} is greater than {high}; allowed: ascending, closest is [{high}, {low}]"
+            )
+        return self

@@ -1,0 +1,153 @@
+"""Single clouds of a database entry, scattered over an unbounded sky until a coverage is met."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.clouds.database.entry import read_entry
+from hcss_twin.models.clouds.imagery.moving_window import pixels_per_second, size_problem, whole_pixels
+from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
+from hcss_twin.models.clouds.imagery.sky import FARTHEST_PIXEL, Sky, single_clouds
+from hcss_twin.models.clouds.imagery.whole_scene import size_notes
+from hcss_twin.providers import CloudInputs, Declares, Grid
+
+# 2**-40 of the sky is clear when this many layers have arrived, each of which covers half of what was left.
+_MAX_LAYERS = 40
+
+# From this share of the cloudy pixels on, copies of one cloud catch the eye.
+_CONSPICUOUS = 0.2
+
+
+MAX_FRAME_PIXELS = 2**26
+"""Of a frame (8192 x 8192) whose coverage is to be that asked for."""
+
+
+class ScatteredClouds:
+    """Clouds at random places, in random orientations, each as in the entry; the thickest counts where two meet.
+
+    With coverage c and mean area A the sky has -ln(1 - c) / A clouds per pixel, so that c is the mean
+    over the plane, exactly (:mod:`hcss_twin.models.clouds.imagery.sky`). That is ``coverage_mode`` "field". In the
+    mode "frame" the density is instead that at which the first frame comes closest to c; clouds are
+    whole, and therefore it may miss c by half of what one cloud adds.
+
+    Parameters
+    ----------
+    inputs : CloudInputs
+        Layer, image plane, motion and seed.
+    parameters : ImageryParameters
+        Orientations, and whether pixels of another size are accepted.
+    path : Path
+        The entry.
+
+    Raises
+    ------
+    CatalogError
+        If the entry cannot be used or has no whole cloud.
+    ScenarioError
+        If the pixel sizes differ, or the frame is too large to be matched in coverage.
+    """
+
+    image_coverage = None
+
+    def __init__(self, inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> None:
+        entry = read_entry(path)
+        grid, layer = inputs.grid, inputs.layer
+        problems = size_problem(entry.facts.pixel_size_m, grid, parameters.reinterpret_pixel_size)
+        if problems:
+            raise ScenarioError(problems, origin="imagery clouds")
+        clouds = single_clouds(entry, layer.thickness_min_m, layer.thickness_max_m, parameters.cloud_pixels)
+        self._grid = grid
+        self._sky = Sky(clouds, inputs.seed, parameters.turned)
+        self._speed = pixels_per_second(inputs.motion, grid)
+        self._thickest = float(clouds.thickness_m.max())
+        self._overcast = layer.coverage == 1.0
+        notes = [
+            f"{clouds.areas.size} clouds of {clouds.areas.min()} to {clouds.areas.max()} pixels "
+            f"({clouds.mean_area:.4g} on average) are placed at random, each as often as any other; "
+            f"{clouds.left_out} clouds of the entry are left out: the border of its image or missing pixels cut them, "
+            "or cloud_pixels excludes them. Where clouds overlap, the thickest counts. Shapes do not change."
+        ]
+        share = float(clouds.areas.max()) / float(clouds.areas.sum())
+        if share > _CONSPICUOUS:
+            notes.append(f"One cloud makes up {share:.0%} of all cloudy pixels and will be seen again and again.")
+        if self._overcast:
+            self._density = math.inf
+            notes.append("Coverage 1 is the limit of infinitely many clouds: one sheet of their greatest thickness.")
+        elif layer.coverage_mode == "frame":
+            _require_few_pixels(grid)
+            self._density, found = self._frame_density(layer.coverage)
+            notes.append(
+                f"{found:.4g} of the first frame's pixels are cloudy ({layer.coverage:g} was asked for; clouds are "
+                "whole); later frames have what is in their place."
+            )
+        else:
+            self._density = self._sky.density(layer.coverage)
+            notes.append(f"Coverage is {layer.coverage:g} in the mean over the unbounded sky, not in each frame.")
+        self.declares = Declares(
+            depends_on=frozenset({"time"}) if any(self._speed) else frozenset(),
+            evolves=False,
+            tileable=True,
+            notes=(*notes, *size_notes(entry.facts.pixel_size_m, entry.facts.pixel_size_is_nominal, inputs)),
+        )
+
+    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return thickness (y, x) of a window inside the scene."""
+        shift_y, shift_x = (whole_pixels(speed, time_s) for speed in self._speed)
+        farthest = max(abs(shift_y), abs(shift_x)) + max(self._grid.rows, self._grid.columns)
+        if farthest > FARTHEST_PIXEL:
+            problem = Problem("motion", f"at {time_s:g} s the scene is {farthest} pixels away; allowed: 2**60")
+            raise ScenarioError([problem], origin="imagery clouds")
+        return self.field(
+            slice(rows.start + shift_y, rows.stop + shift_y), slice(columns.start + shift_x, columns.stop + shift_x)
+        )
+
+    def field(self, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return thickness (rows, columns) of a window of the unbounded sky, in pixels of any sign.
+
+        Raises
+        ------
+        ValueError
+            If the window lies more than 2**60 pixels out.
+        """
+        if self._overcast:
+            shape = (rows.stop - rows.start, columns.stop - columns.start)
+            return np.full(shape, self._thickest, dtype=np.float32)
+        return self._sky.thickness_m(rows, columns, self._density)
+
+    def _frame_density(self, coverage: float) -> tuple[float, float]:
+        """Return the density at which the first frame comes closest to a coverage, and the coverage it has."""
+        frame = slice(0, self._grid.rows), slice(0, self._grid.columns)
+        pixels = self._grid.rows * self._grid.columns
+        wanted = coverage * pixels
+        layers = max(1, math.ceil(-math.log2(1.0 - coverage)))
+        while True:
+            arrivals = np.sort(self._sky.arrivals(*frame, layers), axis=None)
+            arrived = arrivals[np.isfinite(arrivals)]
+            if arrived.size >= wanted or layers >= _MAX_LAYERS:
+                break
+            layers += 1
+        # Coverages that the frame can have: none, and all pixels covered by clouds up to an arrival.
+        last = np.flatnonzero(np.append(arrived[1:] != arrived[:-1], True)) if arrived.size else np.zeros(0, int)
+        counts = np.append(0, last + 1)
+        best = int(np.argmin(np.abs(counts - wanted)))
+        if best == 0:
+            return 0.0, 0.0
+        # A cloud is there for densities greater than its arrival.
+        density = float(np.nextafter(arrived[counts[best] - 1], np.inf))
+        return density, float(counts[best]) / pixels
+
+
+def _require_few_pixels(grid: Grid) -> None:
+    """Refuse to match the coverage of a frame that is too large to be looked at as a whole."""
+    pixels = grid.rows * grid.columns
+    if pixels > MAX_FRAME_PIXELS:
+        message = (
+            f'"frame" matches the coverage of the first frame, all {pixels} pixels of it at once; allowed: '
+            f'{MAX_FRAME_PIXELS} pixels, or "field"'
+        )
+        raise ScenarioError([Problem("clouds.coverage_mode", message)], origin="imagery clouds")

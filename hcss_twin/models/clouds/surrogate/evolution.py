@@ -1,0 +1,165 @@
+"""White noise in Fourier space that changes with time, small structures faster than large ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import fftfreq, rfftfreq
+
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.clouds.fractal.lattice import lattice_normals, unit_offset
+from hcss_twin.models.clouds.fractal.rows import cubic_weights, split
+
+# From this many cells per frame on a node of its own replaces the interpolation: neighbouring frames are
+# then independent to within .11 of the variance, from 4 cells on exactly.
+NEAREST_FROM = 2.5
+
+_T = 2
+
+
+@dataclass(frozen=True)
+class Ring:
+    """Wavenumbers of one octave, which change together.
+
+    Attributes
+    ----------
+    number : int
+        0 for all that is larger than half the dominant wavelength; then one octave each.
+    cell_s : float
+        Distance of the time nodes; infinity where shapes are frozen.
+    nearest : bool
+        Whether each frame has a node of its own.
+    rows : ndarray of int64 (M,)
+        Rows of ``rfft2`` that the ring reaches, in the order of ``fftfreq``.
+    wavenumbers : ndarray of int64 (M,)
+        Signed wavenumbers of those rows, in cycles per plane.
+    inside : ndarray of bool (M, K)
+        Which of the first K columns belong to the ring.
+    """
+
+    number: int
+    cell_s: float
+    nearest: bool
+    rows: NDArray[np.int64]
+    wavenumbers: NDArray[np.int64]
+    inside: NDArray[np.bool_]
+
+
+class EvolvingNoise:
+    """Transform of a white Gaussian field on a torus, at any time.
+
+    Each wavenumber blends the independent normals of four nodes in time with Keys' cubic weights, divided
+    by the root of their sum of squares (:mod:`hcss_twin.models.clouds.fractal.rows`), so that the law of the
+    field is the same at every instant. Two instants four cells apart or more are independent. A value
+    depends on seed, wavenumber and time alone: no frame needs an earlier one.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Rows and columns of the torus.
+    seed : int
+        Seed.
+    dominant_frequency : float
+        In cycles per pixel: structures of this wavelength and longer change in ``evolution_time_s``.
+    evolution_time_s : float
+        Distance of the time nodes of those structures; infinity freezes all.
+    exponent : float
+        Structures half as large change ``2**exponent`` times as fast.
+    frame_interval_s : float
+        Time between frames; 0 where unknown.
+
+    Raises
+    ------
+    ScenarioError
+        If a time is out of its range.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        seed: int,
+        dominant_frequency: float,
+        evolution_time_s: float,
+        exponent: float,
+        frame_interval_s: float,
+    ) -> None:
+        _check(evolution_time_s, frame_interval_s)
+        self._shape = shape
+        self._seed = seed
+        self.rings = _rings(shape, dominant_frequency, evolution_time_s, exponent, frame_interval_s)
+
+    def coefficients(self, time_s: float) -> NDArray[np.complex64]:
+        """Return ``rfft2`` of a white field (rows, columns // 2 + 1), of unit mean square per wavenumber."""
+        rows, columns = self._shape
+        noise = np.zeros((rows, columns // 2 + 1), dtype=np.complex64)
+        for ring in self.rings:
+            width = ring.inside.shape[1]
+            blend = np.zeros((ring.rows.size, 2 * width))
+            # Real and imaginary parts are neighbours along x.
+            x = np.arange(2 * width, dtype=np.int64)
+            for node, weight in self._nodes(ring, time_s):
+                blend += weight * lattice_normals(self._seed, ring.number, node, ring.wavenumbers, x)
+            blend *= math.sqrt(0.5)
+            noise[ring.rows, :width] += np.where(ring.inside, blend.view(np.complex128), 0.0).astype(np.complex64)
+        _make_hermitian(noise, columns)
+        return noise
+
+    def _nodes(self, ring: Ring, time_s: float) -> list[tuple[int, float]]:
+        if math.isinf(ring.cell_s):
+            return [(0, 1.0)]
+        cell, fraction = split(np.full(1, time_s / ring.cell_s + unit_offset(self._seed, ring.number, _T)))
+        if ring.nearest:
+            return [(int(cell[0]), 1.0)]
+        weights = cubic_weights(fraction)[0]
+        return [(int(cell[0]) + tap - 1, float(weights[tap])) for tap in range(4)]
+
+
+def _check(evolution_time_s: float, frame_interval_s: float) -> None:
+    problems = []
+    if not evolution_time_s > 0.0:
+        problems.append(Problem("evolution_time_s", f"{evolution_time_s} given, allowed: greater than 0"))
+    if not 0.0 <= frame_interval_s < math.inf:
+        problems.append(Problem("frame_interval_s", f"{frame_interval_s} given, allowed: 0 or more and finite"))
+    if problems:
+        raise ScenarioError(problems, origin="surrogate clouds")
+
+
+def _rings(
+    shape: tuple[int, int], dominant_frequency: float, evolution_time_s: float, exponent: float, frame_interval_s: float
+) -> tuple[Ring, ...]:
+    along_y, along_x = fftfreq(shape[0]), rfftfreq(shape[1])
+    frequency = np.hypot(along_y[:, None], along_x[None, :])
+    with np.errstate(divide="ignore"):
+        octave = np.floor(np.log2(frequency / dominant_frequency))
+    number_of = np.maximum(octave, 0.0).astype(np.int64)
+    if math.isinf(evolution_time_s):
+        number_of[:] = 0
+    wavenumber = np.rint(along_y * shape[0]).astype(np.int64)
+    rings = []
+    for number in range(int(number_of.max()) + 1):
+        inside = number_of == number
+        if not inside.any():
+            continue
+        rows = np.flatnonzero(inside.any(axis=1))
+        width = int(np.flatnonzero(inside.any(axis=0))[-1]) + 1
+        cell_s = evolution_time_s / 2.0 ** (exponent * number)
+        rings.append(
+            Ring(
+                number, cell_s, frame_interval_s >= NEAREST_FROM * cell_s, rows, wavenumber[rows], inside[rows, :width]
+            )
+        )
+    return tuple(rings)
+
+
+def _make_hermitian(noise: NDArray[np.complex64], columns: int) -> None:
+    """Give the columns that are their own mirror images the symmetry of a real field, in place.
+
+    Their mean with the mirror image would halve the variance; the sum over the root of 2 keeps it.
+    """
+    for column in (0, columns // 2) if columns % 2 == 0 else (0,):
+        values = noise[:, column].astype(np.complex128)
+        mirrored = np.conj(np.roll(values[::-1], 1))
+        noise[:, column] = (values + mirrored) * math.sqrt(0.5)

@@ -1,0 +1,294 @@
+"""Clouds that imitate a measured image: its amplitudes exactly, its spectrum closely, other shapes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import fftfreq, irfft2, rfftfreq
+
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.clouds.coverage import window_inside
+from hcss_twin.models.clouds.fractal.generator import displacement_pixels
+from hcss_twin.models.clouds.surrogate.amplitude_adjusted import AdjustedSpectrum, adjust_amplitudes, match_ranks
+from hcss_twin.models.clouds.surrogate.evolution import NEAREST_FROM, EvolvingNoise
+from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
+from hcss_twin.models.clouds.surrogate.spectrum import periodic_component, plane_magnitude, underlying_magnitude
+from hcss_twin.models.clouds.surrogate.template import Template, read_template
+from hcss_twin.providers import CloudInputs, Declares, Grid
+
+EVOLVING_ITERATIONS = 4
+"""Default for every frame of evolving clouds.
+
+More bring the spectrum closer and let frames differ by more, sparse clouds by jumps: the nearer to convergence,
+the more the iteration is drawn to one of many solutions (``benchmarks/surrogate.py``)."""
+
+FROZEN_ITERATIONS = 200
+"""Default limit for frozen clouds, which are iterated once."""
+
+
+MAX_PIXELS = 2**28
+"""Of the torus (16384 x 16384), whose spectrum is in memory as a whole."""
+
+
+class SurrogateClouds:
+    """Surrogates of a measured cloud image, evolving in time.
+
+    The template is the thickness that the ``imagery`` generator cuts out of the image (eq 7 of the HCSS
+    paper; 0 where clear). Each frame is made on a torus:
+
+    1. White noise in Fourier space, blended in time (:class:`EvolvingNoise`), times the magnitudes of the
+       Gaussian field that underlies the template (:func:`underlying_magnitude`).
+    2. Amplitude-adjusted iterations with the magnitudes of the template's periodic component
+       (:func:`adjust_amplitudes`); frozen clouds are iterated once, until nothing improves.
+    3. Shift by the motion: whole pixels by indices, the rest by phases.
+    4. Amplitudes of the template by rank.
+
+    With ``coverage_mode`` "frame", step 4 ranks the pixels of the frame, which has exactly the template's
+    amplitudes and coverage; with "field" those of the torus, so that all windows and sensors agree.
+
+    The scene moves over the torus by (v_platform - v_x) t along x and -v_y t along y; the torus repeats.
+
+    Parameters
+    ----------
+    inputs : CloudInputs
+        Layer, image plane, motion, seed and the catalog that records the file.
+    parameters : SurrogateParameters
+        The image, the crop that is imitated, and the iteration.
+
+    Attributes
+    ----------
+    template : Template
+        What is imitated.
+    period : (int, int)
+        Rows and columns of the torus.
+    image_coverage : float or None
+        Coverage of the template; None where it was asked for by the scenario (method "coverage").
+    skipped : tuple of (str, str)
+        What is not computed, and why.
+
+    Raises
+    ------
+    CatalogError
+        If the file is missing or not a usable image.
+    ScenarioError
+        If image, crop, period and scene do not fit, or the layer asks for tapered edges.
+    """
+
+    declares: Declares
+    honours = ("coverage_mode",)
+
+    def __init__(self, inputs: CloudInputs, parameters: SurrogateParameters) -> None:
+        grid, motion, layer = inputs.grid, inputs.motion, inputs.layer
+        if layer.edge_taper != 0.0:
+            message = f"{layer.edge_taper:g} given; surrogate clouds have the edges of their image; allowed: 0"
+            raise ScenarioError([Problem("clouds.edge_taper", message)], origin="surrogate clouds")
+        self._grid = grid
+        self._whole_plane = layer.coverage_mode == "field"
+        self.template = read_template(inputs, parameters)
+        self.image_coverage = None if parameters.method == "coverage" else self.template.coverage
+        self.period = _period(grid, self.template, parameters)
+        wind_x, wind_y = motion.cloud_velocity_m_s
+        # Along rows (y) and columns (x).
+        self._speed = (-wind_y, motion.platform_speed_m_s - wind_x)
+        ranked = self.period if self._whole_plane else (grid.rows, grid.columns)
+        coverage = layer.coverage if self.image_coverage is None else self.image_coverage
+        self._amplitudes = self.template.amplitudes(ranked[0] * ranked[1], coverage)
+        thickness = self.template.thickness_m.astype(np.float64)
+        component = periodic_component(thickness)
+        magnitude = plane_magnitude(component, self.period)
+        self._evolves = math.isfinite(motion.evolution_time_s)
+        self._iterations = parameters.iterations
+        if self._iterations is None:
+            self._iterations = EVOLVING_ITERATIONS if self._evolves else FROZEN_ITERATIONS
+        # Where all is clear, or all one thickness, all frames are that value.
+        self._is_flat = np.ptp(self._amplitudes) == 0.0
+        if not self._is_flat and not magnitude.any():
+            message = f"{coverage:g} given, but all pixels of the image's crop are alike; allowed: 0 or 1"
+            raise ScenarioError([Problem("clouds.coverage", message)], origin="surrogate clouds")
+        self._noise: EvolvingNoise | None = None
+        self._frozen: AdjustedSpectrum | None = None
+        skipped: list[tuple[str, str]] = []
+        if not self._is_flat:
+            self._plane_amplitudes = self.template.amplitudes(self.period[0] * self.period[1], coverage)
+            # The misfit compares magnitudes: both variances have to be the same.
+            self._magnitude = (magnitude * float(self._plane_amplitudes.std())).astype(np.float32)
+            self._underlying = underlying_magnitude(
+                magnitude, self.period, self._plane_amplitudes.astype(np.float64)
+            ).astype(np.float32)
+            self._noise = EvolvingNoise(
+                self.period,
+                inputs.seed,
+                _dominant_frequency(magnitude, self.period),
+                motion.evolution_time_s,
+                parameters.evolution_exponent,
+                motion.frame_interval_s,
+            )
+            first = self._adjusted(self._noise, 0.0, 0.0 if self._evolves else parameters.tolerance)
+            if not self._evolves:
+                self._frozen = first
+            kept = float(component.var() / thickness.var())
+            skipped = _skipped(self._noise, first, self._evolves, kept, self.period, thickness.shape)
+        self.skipped = tuple(skipped)
+        changes = not self._is_flat and (self._evolves or any(self._speed))
+        self.declares = Declares(
+            depends_on=frozenset({"time"}) if changes else frozenset(),
+            evolves=self._evolves and not self._is_flat,
+            tileable=self._whole_plane,
+            notes=self._notes(parameters, layer.coverage),
+        )
+
+    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return geometric thickness (y, x) in metres of a window at ``time_s``; 0 is clear sky.
+
+        The whole torus is computed, whatever the window.
+
+        Raises
+        ------
+        ValueError
+            If the time is not finite or the window is not inside the scene.
+        """
+        if not math.isfinite(time_s):
+            raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
+        window = (window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns))
+        if self._noise is None:
+            shape = (self._grid.rows, self._grid.columns)
+            return np.full(shape, self._amplitudes[0], dtype=np.float32)[window]
+        adjusted = self._frozen or self._adjusted(self._noise, time_s, 0.0)
+        places, ramps = zip(*(self._along(axis, time_s) for axis in (0, 1)), strict=True)
+        coefficients = adjusted.coefficients
+        if any(ramp is not None for ramp in ramps):
+            for ramp, expand in zip(ramps, ((slice(None), None), (None, slice(None))), strict=True):
+                if ramp is not None:
+                    coefficients = coefficients * ramp[expand]
+        field = irfft2(coefficients, s=self.period)
+        y, x = np.ix_(*places)
+        if self._whole_plane:
+            return match_ranks(field, self._amplitudes)[y, x][window]
+        return match_ranks(field[y, x], self._amplitudes)[window]
+
+    def _adjusted(self, noise: EvolvingNoise, time_s: float, tolerance: float) -> AdjustedSpectrum:
+        start = noise.coefficients(time_s) * self._underlying
+        return adjust_amplitudes(
+            start, self.period, self._plane_amplitudes, self._magnitude, self._iterations or 0, tolerance
+        )
+
+    def _along(self, axis: int, time_s: float) -> tuple[NDArray[np.int64], NDArray[np.complex64] | None]:
+        """Return the places on the torus of the scene's pixels, and the phases of the rest of the shift."""
+        size = (self._grid.rows, self._grid.columns)[axis]
+        period = self.period[axis]
+        shift = displacement_pixels(self._speed[axis], time_s, self._grid.pixel_size_m)
+        whole = math.floor(shift + 0.5)
+        places = (np.arange(size, dtype=np.int64) + whole % period) % period
+        if shift == whole:
+            return places, None
+        frequency = fftfreq(period) if axis == 0 else rfftfreq(period)
+        return places, np.exp(2j * np.pi * frequency * (shift - whole)).astype(np.complex64)
+
+    def _notes(self, parameters: SurrogateParameters, coverage: float) -> tuple[str, ...]:
+        if self.image_coverage is None:
+            found = f"Coverage is {coverage:g}, by a threshold on the image"
+        else:
+            found = (
+                f"Coverage is {self.image_coverage:.4g}, that of the image's crop by the method "
+                f"'{parameters.method}'; the scenario's coverage, {coverage:g}, is not used"
+            )
+        where = (
+            "on average over the whole cloud field, not in each frame"
+            if self._whole_plane
+            else "exact in each frame, so that a pixel depends on the rest of its frame"
+        )
+        size = self._grid.pixel_size_m
+        rows, columns = self.period
+        return (
+            f"{found}; {where}.",
+            f"The cloud field repeats after {columns} columns ({columns * size / 1e3:.4g} km) and {rows} rows "
+            f"({rows * size / 1e3:.4g} km): a footprint that moves by that much sees the same clouds again, "
+            "except for their evolution, and where the scene is as large its opposite edges fit together.",
+            *self.template.notes,
+        )
+
+
+def _period(grid: Grid, template: Template, parameters: SurrogateParameters) -> tuple[int, int]:
+    """Return rows and columns of the torus."""
+    problems = []
+    sizes = []
+    for axis, of_scene, of_crop in zip(
+        ("rows", "columns"), (grid.rows, grid.columns), template.thickness_m.shape, strict=True
+    ):
+        least = max(of_scene, of_crop)
+        given = getattr(parameters, f"period_{axis}")
+        sizes.append(least if given is None else given)
+        if given is not None and given < least:
+            problems.append(
+                Problem(
+                    f"clouds.parameters.period_{axis}",
+                    f"{given} is less than the {of_scene} {axis} of the scene or the {of_crop} of the crop; "
+                    f"allowed: {least} or more, closest is {least}",
+                )
+            )
+    if sizes[0] * sizes[1] > MAX_PIXELS:
+        problems.append(
+            Problem(
+                "image.rows",
+                f"a torus of {sizes[0]} x {sizes[1]} pixels, which surrogate clouds make as a whole; allowed: "
+                f'{MAX_PIXELS} pixels, closest is {max(1, MAX_PIXELS // sizes[1])} rows; or generator = "fractal"',
+            )
+        )
+    if problems:
+        raise ScenarioError(problems, origin="surrogate clouds")
+    return sizes[0], sizes[1]
+
+
+def _dominant_frequency(magnitude: NDArray[np.float64], shape: tuple[int, int]) -> float:
+    """Return the mean frequency, weighted with the power, in cycles per pixel."""
+    power = magnitude**2
+    frequency = np.hypot(fftfreq(shape[0])[:, None], rfftfreq(shape[1])[None, :])
+    return float((power * frequency).sum() / power.sum())
+
+
+def _skipped(
+    noise: EvolvingNoise,
+    first: AdjustedSpectrum,
+    evolves: bool,
+    kept: float,
+    period: tuple[int, int],
+    crop: tuple[int, ...],
+) -> list[tuple[str, str]]:
+    misfit = f"rms spectral misfit {first.misfit[-1]:.2g}" if first.misfit else "none was made"
+    skipped = [
+        (
+            "smooth component of the image",
+            "jumps across opposite borders of the image are not cloud structure; the periodic component with "
+            f"{kept:.0%} of the variance is scaled to all of it",
+        )
+    ]
+    if period != crop:
+        skipped.append(
+            (
+                "structures larger than the image",
+                f"the spectrum of {crop[0]} x {crop[1]} pixels is interpolated to {period[0]} x {period[1]}",
+            )
+        )
+    if not evolves:
+        skipped.append(
+            ("iterations of later frames", f"shapes are frozen: {len(first.misfit)} iterations once, {misfit}")
+        )
+        return skipped
+    skipped.append(
+        (
+            "iterations until nothing improves",
+            f"a fixed number, {len(first.misfit)}, lets frames follow each other smoothly; at the start {misfit}",
+        )
+    )
+    nearest = [ring.number for ring in noise.rings if ring.nearest]
+    if nearest:
+        skipped.append(
+            (
+                f"interpolation in time of octaves {', '.join(map(str, nearest))}",
+                f"frames are {NEAREST_FROM:g} or more cells apart, taken as independent: neglects correlations "
+                "of -.11 to .01",
+            )
+        )
+    return skipped

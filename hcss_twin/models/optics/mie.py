@@ -1,0 +1,241 @@
+"""Spheres of water or ice of the clouds of one run: refractive indices and tables, each made once.
+
+Optics provider: homogeneous spheres of water or ice (Mie theory).
+
+Optics provider: Mie theory for water, a published parameterisation of crystals for ice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.optics.bulk_table import VALID_UM, Accuracy, BulkTable
+from hcss_twin.models.optics.ice_crystals import CrystalRatios, load_crystals
+from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.models.optics.size_distribution import effective_radius_um
+from hcss_twin.models.optics.table_store import TableStore
+from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index, load_water_at
+from hcss_twin.providers import Declares, Microphysics, OpticsInputs, SingleScattering
+from hcss_twin.providers.common import Note
+
+VALID_CM1 = (1e4 / VALID_UM[1], 1e4 / VALID_UM[0])
+
+MOMENTS_NOTE = Note(
+    "below 2.6 um single moments of the Mie phase function are known within 0.003, above within 0.0005", below_um=2.6
+)
+
+WATER_NOTES = (
+    "the refractive index of cloud droplets is for one temperature, as the provider's parameters say",
+    MOMENTS_NOTE,
+    Note("128 moments carry the whole phase function of water clouds above about 3 um", below_um=3.0),
+)
+
+ICE_NOTE = "the refractive index of ice particles is for one temperature, -7 degC in the catalog's table"
+
+
+class CloudSpheres:
+    """Bulk properties of clouds of spheres.
+
+    Parameters
+    ----------
+    catalog : Catalog
+        With refractive indices and tables.
+    parameters : MieParameters
+        Refractive indices and accuracy.
+
+    Raises
+    ------
+    ScenarioError
+        If both a refractive index and a temperature of water are given, or the temperature has no data.
+    """
+
+    def __init__(self, catalog: Catalog, parameters: MieParameters) -> None:
+        self._catalog = catalog
+        self._parameters = parameters
+        count = 2 if parameters.phase_function == "henyey-greenstein" else parameters.moments
+        self._accuracy = Accuracy(parameters.radius_nodes, parameters.spectral_step, count)
+        self._store = TableStore(catalog)
+        self._indices: dict[str, RefractiveIndex] = {}
+        self._tables: dict[Microphysics, BulkTable] = {}
+        given = parameters.model_fields_set
+        if parameters.water_temperature_K is not None and "water_index" in given:
+            message = f"given together with water_index = '{parameters.water_index}'; allowed: one of the two"
+            raise ScenarioError([Problem("water_temperature_K", message)])
+
+    def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
+        """Return bulk properties at ``wavenumber_cm1`` (V,).
+
+        Raises
+        ------
+        ValueError
+            If a wavenumber lies outside 0.3 to 16 um or outside the refractive-index table, or the
+            particles' parameters are not valid.
+        CatalogError
+            If the refractive-index table is missing or malformed.
+        """
+        wavenumber = np.asarray(wavenumber_cm1, dtype=np.float64)
+        check_range(wavenumber)
+        if wavenumber.size == 0:
+            return SingleScattering(np.empty(0), np.empty(0), np.empty((2, 0)))
+        if cloud.number_density_m3 <= 0.0:
+            raise ValueError(f"number_density_m3 {cloud.number_density_m3}: allowed above 0")
+        index = self._index(cloud.phase)
+        index.at(wavenumber)  # refuses wavelengths a user's table does not cover
+        single = replace(cloud, number_density_m3=1.0)
+        if single not in self._tables:
+            self._tables[single] = BulkTable(single, index, self._accuracy)
+        table = self._tables[single]
+        position = np.log(1e4 / wavenumber)
+        self._store.complete(table, position)
+        extinction, absorption, _, moments = table(position)
+        return SingleScattering(cloud.number_density_m3 * extinction, 1.0 - absorption / extinction, moments)
+
+    def _index(self, phase: str) -> RefractiveIndex:
+        if phase not in self._indices:
+            parameters = self._parameters
+            if phase == "water" and parameters.water_temperature_K is not None:
+                self._indices[phase] = load_water_at(self._catalog, parameters.water_temperature_K)
+            else:
+                name = parameters.water_index if phase == "water" else parameters.ice_index
+                self._indices[phase] = load_refractive_index(self._catalog, name)
+        return self._indices[phase]
+
+
+def check_range(wavenumber_cm1: Array) -> None:
+    """Refuse wavenumbers outside 0.3 to 16 um.
+
+    Raises
+    ------
+    ValueError
+        Naming the first of them and the closest that is allowed.
+    """
+    low, high = VALID_CM1
+    outside = ~((wavenumber_cm1 >= low) & (wavenumber_cm1 <= high))
+    if np.any(outside):
+        wrong = float(wavenumber_cm1[outside][0])
+        raise ValueError(
+            f"wavenumber_cm1 {wrong:g}: cloud optics allow {low:g} to {high:g}; "
+            f"closest is {low if wrong < low else high:g}"
+        )
+
+
+class MieOptics:
+    """Extinction, albedo and phase function of a modified gamma distribution of spheres.
+
+    Eqs 8 to 11 of the HCSS paper. The phase function is that of Mie theory, given by its Legendre moments, or
+    Henyey and Greenstein's with the same asymmetry (eq 13).
+
+    Parameters
+    ----------
+    inputs : OpticsInputs
+        Brings the catalog with refractive indices and tables.
+    parameters : MieParameters
+        Refractive indices and accuracy.
+
+    Raises
+    ------
+    ScenarioError
+        If both a refractive index and a temperature of water are given.
+    """
+
+    declares = Declares(
+        valid={"wavenumber_cm1": (1e4 / 16.0, 1e4 / 0.3)},
+        notes_by_phase={
+            "water": WATER_NOTES,
+            "ice": (
+                "ice particles are spheres, as in the HCSS paper; real ice crystals scatter less forward",
+                ICE_NOTE,
+                MOMENTS_NOTE,
+                Note("the forward peak of ice spheres needs more than 128 moments", sunlight=True),
+            ),
+        },
+    )
+
+    def __init__(self, inputs: OpticsInputs, parameters: MieParameters) -> None:
+        self._spheres = CloudSpheres(inputs.catalog, parameters)
+
+    def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
+        """Return bulk properties at ``wavenumber_cm1`` (V,).
+
+        The logarithms of extinction and absorption, and the moments of the phase function, are interpolated
+        over ln wavelength; nothing nonlinear follows.
+
+        Raises
+        ------
+        ValueError
+            If a wavenumber lies outside 0.3 to 16 um or outside the refractive-index table, or the
+            particles' parameters are not valid.
+        CatalogError
+            If the refractive-index table is missing or malformed.
+        """
+        return self._spheres.single_scattering(cloud, wavenumber_cm1)
+
+
+class BulkOptics:
+    """Water droplets as spheres, ice as crystals of the same volume and projected area per volume of cloud.
+
+    For ice the particles' effective radius selects the crystals; extinction, absorption and asymmetry are those of
+    equal-volume-to-area spheres (Grenfell and Warren 1999) times the ratios of
+    :mod:`hcss_twin.models.optics.ice_crystals`, and the phase function is Henyey and Greenstein's.
+
+    Parameters
+    ----------
+    inputs : OpticsInputs
+        Brings the catalog with refractive indices and tables.
+    parameters : BulkParameters
+        Refractive indices, crystals and accuracy.
+
+    Raises
+    ------
+    ScenarioError
+        If both a refractive index and a temperature of water are given.
+    """
+
+    declares = Declares(
+        valid={"wavenumber_cm1": VALID_CM1},
+        notes_by_phase={
+            "water": WATER_NOTES,
+            "ice": (
+                "ice is made of the crystals of Yang et al. (2013), known as averages over bands 70 to 1000 cm-1 "
+                "wide; its phase function is Henyey-Greenstein, without halos",
+                ICE_NOTE,
+            ),
+        },
+    )
+
+    def __init__(self, inputs: OpticsInputs, parameters: BulkParameters) -> None:
+        self._catalog = inputs.catalog
+        self._parameters = parameters
+        self._droplets = CloudSpheres(inputs.catalog, parameters)
+        self._ice = CloudSpheres(inputs.catalog, parameters.model_copy(update={"phase_function": "henyey-greenstein"}))
+        self._crystals: CrystalRatios | None = None
+
+    def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
+        """Return bulk properties at ``wavenumber_cm1`` (V,); for ice 2 moments.
+
+        Raises
+        ------
+        ValueError
+            If a wavenumber lies outside 0.3 to 16 um or outside the refractive-index table, the
+            particles' parameters are not valid, or the effective radius of ice lies outside the table.
+        CatalogError
+            If a table is missing or malformed.
+        """
+        if cloud.phase == "water":
+            return self._droplets.single_scattering(cloud, wavenumber_cm1)
+        spheres = self._ice.single_scattering(cloud, wavenumber_cm1)
+        if self._crystals is None:
+            name, roughness = self._parameters.ice_table, self._parameters.roughness
+            self._crystals = load_crystals(self._catalog, name, roughness)
+        ratios = self._crystals.at(2.0 * effective_radius_um(cloud), np.asarray(wavenumber_cm1))
+        extinction = ratios[0] * spheres.extinction_m1
+        absorption = ratios[1] * spheres.extinction_m1 * (1.0 - spheres.albedo)
+        asymmetry = 1.0 - ratios[2] * (1.0 - spheres.moments[1])
+        return SingleScattering(
+            extinction, 1.0 - absorption / extinction, np.stack([np.ones_like(asymmetry), asymmetry])
+        )

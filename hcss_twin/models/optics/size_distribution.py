@@ -1,0 +1,210 @@
+"""Size distribution of cloud particles: the modified gamma distribution.
+
+n(r) = a r^alpha exp(-b r^nu) between two radii, D. Deirmendjian, Electromagnetic Scattering on
+Spherical Polydispersions (1969); the form below eq 9 of the HCSS paper. Radii are in
+micrometres, as b is; ``a`` follows from the number density. All moments have closed forms in
+incomplete gamma functions, because t = b r^nu turns them into gamma integrals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from scipy import special
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Microphysics
+
+WATER_DENSITY_KG_M3 = 1000.0
+ICE_DENSITY_KG_M3 = 917.0
+
+_NEGLIGIBLE = 1e-7
+"""Fraction of the area below, and of the sixth moment above, the radii that quadrature covers."""
+
+
+def check(cloud: Microphysics) -> None:
+    """Refuse parameters for which the distribution cannot be normalised.
+
+    Raises
+    ------
+    ValueError
+        If alpha <= -1, b <= 0, nu <= 0, the number density is negative, or the radii do not increase.
+    """
+    r1, r2 = cloud.radius_range_um
+    problems = [
+        (not cloud.alpha > -1.0, f"alpha {cloud.alpha}: allowed above -1"),
+        (not cloud.b > 0.0, f"b {cloud.b}: allowed above 0 (um^-nu)"),
+        (not cloud.nu > 0.0, f"nu {cloud.nu}: allowed above 0"),
+        (not cloud.number_density_m3 >= 0.0, f"number_density_m3 {cloud.number_density_m3}: allowed from 0"),
+        (not 0.0 <= r1 < r2, f"radius_range_um {r1}, {r2}: needs 0 <= r1 < r2"),
+    ]
+    for wrong, message in problems:
+        if wrong:
+            raise ValueError(message)
+
+
+def _log_incomplete(cloud: Microphysics, power: float) -> float:
+    """Logarithm of the integral of r^(alpha + power) exp(-b r^nu) over the radius range, times b^((alpha + 1)/nu).
+
+    Without that factor, and without the logarithm, narrow distributions of small radii would underflow.
+    """
+    s = (cloud.alpha + power + 1.0) / cloud.nu
+    if s <= 0.0:
+        raise ValueError(f"power {power}: allowed above {-cloud.alpha - 1.0} for alpha {cloud.alpha}")
+    t1, t2 = (cloud.b * radius**cloud.nu for radius in cloud.radius_range_um)
+    # The difference of the smaller of the two complementary tails loses no digits.
+    if t1 > s:
+        share = special.gammaincc(s, t1) - special.gammaincc(s, t2)
+    else:
+        share = special.gammainc(s, t2) - special.gammainc(s, t1)
+    if not share > 0.0:
+        low, high = cloud.radius_range_um
+        most = (s / cloud.b) ** (1.0 / cloud.nu)
+        raise ValueError(
+            f"radius_range_um {low:g}, {high:g}: holds none of the particles, which are about {most:.3g} um large; "
+            "allowed: a range that does"
+        )
+    return float(np.log(share) + special.gammaln(s) - power / cloud.nu * np.log(cloud.b) - np.log(cloud.nu))
+
+
+def density(cloud: Microphysics, radius_um: Array) -> Array:
+    """Number density per radius interval n(r), m-3 um-1, at any shape of radii; 0 outside the range."""
+    check(cloud)
+    radius = np.asarray(radius_um, dtype=np.float64)
+    scale = (cloud.alpha + 1.0) / cloud.nu * np.log(cloud.b) - _log_incomplete(cloud, 0.0)
+    shape = np.exp(scale + special.xlogy(cloud.alpha, radius) - cloud.b * radius**cloud.nu)
+    inside = (radius >= cloud.radius_range_um[0]) & (radius <= cloud.radius_range_um[1])
+    result: Array = np.where(inside, cloud.number_density_m3 * shape, 0.0)
+    return result
+
+
+def mean_power(cloud: Microphysics, power: float) -> float:
+    """Mean of r^power over the particles, um^power, in closed form.
+
+    Raises
+    ------
+    ValueError
+        If the distribution or the moment does not exist, or the range of radii holds no particles.
+    """
+    check(cloud)
+    return float(np.exp(_log_incomplete(cloud, power) - _log_incomplete(cloud, 0.0)))
+
+
+def effective_radius_um(cloud: Microphysics) -> float:
+    """Area-weighted mean radius <r^3>/<r^2>, um (Hansen and Travis, Space Sci. Rev. 16, 527 (1974))."""
+    return mean_power(cloud, 3.0) / mean_power(cloud, 2.0)
+
+
+def effective_variance(cloud: Microphysics) -> float:
+    """Width <r^4><r^2>/<r^3>^2 - 1 of the area-weighted distribution, dimensionless (same source)."""
+    return mean_power(cloud, 4.0) * mean_power(cloud, 2.0) / mean_power(cloud, 3.0) ** 2 - 1.0
+
+
+def projected_area_m1(cloud: Microphysics) -> float:
+    """Geometric cross section per volume, N pi <r^2>, m-1; times Q_ext it is the extinction coefficient."""
+    return cloud.number_density_m3 * np.pi * mean_power(cloud, 2.0) * 1e-12
+
+
+def water_content_kg_m3(cloud: Microphysics) -> float:
+    """Mass of liquid or ice per volume of cloud, kg m-3."""
+    specific = WATER_DENSITY_KG_M3 if cloud.phase == "water" else ICE_DENSITY_KG_M3
+    return specific * cloud.number_density_m3 * 4.0 / 3.0 * np.pi * mean_power(cloud, 3.0) * 1e-18
+
+
+WHOLE = (0.01, 10.0)
+"""Radii, in effective radii, between which practically all of a gamma distribution lies."""
+
+
+def gamma_distribution(
+    phase: Literal["water", "ice"],
+    radius_um: float,
+    variance: float,
+    content_kg_m3: float,
+    radius_range_um: tuple[float, float] | None = None,
+) -> Microphysics:
+    """Gamma distribution with given effective radius, effective variance and content of water.
+
+    n(r) ~ r^(1/v - 3) exp(-r / (r_e v)), J. E. Hansen and L. D. Travis, Space Sci. Rev. 16, 527 (1974), eq 2.56.
+
+    Parameters
+    ----------
+    phase : {"water", "ice"}
+        Ice has 917 kg m-3, water 1000.
+    radius_um : float
+        Of the whole distribution, above 0.
+    variance : float
+        Above 0 and below 0.5, where the number of particles diverges.
+    content_kg_m3 : float
+        Mass of liquid or ice per volume of cloud, above 0; exact for the radii inside the range.
+    radius_range_um : (float, float), optional
+        Limits of integration; by default 0.01 to 10 effective radii.
+
+    Raises
+    ------
+    ValueError
+        If a value is not allowed, or the range changes effective radius or variance by more than 1 percent.
+    """
+    if not radius_um > 0.0:
+        raise ValueError(f"effective_radius_um {radius_um}: allowed above 0")
+    if not 0.0 < variance < 0.5:
+        raise ValueError(f"effective_variance {variance}: allowed above 0 and below 0.5")
+    if not content_kg_m3 > 0.0:
+        raise ValueError(f"water_content_kg_m3 {content_kg_m3}: allowed above 0")
+    limits = radius_range_um or (WHOLE[0] * radius_um, WHOLE[1] * radius_um)
+    alpha, b = 1.0 / variance - 3.0, 1.0 / (radius_um * variance)
+    single = Microphysics(phase, alpha, b, 1.0, 1.0, limits)
+    check(single)
+    for name, found, wanted in (
+        ("effective_radius_um", effective_radius_um(single), radius_um),
+        ("effective_variance", effective_variance(single), variance),
+    ):
+        if not abs(found - wanted) <= 0.01 * wanted:
+            raise ValueError(
+                f"radius_range_um {limits[0]:g}, {limits[1]:g}: cuts so much off that {name} is {found:.4g} instead of "
+                f"{wanted:g}; allowed: a wider range; closest is {WHOLE[0] * radius_um:g}, "
+                f"{WHOLE[1] * radius_um:g}"
+            )
+    return replace(single, number_density_m3=content_kg_m3 / water_content_kg_m3(single))
+
+
+def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
+    """Radii and number densities that replace the integral over n(r).
+
+    Gauss-Legendre in the square root of r, a compromise between small spheres, which want equal
+    steps of ln r, and large ones, whose resonances want equal steps of r. It covers the part of the
+    radius range that matters: outside lies a fraction below 1e-7 of the area (small radii) and of
+    the sixth moment (large radii).
+
+    Parameters
+    ----------
+    cloud : Microphysics
+        Particles.
+    nodes : int
+        Number of radii.
+
+    Returns
+    -------
+    radius_um, number_m3 : ndarray (nodes,)
+        Radii, ascending, and the number density each stands for: the integral of f(r) n(r) dr is
+        ``sum(number_m3 * f(radius_um))``.
+    """
+    check(cloud)
+    low, high = (float(np.sqrt(limit)) for limit in _limits(cloud))
+    abscissa, weight = special.roots_legendre(nodes)
+    half = 0.5 * (high - low)
+    root = low + half * (abscissa + 1.0)
+    radius: Array = root**2
+    return radius, weight * half * 2.0 * root * density(cloud, radius)
+
+
+def _limits(cloud: Microphysics) -> tuple[float, float]:
+    """Radii (um) between which quadrature is worth its nodes."""
+    r1, r2 = cloud.radius_range_um
+    area = special.gammaincinv((cloud.alpha + 3.0) / cloud.nu, _NEGLIGIBLE)
+    sixth = special.gammainccinv((cloud.alpha + 7.0) / cloud.nu, _NEGLIGIBLE)
+    low = max(r1, float((area / cloud.b) ** (1.0 / cloud.nu)))
+    high = min(r2, float((sixth / cloud.b) ** (1.0 / cloud.nu)))
+    # A range cut out of a far tail: there the whole of it matters.
+    return (low, high) if low < high else (r1, r2)

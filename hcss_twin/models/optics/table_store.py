@@ -1,0 +1,185 @@
+"""Files of tabulated bulk properties: those that ship, and those that a run keeps for the next one.
+
+Where tables of bulk properties come from: the catalog, the user's cache, or computation.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import OPTICS, cache_root
+from hcss_twin.core.catalog import Catalog, SecludedCatalog
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.models.optics.bulk_table import BulkTable
+
+FORMAT, VERSION = "hcss-bulk-optics", 1
+
+_GROUPS = (("properties", "f8"), ("moments", "f4"))
+"""Parts of a table and how precisely they are kept; single precision is 6e-8 of a moment."""
+
+
+def key_of(path: Path) -> str:
+    """Key of the table in a file.
+
+    Raises
+    ------
+    CatalogError
+        If it is no file of this format.
+    """
+    with open_format(path, FORMAT, VERSION) as dataset:
+        return str(getattr(dataset, "key", ""))
+
+
+def read_into(table: BulkTable, path: Path) -> None:
+    """Take over the values of a file where ``table`` has none.
+
+    Raises
+    ------
+    CatalogError
+        If the file is damaged (every block carries a checksum), of another table, or of another format.
+    """
+    found = {}
+    with open_format(path, FORMAT, VERSION) as dataset:
+        if getattr(dataset, "key", None) != table.key:
+            raise CatalogError(f"{path}: holds another table than {table.key[:12]}")
+        try:
+            for name, _ in _GROUPS:
+                dataset[name].set_auto_mask(False)
+                found[name] = np.asarray(dataset[name][:], dtype=np.float64)
+        except (IndexError, OSError, RuntimeError) as error:
+            raise CatalogError(f"{path}: damaged: {error}") from error
+    for name, values in found.items():
+        part = getattr(table, name)
+        if values.shape != part.values.shape:
+            raise CatalogError(f"{path}: {name} has shape {values.shape}; allowed {part.values.shape}")
+        part.adopt(values)
+
+
+def write(table: BulkTable, path: Path, **attributes: str) -> None:
+    """Write a table; the file appears when it is complete and replaces an older one in one step.
+
+    Raises
+    ------
+    CatalogError
+        If the system refuses.
+    """
+    import netCDF4
+
+    with atomic_write(path, CatalogError) as draft, netCDF4.Dataset(draft, "w") as dataset:
+        dataset.format, dataset.format_version, dataset.key = FORMAT, VERSION, table.key
+        dataset.setncatts(attributes)
+        for name, kind in _GROUPS:
+            _write_part(dataset, name, kind, getattr(table, name))
+
+
+def _write_part(dataset: Any, name: str, kind: str, part: Any) -> None:
+    components, nodes = part.values.shape
+    dataset.createDimension(f"{name}_component", components)
+    dataset.createDimension(f"{name}_node", nodes)
+    # least_significant_digit would be smaller still, but the values then differ from those computed on demand.
+    variable = dataset.createVariable(
+        name, kind, (f"{name}_component", f"{name}_node"), zlib=True, complevel=6, shuffle=True, fletcher32=True
+    )
+    variable.long_name = {
+        "properties": "ln of extinction and absorption cross section per particle (m2), asymmetry parameter",
+        "moments": "Legendre moments of the phase function",
+    }[name]
+    variable[:] = part.values
+    position = dataset.createVariable(f"{name}_wavelength", "f8", (f"{name}_node",), zlib=True, fletcher32=True)
+    position.units = "um"
+    position[:] = np.exp(part.nodes)
+
+
+def write_if_possible(table: BulkTable, path: Path) -> bool:
+    """Keep a table for the next run, together with what another run has put there in the meantime.
+
+    Nobody depends on the file: where it cannot be written (a full or read-only disk), the next run computes again.
+    """
+    with suppress(CatalogError, OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with suppress(CatalogError):
+            read_into(table, path)
+        write(table, path)
+        return True
+    return False
+
+
+FOLDER, SUFFIX = OPTICS
+
+_WORTH_A_BAR = 64
+"""Wavelengths to compute from which progress is shown: less is done at once."""
+
+
+def cache_folder() -> Path | None:
+    """Folder of computed tables in the user's cache; None without a home."""
+    root = cache_root()
+    return None if root is None else root / FOLDER
+
+
+class TableStore:
+    """Finds the values of tables, computes those that nobody has, and keeps them.
+
+    Parameters
+    ----------
+    catalog : Catalog
+        Holds the tables that ship; with a secluded one no others are kept.
+    """
+
+    def __init__(self, catalog: Catalog) -> None:
+        self._catalog = catalog
+        self._shipped: dict[str, str] | None = None
+        self._looked_up: set[str] = set()
+
+    def complete(self, table: BulkTable, position: Array) -> None:
+        """Give ``table`` the values that ``position`` (V,), ln wavelength, needs."""
+        if table.key not in self._looked_up:
+            self._looked_up.add(table.key)
+            self._look_up(table)
+        if table.complete(position, _progress) and (path := self._cached(table)):
+            write_if_possible(table, path)
+
+    def _look_up(self, table: BulkTable) -> None:
+        name = self._names().get(table.key)
+        if name is not None:
+            read_into(table, self._catalog.find(name, FOLDER, SUFFIX))
+            return
+        # A damaged file is computed again and replaced: nothing is lost but time.
+        with suppress(CatalogError, OSError):
+            if (path := self._cached(table)) and path.is_file():
+                read_into(table, path)
+
+    def _names(self) -> dict[str, str]:
+        """Names of the shipped tables by their keys."""
+        if self._shipped is None:
+            self._shipped = {}
+            for name in self._catalog.names(FOLDER, SUFFIX):
+                path = self._catalog.root / FOLDER / f"{name}{SUFFIX}"
+                with suppress(CatalogError):  # other formats lie there too
+                    self._shipped[self._catalog.shelf.parsed(path, key_of)] = name
+        return self._shipped
+
+    def _cached(self, table: BulkTable) -> Path | None:
+        folder = None if isinstance(self._catalog, SecludedCatalog) else cache_folder()
+        return None if folder is None else folder / f"{table.key}{SUFFIX}"
+
+
+def _progress(pieces: Iterable[NDArray[np.intp]], total: int) -> Iterator[NDArray[np.intp]]:
+    """Show a bar on a terminal while many wavelengths are computed."""
+    if total < _WORTH_A_BAR or not sys.stderr.isatty():
+        yield from pieces
+        return
+    import click
+
+    with click.progressbar(length=total, label="cloud optics", file=sys.stderr) as bar:
+        for piece in pieces:
+            yield piece
+            bar.update(piece.size)

@@ -1,0 +1,246 @@
+"""Radiance model ``as-printed``: equations 8 and 12-20 of the HCSS paper.
+
+Where the paper's own tables exclude a printed form, the corrected form is the default and the
+printed one stands behind a ``literal_...`` switch. The model breaks Kirchhoff's law on purpose
+(its cloud reflects sunlight without regard to thickness); docs/as-printed.md lists every
+difference from physics.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.atmosphere.path_radiance import path_radiance
+from hcss_twin.models.radiance.parameters import AsPrintedParameters
+from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, scattering_cosine_literal, wind_azimuths
+from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
+from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.planck import planck
+from hcss_twin.providers import CloudLayer, Declares, RadianceInputs, Sun
+from hcss_twin.providers.common import Note
+
+
+@dataclass(frozen=True)
+class _Cloud:
+    """What N columns of one cloud layer send to the sensor through the air above them.
+
+    Attributes
+    ----------
+    emissivity : ndarray (N, V)
+        Eq 8; what is left over passes through the cloud.
+    emitted, reflected : ndarray (N, V)
+        Eqs 15 and 16 at the sensor, without other clouds.
+    air_above : ndarray (N, V)
+        Path radiance from the cloud top.
+    """
+
+    emissivity: Array
+    emitted: Array
+    reflected: Array
+    air_above: Array
+
+
+class AsPrinted:
+    """Single-scattering cloud over a rough sea, as the HCSS paper prints it.
+
+    Parameters
+    ----------
+    inputs : RadianceInputs
+        Any number of cloud layers that do not overlap.
+    parameters : AsPrintedParameters
+        Glint scale and literal switches.
+    """
+
+    terms: Mapping[str, str] = {
+        "cloud_emission": "thermal emission of the cloud (eqs 8, 15)",
+        "cloud_reflected_sun": "sunlight reflected by the cloud (eqs 12-14, 16)",
+        "sea_emission": "thermal emission of the sea, through the cloud where there is one (eq 17)",
+        "sea_reflected_sun": "sun glint of the sea, through the cloud where there is one (eq 18)",
+        "path_emission": "thermal emission of the air above sea or highest cloud top",
+    }
+    solar_terms = frozenset({"cloud_reflected_sun", "sea_reflected_sun"})
+    sea_sun_terms = frozenset({"sea_reflected_sun"})
+
+    def __init__(self, inputs: RadianceInputs, parameters: AsPrintedParameters) -> None:
+        self._inputs = inputs
+        self._parameters = parameters
+        self._mu = math.cos(math.radians(inputs.view.zenith_deg))
+        self.declares = Declares(
+            depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
+            notes=_notes(parameters, len(inputs.layers)),
+        )
+
+    def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
+        """Terms (V,) of a cloud-free column, eq 19: tau_s L_s + L_atm."""
+        zero = np.zeros_like(wavenumber_cm1)
+        zenith = self._inputs.view.zenith_deg
+        surface = to_space(0.0, zenith)
+        transmittance = self._inputs.transmittance.transmittance(wavenumber_cm1, [surface])[0]
+        air = path_radiance(self._inputs.transmittance, self._inputs.profile, wavenumber_cm1, [0.0], zenith)[0]
+        return {
+            "cloud_emission": zero,
+            "cloud_reflected_sun": zero,
+            "sea_emission": transmittance * self._sea_emission(wavenumber_cm1, sun),
+            "sea_reflected_sun": self._glint(wavenumber_cm1, sun),
+            "path_emission": air,
+        }
+
+    def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
+        """Terms (N, V) of cloudy columns, eq 20: tau_c L_c + tau_sc L_s + L_atm (above the highest cloud top).
+
+        The paper has one layer. With several, each cloud sends what eqs 15 and 16 give it through the clouds
+        above, which transmit 1 - emissivity as they do in eq 20 for the sea.
+        """
+        layers = self._inputs.layers
+        if thickness_m.ndim != 2 or thickness_m.shape[1] != len(layers):
+            raise ValueError(f"thickness_m: shape {thickness_m.shape}; allowed (N, {len(layers)})")
+        if np.any(thickness_m < 0) or not np.all(np.any(thickness_m > 0, axis=1)):
+            raise ValueError("thickness_m: allowed 0 or more, and a layer > 0; a column without cloud is clear()")
+        clear = self.clear(wavenumber_cm1, sun)
+        shape = thickness_m.shape[0], wavenumber_cm1.size
+        emitted, reflected, air = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        through = np.ones(shape)
+        seen_first = np.ones(shape[0], dtype=bool)
+        for index in sorted(range(len(layers)), key=lambda each: layers[each].base_m, reverse=True):
+            rows = np.flatnonzero(thickness_m[:, index] > 0)
+            if rows.size == 0:
+                continue
+            cloud = self._cloud(layers[index], wavenumber_cm1, thickness_m[rows, index], sun)
+            emitted[rows] += through[rows] * cloud.emitted
+            reflected[rows] += through[rows] * cloud.reflected
+            highest = seen_first[rows]
+            air[rows[highest]] = cloud.air_above[highest]
+            through[rows] *= 1.0 - cloud.emissivity
+            seen_first[rows] = False
+        if self._parameters.literal_eq20:
+            through = through + 1.0
+        return {
+            "cloud_emission": emitted,
+            "cloud_reflected_sun": reflected,
+            "sea_emission": through * clear["sea_emission"],
+            "sea_reflected_sun": through * clear["sea_reflected_sun"],
+            "path_emission": air,
+        }
+
+    def _cloud(self, layer: CloudLayer, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> _Cloud:
+        """Clouds of one layer, ``thickness_m`` (N,) > 0 thick, seen through nothing but air."""
+        inputs = self._inputs
+        scattering = inputs.optics.single_scattering(layer.microphysics, wavenumber_cm1)
+        # Columns of equal thickness, of which the product of two layers has many, share everything, and those of
+        # equal cloud-top altitude their paths; with a fixed top there is only one.
+        thickness, same = np.unique(thickness_m, return_inverse=True)
+        tops, column = np.unique(layer.cloud_top_m(thickness), return_inverse=True)
+        emissivity = cloud_emissivity(scattering.extinction_m1, scattering.albedo, thickness)
+        zenith = inputs.view.zenith_deg
+        above = [to_space(float(top), zenith) for top in tops]
+        transmittance = inputs.transmittance.transmittance(wavenumber_cm1, above)[column]
+        air_from = np.zeros(1) if self._parameters.literal_eq19 else tops
+        air = path_radiance(
+            inputs.transmittance, inputs.profile, wavenumber_cm1, [float(top) for top in air_from], zenith
+        )
+        air = np.repeat(air, thickness.size, axis=0) if self._parameters.literal_eq19 else air[column]
+        temperature = self._cloud_temperature(layer, thickness)
+        emission = planck(wavenumber_cm1[None, :], temperature[:, None])
+        reflected = self._cloud_reflection(wavenumber_cm1, tops, scattering.albedo, scattering.moments[1], sun)[column]
+        return _Cloud(emissivity[same], (transmittance * emissivity * emission)[same], reflected[same], air[same])
+
+    def _cloud_temperature(self, layer: CloudLayer, thickness_m: Array) -> Array:
+        if layer.temperature_K is not None:
+            return np.full_like(thickness_m, layer.temperature_K)
+        return self._inputs.profile.temperature_at(layer.cloud_top_m(thickness_m))
+
+    def _sea_emission(self, wavenumber_cm1: Array, sun: Sun | None) -> Array:
+        """Eq 17: emissivity times Planck radiance at the sea surface, (V,)."""
+        emissivity = self._inputs.sea.emissivity(wavenumber_cm1, np.array([self._mu]), **self._wind(sun))[0]
+        result: Array = emissivity * planck(wavenumber_cm1, self._inputs.sea_temperature_K)
+        return result
+
+    def _glint(self, wavenumber_cm1: Array, sun: Sun | None) -> Array:
+        """Eq 18 at the sensor, (V,): the sun crosses the air to the sea and again to the sensor."""
+        if sun is None or not sun.is_up or self._parameters.glint_scale == 0.0:
+            return np.zeros_like(wavenumber_cm1)
+        view = self._inputs.view
+        mu0 = math.cos(math.radians(sun.zenith_deg))
+        azimuth = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
+        brdf = self._inputs.sea.brdf(
+            wavenumber_cm1, np.array([self._mu]), np.array([mu0]), np.array([azimuth]), **self._wind(sun)
+        )[0]
+        path = to_space(0.0, view.zenith_deg)
+        if not self._parameters.literal_eq18:
+            path = path + to_space(0.0, sun.zenith_deg)
+        transmittance = self._inputs.transmittance.transmittance(wavenumber_cm1, [path])[0]
+        result: Array = (
+            self._parameters.glint_scale * transmittance * mu0 * self._irradiance(wavenumber_cm1, sun) * brdf
+        )
+        return result
+
+    def _wind(self, sun: Sun | None) -> dict[str, Array]:
+        """Return the view's bearing to the wind, counted toward the sun, for a sea that depends on it."""
+        inputs = self._inputs
+        if not getattr(inputs.sea, "anisotropic", False):
+            return {}
+        azimuth = inputs.view.azimuth_deg
+        sun_azimuth = azimuth if sun is None else sun.azimuth_deg
+        return {"wind_azimuth": np.array([wind_azimuths(azimuth, sun_azimuth, inputs.wind_from_deg)[1]])}
+
+    def _cloud_reflection(
+        self, wavenumber_cm1: Array, tops_m: Array, albedo: Array, asymmetry: Array, sun: Sun | None
+    ) -> Array:
+        """Eqs 12-14 and 16 at the sensor, (tops, V)."""
+        if sun is None or not sun.is_up or self._parameters.cloud_sun_scale == 0.0:
+            return np.zeros((tops_m.size, wavenumber_cm1.size))
+        view = self._inputs.view
+        mu0 = math.cos(math.radians(sun.zenith_deg))
+        azimuth = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
+        turn = scattering_cosine_literal if self._parameters.literal_eq14 else scattering_cosine
+        brdf = cloud_brdf(albedo, asymmetry, turn(self._mu, mu0, azimuth), self._mu, mu0)
+        paths = [to_space(float(top), sun.zenith_deg) + to_space(float(top), view.zenith_deg) for top in tops_m]
+        transmittance = self._inputs.transmittance.transmittance(wavenumber_cm1, paths)
+        received = self._parameters.cloud_sun_scale * mu0 * self._irradiance(wavenumber_cm1, sun)
+        result: Array = transmittance * (received * brdf)
+        return result
+
+    def _irradiance(self, wavenumber_cm1: Array, sun: Sun) -> Array:
+        result: Array = self._inputs.solar_irradiance(wavenumber_cm1) / sun.distance_au**2
+        return result
+
+
+def cloud_emissivity(extinction_m1: Array, albedo: Array, thickness_m: Array) -> Array:
+    """Eq 8 with eqs 9-11: 1 - exp(-k_abs z), k_abs = k_ext (1 - albedo); (N, V).
+
+    As printed, without the slant factor 1 / mu.
+    """
+    absorption = extinction_m1 * (1.0 - albedo)
+    result: Array = -np.expm1(-thickness_m[:, None] * absorption[None, :])
+    return result
+
+
+def cloud_brdf(albedo: Array, asymmetry: Array, scattering_cosine_: float, mu: float, mu0: float) -> Array:
+    """Eq 12 with eq 13: single-scattering BRDF of the cloud in sr-1, (V,), independent of thickness."""
+    phase = henyey_greenstein(np.array(scattering_cosine_), asymmetry)
+    result: Array = albedo / (4.0 * math.pi) * phase * mu0 / (mu0 + mu)
+    return result
+
+
+def _notes(parameters: AsPrintedParameters, layers: int) -> tuple[str, ...]:
+    notes = ["as-printed radiance: single scattering, no slant factor in the cloud, no reflected sky"]
+    if layers > 1:
+        notes.append("as-printed radiance: the paper has one cloud layer; a second one extends its eq 20")
+    if not parameters.literal_eq19:
+        notes.append("as-printed radiance: emission of the air below a cloud is lost, however thin the cloud")
+    if parameters.glint_scale != 1.0:
+        told = f"sun glint scaled by {parameters.glint_scale:g}, which is a fit and not physics"
+        notes.append(Note(told, sunlight=True))
+    if parameters.cloud_sun_scale != 1.0:
+        scale = parameters.cloud_sun_scale
+        told = f"sunlight reflected by cloud scaled by {scale:g}, which is a fit and not physics"
+        notes.append(Note(told, sunlight=True))
+    literal = [name for name, on in parameters if name.startswith("literal_") and on]
+    if literal:
+        notes.append(f"literal forms that the paper's own tables exclude: {', '.join(literal)}")
+    return tuple(notes)

@@ -1,0 +1,201 @@
+"""Multiple reflections between interfaces, with the gas in front of them frozen: one linear solve.
+
+Legs count with the transmittance they have behind the view's path to the lower end of their gap, because
+transmittances of a spectral interval do not multiply. Rows of the matrix and the weights of the sources still sum
+to one, so that an isothermal enclosure closes exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.radiance.physical.air import Heights, LegView
+from hcss_twin.models.radiance.physical.columns import Columns
+from hcss_twin.models.radiance.physical.crossed import PathAmounts
+from hcss_twin.models.radiance.physical.directions import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS, VIEW
+from hcss_twin.physics.paths import Leg, Path
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Radiances along the streams inside columns, by their sources.
+
+    Attributes
+    ----------
+    down : tuple of ndarray (K, N, S)
+        For each gap but the uppermost, into which nothing scatters light down; seen from its upper end downward.
+    up : tuple of ndarray (K, N, S)
+        For each gap, seen from its lower end upward.
+    below, above : tuple of ndarray (K, N, S)
+        For each cloud, what comes out of the air inside it: from below, seen from its top, and from above, seen
+        from its base.
+    """
+
+    down: tuple[Array, ...]
+    up: tuple[Array, ...]
+    below: tuple[Array, ...]
+    above: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class FrozenLegs:
+    """Legs of all streams behind the view's path: gaps downward and upward, insides of clouds likewise.
+
+    ``sun_*``: transmittance (S,) of the sun's path behind the same paths, to the interface that is looked at. ``down``
+    and ``sun_top`` are without the uppermost gap, into which nobody looks down.
+    """
+
+    down: list[LegView]
+    up: list[LegView]
+    inside_down: list[LegView]
+    inside_up: list[LegView]
+    sun_top: list[Array]
+    sun_base: list[Array]
+    sun_sea: Array
+
+
+def close(columns: Columns) -> Closure:
+    """Solve u = P u + S for the radiances along the streams in all gaps."""
+    frozen = _freeze(columns)
+    gaps, count = len(columns.slabs) + 1, columns.directions.count
+    size = columns.received.size
+    streams = list(columns.directions.stream_indices)
+    # Upward in the uppermost gap; then downward and upward in each below.
+    rows = 2 * gaps - 1
+    matrix = np.zeros((rows, count, rows, count, size))
+    source = np.zeros((rows, count, len(TERMS), size))
+    for gap in range(gaps):
+        if gap > 0:
+            _looking_down(columns, frozen, gap, streams, matrix, source)
+        _looking_up(columns, frozen, gap, streams, matrix, source)
+    flat = rows * count
+    kernel = np.ascontiguousarray(np.moveaxis(matrix.reshape(flat, flat, size), -1, 0))
+    right = np.ascontiguousarray(np.moveaxis(source.reshape(flat, len(TERMS), size), -1, 0))
+    solved = _solve(kernel, right, count)
+    found = np.moveaxis(solved.reshape(size, rows, count, len(TERMS)), (0, 3), (3, 1))
+    down = tuple(found[2 * gap - 1] for gap in range(1, gaps))
+    up = tuple(found[2 * gap] for gap in range(gaps))
+    below = tuple(_behind(leg, down[i]) for i, leg in enumerate(frozen.inside_down))
+    above = tuple(_behind(leg, up[i]) for i, leg in enumerate(frozen.inside_up))
+    return Closure(down, up, below, above)
+
+
+def _solve(kernel: Array, source: Array, above: int) -> Array:
+    """Solve u = P u + S, (V, F, F) and (V, F, N), of which the first ``above`` look up in the uppermost gap.
+
+    Nothing but space is seen from there: they need no inversion.
+    """
+    result = np.empty_like(source)
+    sky, inner = source[:, :above], kernel[:, above:, above:]
+    result[:, :above] = sky
+    if inner.shape[1]:
+        right = source[:, above:] + kernel[:, above:, :above] @ sky
+        result[:, above:] = np.linalg.solve(np.eye(inner.shape[1])[None] - inner, right)
+    return result
+
+
+def _behind(leg: LegView, beyond: Array) -> Array:
+    """Radiance (K, N, S) seen through a leg."""
+    result: Array = leg.transmittance * beyond
+    result[SCATTERED_AIR] += leg.emission
+    return result
+
+
+def _looking_down(
+    columns: Columns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
+) -> None:
+    leg = frozen.down[gap - 1]
+    row = 2 * gap - 1
+    source[row, :, SCATTERED_AIR] += leg.emission
+    if gap == len(columns.slabs):
+        glint, _ = columns.sun_on_sea()
+        source[row, :, SEA] += leg.transmittance * columns.sea.emissivity[streams] * columns.sea_source
+        source[row, :, SEA_SUN] += leg.transmittance * glint[streams] * frozen.sun_sea
+        matrix[row, :, row + 1] += leg.transmittance[:, None] * columns.sea.reflection[streams]
+        return
+    sunlight, _ = columns.sun_on_slab(gap, from_above=True)
+    source[row, :, CLOUD] += leg.transmittance * columns.slab_emission(gap, from_above=True)[streams]
+    source[row, :, CLOUD_SUN] += leg.transmittance * sunlight[streams] * frozen.sun_top[gap - 1]
+    matrix[row, :, row + 1] += leg.transmittance[:, None] * columns.slabs[gap].reflection[streams]
+    _pass_through(columns, gap, streams, leg, frozen.inside_down[gap], matrix[row], row + 2, source[row])
+
+
+def _looking_up(
+    columns: Columns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
+) -> None:
+    leg = frozen.up[gap]
+    row = 2 * gap
+    source[row, :, SCATTERED_AIR] += leg.emission
+    if gap == 0:
+        source[row, :, SCATTERED_AIR] += leg.transmittance * columns.space
+        return
+    index = gap - 1
+    sunlight, _ = columns.sun_on_slab(index, from_above=False)
+    source[row, :, CLOUD] += leg.transmittance * columns.slab_emission(index, from_above=False)[streams]
+    source[row, :, CLOUD_SUN] += leg.transmittance * sunlight[streams] * frozen.sun_base[index]
+    matrix[row, :, row - 1] += leg.transmittance[:, None] * columns.slabs[index].reflection[streams]
+    _pass_through(columns, index, streams, leg, frozen.inside_up[index], matrix[row], row - 2, source[row])
+
+
+def _pass_through(
+    columns: Columns,
+    index: int,
+    streams: list[int],
+    leg: LegView,
+    inside: LegView,
+    matrix: Array,
+    beyond: int,
+    source: Array,
+) -> None:
+    """Add what a cloud lets through, directly and diffusely, from the gap ``beyond`` it."""
+    slab = columns.slabs[index]
+    kernel = slab.transmission[streams].copy()
+    diagonal = np.arange(len(streams))
+    kernel[diagonal, diagonal] += slab.direct[streams]
+    matrix[:, beyond] += leg.transmittance[:, None] * kernel * inside.transmittance[None]
+    source[:, SCATTERED_AIR] += leg.transmittance * np.einsum("kjv,jv->kv", kernel, inside.emission)
+
+
+def _freeze(columns: Columns) -> FrozenLegs:
+    air, where = columns.air, columns.directions
+    view = where.zenith_deg[VIEW]
+    zeniths = [where.zenith_deg[index] for index in where.stream_indices]
+    gaps = len(columns.slabs) + 1
+    front: list[PathAmounts] = []
+    paths = [Path()] * columns.count
+    for gap in range(gaps):
+        ends = zip(*columns.gap_m(gap), strict=True)
+        paths = [path + Path((Leg(lower, upper, view),)) for path, (lower, upper) in zip(paths, ends, strict=True)]
+        front.append(air.crossed([paths]))
+        if gap < len(columns.slabs):
+            paths = [path + Path((columns.inside(gap, number, view),)) for number, path in enumerate(paths)]
+    seen = [air.transmittance(each) for each in front]
+
+    def legs(gap: int, lower: Heights, upper: Heights, downward: bool) -> LegView:
+        rows = np.zeros(len(zeniths), dtype=np.intp)
+        many = seen[gap][rows]
+        found = air.leg(front[gap].take(rows), many, zeniths, lower, upper, downward, coarse=True)
+        return found.conditional(many, air.near_source(lower, upper, downward))
+
+    def sun(gap: int, to_sun: PathAmounts) -> Array:
+        if where.sun is None:
+            return np.zeros_like(columns.received)
+        crossed = front[gap] + to_sun
+        through = air.transmittance(crossed)
+        found = LegView(np.zeros_like(through), through, crossed)
+        result: Array = found.conditional(seen[gap], np.zeros_like(through)).transmittance[0]
+        return result
+
+    clouds = range(len(columns.slabs))
+    return FrozenLegs(
+        down=[legs(gap, *columns.gap_m(gap), downward=True) for gap in range(1, gaps)],
+        up=[legs(gap, *columns.gap_m(gap), downward=False) for gap in range(gaps)],
+        inside_down=[legs(i, columns.slabs[i].base_m, columns.slabs[i].top_m, downward=True) for i in clouds],
+        inside_up=[legs(i + 1, columns.slabs[i].base_m, columns.slabs[i].top_m, downward=False) for i in clouds],
+        sun_top=[sun(i, columns.sun_on_slab(i, from_above=True)[1]) for i in clouds[1:]],
+        sun_base=[sun(i + 1, columns.sun_on_slab(i, from_above=False)[1]) for i in clouds],
+        sun_sea=sun(gaps - 1, columns.sun_on_sea()[1]),
+    )

@@ -1,0 +1,322 @@
+"""Operators of a cloud layer against its thickness, interpolated between thicknesses that double.
+
+What one cloud layer does: rows of emission, reflection and transmission that sum to one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.radiance.parameters import PhysicalParameters
+from hcss_twin.models.radiance.physical.air import Heights
+from hcss_twin.models.radiance.physical.directions import VIEW, Directions
+from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, solve_layers
+from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlit_layers import solve_sunlit_layers, transmit_beams
+from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
+from hcss_twin.providers import CloudLayer, Optics
+
+PER_OCTAVE = 3
+"""Nodes in each doubling of thickness, each of which costs a chain of doublings of its own."""
+
+_WINDOW = 10
+"""Nodes of the polynomial: with 3 in each doubling it errs by 1e-6 of full reflection, as 6 with a window of 6 do."""
+
+
+def thickness_grid(least_m: float, most_m: float) -> Array:
+    """Return thicknesses most 2^(n / 3), ascending, that reach beyond both ends by half a window.
+
+    Parameters
+    ----------
+    least_m, most_m : float
+        Range of thickness, above 0.
+    """
+    count = math.ceil(math.log2(most_m / least_m) * PER_OCTAVE)
+    steps = np.arange(-count - _WINDOW // 2, _WINDOW // 2 + 1)
+    return np.asarray(most_m * 2.0 ** (steps / PER_OCTAVE), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class OperatorTable:
+    """Arrays whose first axis is the thickness.
+
+    Attributes
+    ----------
+    thickness_m : ndarray (G,)
+        From :func:`thickness_grid`.
+    operators : tuple of ndarray (G, ...)
+    """
+
+    thickness_m: Array
+    operators: tuple[Array, ...]
+
+    @cached_property
+    def floors(self) -> tuple[Array, ...]:
+        """The least of each operator, at most 0: polynomials swing below where a cloud turns opaque."""
+        return tuple(np.minimum(np.min(each, axis=0), 0.0) for each in self.operators)
+
+    @property
+    def least_m(self) -> float:
+        """Smallest thickness with a full window around it."""
+        return float(self.thickness_m[_WINDOW // 2 - 1])
+
+    @property
+    def most_m(self) -> float:
+        """Greatest thickness with a full window around it."""
+        return float(self.thickness_m[-_WINDOW // 2])
+
+    def at(self, thickness_m: float) -> tuple[Array, ...]:
+        """Return the operators of one thickness (...), by Lagrange's polynomial in ln(thickness)."""
+        place = math.log2(thickness_m / float(self.thickness_m[0])) * PER_OCTAVE
+        first = min(max(math.floor(place) - _WINDOW // 2 + 1, 0), self.thickness_m.size - _WINDOW)
+        weights = _lagrange(place - first)
+        return tuple(
+            np.maximum(np.tensordot(weights, each[first : first + _WINDOW], axes=1), floor)
+            for each, floor in zip(self.operators, self.floors, strict=True)
+        )
+
+
+def _lagrange(position: float) -> Array:
+    """Weights of the nodes 0, 1, ... 9 at a position; they sum to one."""
+    weights = np.ones(_WINDOW)
+    for i in range(_WINDOW):
+        for j in range(_WINDOW):
+            if i != j:
+                weights[i] *= (position - j) / (i - j)
+    result: Array = weights / weights.sum()
+    return result
+
+
+MAX_MODES = 8
+"""Azimuth modes in which sunlight between cloud and sea is followed."""
+
+_FAINT_SUN = 0.015
+"""Share below which sunlight is solved in closed form: clouds reflect a twentieth where it is so faint."""
+
+
+def turned_modes(parameters: PhysicalParameters) -> int:
+    """Return how many azimuth modes of sunlight between cloud and sea are followed, the mean among them."""
+    return min(parameters.azimuth_modes, 2 * parameters.streams, MAX_MODES)
+
+
+@dataclass(frozen=True)
+class CloudSlab:
+    """One layer of C columns; D directions (view and streams), N streams, V wavenumbers, S = C x V.
+
+    Attributes
+    ----------
+    base_m, top_m : tuple of float (C,)
+        Altitudes.
+    top_temperature_K, base_temperature_K : tuple of float (C,)
+    emissivity, far_share, direct : ndarray (D, S)
+        As in :class:`LayerOperators`.
+    reflection, transmission : ndarray (D, N, S)
+        Share of each stream's radiance in the radiance sent toward a direction.
+    sun_reflection, sun_transmission : ndarray (D, S)
+        sr-1, toward the view with its azimuth, toward streams the mean over azimuth; 0 without a sun.
+    sun_direct : ndarray (S,)
+        Direct transmittance for the sun; 0 without one.
+    beam_transmission : ndarray (M, 2, N, S)
+        sr-1, azimuth modes from 1 on, of view and sun toward the streams; 0 where sunlight does not matter.
+    """
+
+    base_m: Heights
+    top_m: Heights
+    top_temperature_K: tuple[float, ...]
+    base_temperature_K: tuple[float, ...]
+    emissivity: Array
+    far_share: Array
+    direct: Array
+    reflection: Array
+    transmission: Array
+    sun_reflection: Array
+    sun_transmission: Array
+    sun_direct: Array
+    beam_transmission: Array
+
+
+def stacked(slabs: Sequence[CloudSlab]) -> CloudSlab:
+    """Put columns beside each other."""
+    first, *others = slabs
+    if not others:
+        return first
+    together: dict[str, Any] = {}
+    for field in fields(CloudSlab):
+        values = [getattr(slab, field.name) for slab in slabs]
+        of_columns = isinstance(values[0], tuple)
+        together[field.name] = sum(values, ()) if of_columns else np.concatenate(values, axis=-1)
+    return CloudSlab(**together)
+
+
+class SlabMaker:
+    """Solves layers of one optics provider for one set of directions.
+
+    Parameters
+    ----------
+    optics : Optics
+    parameters : PhysicalParameters
+        Streams and azimuth modes.
+    wavenumber_cm1 : ndarray (V,)
+    directions : Directions
+    sun_share : ndarray (V,)
+        Sunlight on a white plane over the Planck radiance of the sea.
+    closed_form : bool
+        Whether clouds are solved by the two-stream closed form.
+    """
+
+    def __init__(
+        self,
+        optics: Optics,
+        parameters: PhysicalParameters,
+        wavenumber_cm1: Array,
+        directions: Directions,
+        sun_share: Array,
+        closed_form: bool,
+    ) -> None:
+        self._closed_form = closed_form
+        self._modes = turned_modes(parameters)
+        self._sun_share = sun_share
+        self._tables: dict[CloudLayer, OperatorTable] = {}
+        self._optics = optics
+        self._parameters = parameters
+        self._wavenumber = wavenumber_cm1
+        self._directions = directions
+
+    def make(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
+        """Return ``layer`` at every thickness, each a column by itself.
+
+        Operators are solved once, on a grid of thicknesses that double, and interpolated in ln(thickness); rows
+        keep their sums, because the weights of the interpolation sum to one.
+
+        Parameters
+        ----------
+        thickness_m : ndarray (T,)
+            Above 0.
+        top_K, base_K : ndarray (T,)
+            Temperatures of the two faces.
+        """
+        if layer not in self._tables:
+            grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m)
+            self._tables[layer] = OperatorTable(grid, self._solve(layer, grid))
+        table = self._tables[layer]
+        tops = layer.cloud_top_m(thickness_m)
+        slabs = []
+        for t, thickness in enumerate(thickness_m.tolist()):
+            if table.least_m <= thickness <= table.most_m:
+                operators = table.at(thickness)
+            else:  # outside the layer's range: without a table
+                operators = tuple(each[0] for each in self._solve(layer, np.array([thickness])))
+            *rows, back, through, beam, turned = operators
+            emissivity, far, direct, reflection, transmission = _closed(*rows)
+            slabs.append(
+                CloudSlab(
+                    base_m=(float(tops[t] - thickness),),
+                    top_m=(float(tops[t]),),
+                    top_temperature_K=(float(top_K[t]),),
+                    base_temperature_K=(float(base_K[t]),),
+                    emissivity=emissivity,
+                    far_share=far,
+                    direct=direct,
+                    reflection=reflection,
+                    transmission=transmission,
+                    sun_reflection=back,
+                    sun_transmission=through,
+                    sun_direct=beam,
+                    beam_transmission=turned,
+                )
+            )
+        return slabs
+
+    def _solve(self, layer: CloudLayer, thickness_m: Array) -> tuple[Array, ...]:
+        """Operators of a layer with the thickness as first axis, in the order of :class:`CloudSlab`."""
+        where = self._directions
+        scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
+        depth = thickness_m[:, None] * scattering.extinction_m1
+        solved, brdf, btdf, turned = self._solved(depth, scattering.albedo, scattering.moments)
+        back, through, beam = self._sunlight(solved, brdf, btdf)
+        extras = solved.mu.size - where.count
+        kept = [VIEW, *range(extras, solved.mu.size)]
+        factor = 2.0 * np.pi * where.streams.mu * where.streams.weight
+        # (T, V, D, N) -> (T, D, N, V)
+        reflection, transmission = (
+            np.ascontiguousarray(np.moveaxis(each[:, :, kept, extras:] * factor, 1, -1))
+            for each in (solved.reflection, solved.transmission)
+        )
+        emissivity, far, direct = (
+            np.ascontiguousarray(np.moveaxis(each[:, :, kept], 1, -1))
+            for each in (solved.emissivity, solved.far_share, solved.direct)
+        )
+        return emissivity, far, direct, reflection, transmission, back, through, beam, turned
+
+    def _solved(self, depth: Array, albedo: Array, moments: Array) -> tuple[LayerOperators, Array, Array, Array]:
+        """Diffuse light; brdf and btdf (T, V) toward the view; and modes (T, M, 2, N, V).
+
+        The latter are what view and sun become along the streams. Sunlight is 0 without a sun, and its modes where
+        it is faint.
+        """
+        where, parameters, closed = self._directions, self._parameters, self._closed_form
+        brdf, btdf = np.zeros((2, *depth.shape))
+        turned = np.zeros((depth.shape[0], self._modes - 1, 2, where.count, albedo.size))
+        if where.sun is None:
+            return self._layers(depth, albedo, moments), brdf, btdf, turned
+        # Where the sun gives little the closed form, good to some 15 %, does.
+        bright = (self._sun_share > _FAINT_SUN) & (not closed)
+        faint = ~bright
+        view, sun, azimuth = where.mu[VIEW], where.mu_sun, where.relative_azimuth
+        if np.any(faint):
+            own = depth[:, faint], albedo[faint], moments[:, faint]
+            found = solve_sun_two_stream(*own, np.array([view]), sun, np.array([azimuth]), streams=where.count)
+            brdf[:, faint], btdf[:, faint] = (each[..., 0] for each in found)
+        if not np.any(bright):
+            return self._layers(depth, albedo, moments), brdf, btdf, turned
+        own = depth[:, bright], albedo[bright], moments[:, bright]
+        if parameters.sun_streams == where.count:
+            lit = solve_sunlit_layers(*own, view, sun, azimuth, where.count, parameters.azimuth_modes, self._modes)
+            brdf[:, bright], btdf[:, bright] = lit.brdf, lit.btdf
+            beams, solved = lit.beams, lit.layers
+            if np.any(faint):
+                solved = joined(solved, self._layers(depth[:, faint], albedo[faint], moments[:, faint]), bright)
+        else:
+            solved = self._layers(depth, albedo, moments)
+            streams, modes = parameters.sun_streams, parameters.azimuth_modes
+            both = solve_sun(*own, np.array([view]), sun, np.array([azimuth]), streams=streams, modes=modes)
+            brdf[:, bright], btdf[:, bright] = (each[..., 0] for each in both)
+            beams = transmit_beams(*own, np.array([view, sun]), where.count, self._modes)
+        turned[..., bright] = beams.transpose(1, 0, 4, 3, 2)
+        return solved, brdf, btdf, turned
+
+    def _layers(self, depth: Array, albedo: Array, moments: Array) -> LayerOperators:
+        where = self._directions
+        extras = [where.mu[VIEW]] if where.sun is None else [where.mu[VIEW], where.mu_sun]
+        solve = solve_layers_two_stream if self._closed_form else solve_layers
+        return solve(depth, albedo, moments, np.array(extras), where.count)
+
+    def _sunlight(self, solved: LayerOperators, brdf: Array, btdf: Array) -> tuple[Array, Array, Array]:
+        """Kernels (T, D, V) for reflected and transmitted sunlight, and its direct part (T, V)."""
+        count, size = brdf.shape
+        if self._directions.sun is None:
+            nothing = np.zeros((count, 1 + self._directions.count, size))
+            return nothing, nothing, np.zeros((count, size))
+        sun, streams = 1, range(2, solved.mu.size)
+        back, through = (
+            np.concatenate((toward_view[..., None], kernels[:, :, streams, sun]), axis=-1)
+            for toward_view, kernels in ((brdf, solved.reflection), (btdf, solved.transmission))
+        )
+        return np.moveaxis(back, 1, -1), np.moveaxis(through, 1, -1), solved.direct[:, :, sun]
+
+
+def _closed(
+    emissivity: Array, far: Array, direct: Array, reflection: Array, transmission: Array
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Rows that sum to one again, from which the table took what polynomials leave below nothing: some 1e-7."""
+    whole = emissivity + direct + np.sum(reflection, axis=1) + np.sum(transmission, axis=1)
+    emissivity, far, direct = (each / whole for each in (emissivity, far, direct))
+    reflection, transmission = (each / whole[:, None] for each in (reflection, transmission))
+    return emissivity, far, direct, reflection, transmission

@@ -1,0 +1,98 @@
+"""Terms of the physical radiance: where the light that reaches the sensor was emitted, or last met the sun.
+
+Directions of one column: the view, the sun, and the Gauss streams that carry diffuse light.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geometry import wind_azimuths
+from hcss_twin.physics.multiple_scattering.directions import Streams, gauss_streams
+from hcss_twin.providers import Sun, View
+
+CLOUD, CLOUD_SUN, SEA, SEA_SUN, AIR, SCATTERED_AIR, AIR_SUN = range(7)
+
+TERMS: Mapping[str, str] = {
+    "cloud_emission": "thermal emission of the clouds, also where sea or other clouds reflect it",
+    "cloud_reflected_sun": "sunlight scattered by clouds, toward the sensor or first to sea and other clouds",
+    "sea_emission": "thermal emission of the sea, through the clouds and reflected by them",
+    "sea_reflected_sun": "sunlight reflected by the sea, directly or through clouds",
+    "path_emission": "thermal emission of the air that reaches the sensor without being scattered",
+    "reflected_air_emission": "thermal emission of the air (and of space) that sea or clouds reflect or scatter",
+    "path_scattered_sun": "sunlight scattered once by the air",
+}
+
+SOLAR_TERMS = frozenset({"cloud_reflected_sun", "sea_reflected_sun", "path_scattered_sun"})
+
+SEA_SUN_TERMS = frozenset({"sea_reflected_sun"})
+"""Those that in a clear column are direct sunlight reflected by the sea."""
+
+
+VIEW = 0
+"""Index of the view among the directions."""
+
+
+@dataclass(frozen=True)
+class Directions:
+    """The view first, then the streams.
+
+    Attributes
+    ----------
+    mu : ndarray (1 + N,)
+        Cosines of the zenith angles.
+    zenith_deg : tuple of float (1 + N,)
+    streams : Streams
+        Nodes and weights on (0, 1).
+    sun : Sun or None
+        None where the sun is down or left out.
+    mu_sun : float
+        Cosine of its zenith angle; 0 without a sun.
+    relative_azimuth : float
+        Of view and sun, radians; 0 without a sun.
+    wind_azimuth : float
+        Bearing of the sensor minus the one the wind comes from, radians, counted so that the sun lies at
+        wind_azimuth + relative_azimuth.
+    """
+
+    mu: Array
+    zenith_deg: tuple[float, ...]
+    streams: Streams
+    sun: Sun | None
+    mu_sun: float
+    relative_azimuth: float
+    wind_azimuth: float
+
+    @property
+    def count(self) -> int:
+        """Number of streams N."""
+        return self.streams.mu.size
+
+    @property
+    def stream_indices(self) -> range:
+        """Where the streams are among the directions."""
+        return range(1, 1 + self.count)
+
+
+def make_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: int) -> Directions:
+    """Return the directions of a column; a sun below the horizon is none."""
+    gauss = gauss_streams(streams)
+    mu_view = math.cos(math.radians(view.zenith_deg))
+    zenith = (view.zenith_deg, *(math.degrees(math.acos(mu)) for mu in gauss.mu))
+    up = sun if sun is not None and sun.is_up else None
+    sun_azimuth_deg = view.azimuth_deg if up is None else up.azimuth_deg
+    relative, wind = wind_azimuths(view.azimuth_deg, sun_azimuth_deg, wind_from_deg)
+    return Directions(
+        mu=np.concatenate(([mu_view], gauss.mu)),
+        zenith_deg=zenith,
+        streams=gauss,
+        sun=up,
+        mu_sun=0.0 if up is None else math.cos(math.radians(up.zenith_deg)),
+        relative_azimuth=relative,
+        wind_azimuth=wind,
+    )

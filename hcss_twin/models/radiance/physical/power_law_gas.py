@@ -1,0 +1,143 @@
+"""Transmittance of any path from a provider that knows only those from a height to space.
+
+At each wavenumber -ln T = (sum over layers of air mass x w)^a. The layers' amounts w follow from vertical paths to
+space, so that these are reproduced; the exponent a, from a vertical and a slant path at the surface, tells how far
+absorption saturates. Errors of slant paths are below those of the product of legs, but stay a few percent of band
+means for paths up and down again; a provider with any path is better. What the provider says of the path from the sun
+down to a target and up again is taken from it, and continued by the law where the sun is too low for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.physics.paths import SPACE, Leg, LegSums, Path, to_space
+from hcss_twin.physics.profile import Profile, airmass_of_legs
+from hcss_twin.providers import Declares, TransmittanceProvider
+
+_SLANT_DEG = 60.0
+_MIN_DEPTH, _MAX_DEPTH = 1e-12, 700.0
+_EXPONENTS = (0.2, 1.0)
+"""Between a strong Lorentz line (.5) with room for tables that fall off more slowly, and weak absorption."""
+
+_KEPT_OWN = 512
+"""Paths from the sun to a target and up again that are kept: columns with the same cloud share them."""
+
+_SURELY_WITHIN = 0.99
+"""Share of the greatest air mass up to which a provider that refuses a path does not do so for its air mass."""
+
+
+class PowerLawGas:
+    """A transmittance provider for any path, fitted to one for paths to space.
+
+    Parameters
+    ----------
+    provider : TransmittanceProvider
+        Declares ``legs = "to_space"``.
+    profile : Profile
+        Its levels are the layers' limits; targets outside the provider's range are not asked for.
+    """
+
+    def __init__(self, provider: TransmittanceProvider, profile: Profile) -> None:
+        self.declares: Declares = provider.declares
+        self._provider = provider
+        self._profile = profile
+        low, high = provider.declares.valid.get("target_altitude_m", (0.0, float(profile.altitude_m[-1])))
+        levels = profile.altitude_m
+        self._targets = [float(z) for z in levels[:-1] if low <= z <= high]
+        self._known: dict[bytes, tuple[Array, Array]] = {}
+        self._airmass = LegSums(levels.size - 1, self._add_airmass)
+        self._own_of = lru_cache(maxsize=_KEPT_OWN)(self._ask)
+
+    def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        """Return transmittance (P, V) of composite paths."""
+        amount, exponent = self._fit(wavenumber_cm1)
+        result: Array = np.exp(-((self._airmass.of(paths) @ amount) ** exponent))
+        for row, path in enumerate(paths):
+            own = self._own(wavenumber_cm1, path)
+            if own is not None:
+                result[row] = own
+        return result
+
+    def _add_airmass(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
+        """Add the air masses (L,) of legs to those known."""
+        new = list(legs)
+        known.update(zip(new, airmass_of_legs(self._profile, new), strict=True))
+
+    def _own(self, wavenumber_cm1: Array, path: Path) -> Array | None:
+        """What the provider itself says of the path down to a target from the sun and up again, (V,).
+
+        No emission is weighted with differences of these, so that they need not fit the law.
+        """
+        if sum(leg.upper_m == SPACE for leg in path.legs) != 2:
+            return None
+        legs = joined(path)
+        if len(legs) != 2 or any(leg.upper_m != SPACE or leg.lower_m != legs[0].lower_m for leg in legs):
+            return None
+        return self._own_of(wavenumber_cm1.tobytes(), legs)
+
+    def _ask(self, wavenumbers: bytes, legs: tuple[Leg, ...]) -> Array | None:
+        wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
+        try:
+            found: Array = self._provider.transmittance(wavenumber, [Path(legs)])[0]
+        except ProviderError:
+            return self._beyond(wavenumber, legs)
+        return found
+
+    def _beyond(self, wavenumber_cm1: Array, legs: tuple[Leg, ...]) -> Array | None:
+        """Transmittance (V,) of a path with more air than the provider's angles reach, from its longest by the law.
+
+        The fit itself is some percent off there, and light of a low sun would jump where clouds rise out of that reach.
+        None where the provider refuses the path for another reason.
+        """
+        target, angles = legs[0].lower_m, self.declares.valid.get("view_zenith")
+        if angles is None:
+            return None
+        mass = float(np.sum(self._profile.mean_airmass(target, np.array([leg.zenith_deg for leg in legs]))))
+        longest = float(self._profile.mean_airmass(target, np.array([angles[1]]))[0])
+        # The provider's profile may differ a little from this one.
+        if mass < _SURELY_WITHIN * longest:
+            return None
+        try:
+            depth = self._depth(wavenumber_cm1, [to_space(target, angles[1])])[0]
+        except ProviderError:
+            return None
+        exponent = self._fit(wavenumber_cm1)[1]
+        return np.asarray(np.exp(-depth * (mass / longest) ** exponent))
+
+    def _fit(self, wavenumber_cm1: Array) -> tuple[Array, Array]:
+        """Amounts of the layers (L, V) and exponents (V,)."""
+        key = wavenumber_cm1.tobytes()
+        if key not in self._known:
+            vertical = self._depth(wavenumber_cm1, [to_space(z, 0.0) for z in self._targets])
+            slant = self._depth(wavenumber_cm1, [to_space(self._targets[0], _SLANT_DEG)])[0]
+            mass = float(self._profile.mean_airmass(self._targets[0], np.array([_SLANT_DEG]))[0])
+            exponent = np.clip(np.log(slant / vertical[0]) / np.log(mass), *_EXPONENTS)
+            above = vertical ** (1.0 / exponent)
+            # Amounts fall with height; a table's rounding may say otherwise.
+            above = np.minimum.accumulate(above, axis=0)
+            amount = np.zeros((self._profile.altitude_m.size - 1, wavenumber_cm1.size))
+            amount[: len(self._targets)] = above - np.concatenate((above[1:], np.zeros_like(above[:1])))
+            self._known[key] = amount, exponent
+        return self._known[key]
+
+    def _depth(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
+        transmittance = self._provider.transmittance(wavenumber_cm1, paths)
+        depth = -np.log(np.maximum(transmittance, np.exp(-_MAX_DEPTH)))
+        return np.asarray(np.maximum(depth, _MIN_DEPTH))
+
+
+def joined(path: Path) -> tuple[Leg, ...]:
+    """Return the legs of a path with those joined that continue one another in the same direction."""
+    legs: list[Leg] = []
+    for leg in sorted(path.legs, key=lambda each: (each.zenith_deg, each.lower_m)):
+        if legs and legs[-1].zenith_deg == leg.zenith_deg and legs[-1].upper_m == leg.lower_m:
+            legs[-1] = Leg(legs[-1].lower_m, leg.upper_m, leg.zenith_deg)
+        elif leg.lower_m < leg.upper_m:
+            legs.append(leg)
+    return tuple(legs)

@@ -1,0 +1,157 @@
+"""What the sea does: emission, reflected sky by streams, and glint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.radiance.physical.directions import VIEW, Directions
+from hcss_twin.providers import SeaModel
+
+LARGEST_DEFECT = 0.1
+"""How much the integral of a BRDF may differ from 1 - emissivity before it is refused."""
+
+_COSINES, _AZIMUTHS = 64, 48
+
+
+@dataclass(frozen=True)
+class SeaSurface:
+    """Rows of the sea; emissivity and reflection sum to one in each.
+
+    Attributes
+    ----------
+    emissivity : ndarray (D, V)
+        Toward the view and the streams.
+    reflection : ndarray (D, N, V)
+        Share of each stream's downwelling radiance in the radiance sent toward a direction.
+    sun : ndarray (D, V)
+        BRDF in sr-1 for sunlight, with its azimuth toward the view and as a mean over azimuth toward streams; 0
+        without a sun.
+    defect : float
+        Largest difference between 1 and the sum of emissivity and integrated BRDF before it was closed; 0 for a
+        provider that gives its own reflection weights.
+    """
+
+    emissivity: Array
+    reflection: Array
+    sun: Array
+    defect: float
+
+    def repeated(self, columns: int) -> SeaSurface:
+        """Return the sea of so many columns, (..., C x V)."""
+        if columns == 1:
+            return self
+        return replace(
+            self,
+            emissivity=np.tile(self.emissivity, columns),
+            reflection=np.tile(self.reflection, columns),
+            sun=np.tile(self.sun, columns),
+        )
+
+
+def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
+    """Return a surface with the sunlight that it sends under the sun of ``directions``."""
+    return replace(surface, sun=_sunlight(sea, wavenumber_cm1, directions))
+
+
+def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
+    """Ask a sea model for what it emits and reflects of the sky, whatever the sun; sunlight is left 0.
+
+    A provider may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes) -> (M, N, V)``, the share of the light
+    seen in each direction that came from the sky at each node. Otherwise its BRDF is integrated over a fine grid of
+    directions that is folded onto the streams.
+
+    Raises
+    ------
+    ProviderError
+        If emissivity and integrated BRDF of a provider do not sum to one within 0.1.
+    """
+    own = getattr(sea, "reflection_weights", None)
+    wind = _wind(sea, directions)
+    # Only the view has a bearing to the wind; what the streams see is a mean over all.
+    others = slice(VIEW + 1, None) if wind else slice(None)
+    weights = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
+    if own is not None:
+        # Before the emissivity, which some providers then know.
+        weights[others] = own(wavenumber_cm1, directions.mu[others], directions.streams.mu)
+        if wind:
+            weights[VIEW] = own(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], directions.streams.mu, **wind)[0]
+    emissivity = np.empty((directions.mu.size, wavenumber_cm1.size))
+    emissivity[others] = sea.emissivity(wavenumber_cm1, directions.mu[others])
+    if wind:
+        emissivity[VIEW] = sea.emissivity(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], **wind)[0]
+    left = np.maximum(1.0 - emissivity, 0.0)
+    defect = 0.0
+    if own is None:
+        weights = _integrated(sea, wavenumber_cm1, directions)
+        defect = float(np.max(np.abs(emissivity[0] + weights[0].sum(axis=0) - 1.0)))
+        if defect > LARGEST_DEFECT:
+            raise ProviderError(
+                f"sea: emissivity and integrated BRDF sum to 1 +- {defect:.3g} toward the view; allowed 1 +- "
+                f"{LARGEST_DEFECT:g}"
+            )
+    total = weights.sum(axis=1)
+    nothing = total <= 0.0
+    # Where a BRDF leaves nothing that could be scaled, the mirror direction does.
+    if np.any(nothing & (left > 0.0)):
+        nearest = np.argmin(np.abs(directions.mu[:, None] - directions.streams.mu), axis=1)
+        for row, node in enumerate(nearest):
+            weights[row, node] = np.where(nothing[row], 1.0, weights[row, node])
+        total = weights.sum(axis=1)
+    weights = weights * (left / np.where(total > 0.0, total, 1.0))[:, None, :]
+    return SeaSurface(emissivity, weights, np.zeros_like(emissivity), defect)
+
+
+def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> Array:
+    """Integral of BRDF x cosine over the sky, folded onto the streams by linear weights, (D, N, V)."""
+    nodes, node_weights = np.polynomial.legendre.leggauss(_COSINES)
+    mu_in, d_mu = 0.5 * (nodes + 1.0), 0.5 * node_weights
+    azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
+    hats = _hats(mu_in, directions.streams.mu)
+    result = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
+    for row, mu in enumerate(directions.mu):
+        into, turn = (each.ravel() for each in np.meshgrid(mu_in, azimuth, indexing="ij"))
+        brdf = sea.brdf(wavenumber_cm1, np.full(into.size, mu), into, turn)
+        mean = brdf.reshape(_COSINES, _AZIMUTHS, -1).mean(axis=1)
+        result[row] = hats.T @ (2.0 * np.pi * (mu_in * d_mu)[:, None] * mean)
+    return result
+
+
+def _hats(mu: Array, nodes: Array) -> Array:
+    """Linear interpolation weights (M, N) of positions ``mu`` between ascending or descending ``nodes``."""
+    order = np.argsort(nodes)
+    place = np.interp(mu, nodes[order], np.arange(nodes.size, dtype=np.float64))
+    low = np.minimum(place.astype(np.int64), nodes.size - 2)
+    weights = np.zeros((mu.size, nodes.size))
+    rows = np.arange(mu.size)
+    weights[rows, order[low]] = 1.0 - (place - low)
+    weights[rows, order[low + 1]] += place - low
+    return weights
+
+
+def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> Array:
+    result = np.zeros((directions.mu.size, wavenumber_cm1.size))
+    if directions.sun is None:
+        return result
+    one = np.ones(1)
+    result[VIEW] = sea.brdf(
+        wavenumber_cm1,
+        directions.mu[VIEW] * one,
+        directions.mu_sun * one,
+        directions.relative_azimuth * one,
+        **_wind(sea, directions),
+    )[0]
+    azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
+    streams = directions.streams.mu
+    many, turn = np.repeat(streams, azimuth.size), np.tile(azimuth, streams.size)
+    brdf = sea.brdf(wavenumber_cm1, many, np.full(many.size, directions.mu_sun), turn)
+    result[list(directions.stream_indices)] = brdf.reshape(streams.size, azimuth.size, -1).mean(axis=1)
+    return result
+
+
+def _wind(sea: SeaModel, directions: Directions) -> dict[str, Array]:
+    """Return the view's bearing to the wind for a sea that depends on it; streams get the mean over bearings."""
+    return {"wind_azimuth": np.array([directions.wind_azimuth])} if getattr(sea, "anisotropic", False) else {}

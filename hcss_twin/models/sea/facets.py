@@ -1,0 +1,265 @@
+"""Averages over the wave facets that a viewer sees.
+
+A facet of slope (zx, zy), tilted by theta_n, is met by the line of sight under the angle chi. Seen from
+the zenith angle theta it takes the share P(zx, zy) cos(chi) / (cos(theta) cos(theta_n)) of the view
+(K. Masuda, T. Takashima and Y. Takayama, Emissivity of pure and sea waters for the model sea surface in
+the infrared window regions, Remote Sens. Environ. 24, 313-329, 1988). Facets with cos(chi) <= 0 are not
+seen; facets do not hide one another. With the x axis pointing toward the viewer and zx = dz/dx,
+cos(chi) / cos(theta_n) = cos(theta) - zx sin(theta).
+
+How far waves hide one another (Smith 1967).
+
+B. G. Smith, Geometrical shadowing of a random rough surface, IEEE Trans. Antennas Propag. 15, 668-671
+(1967): of the facets turned toward a direction, 1 / (1 + Lambda) are seen from it, whatever their slope. The
+factor normalises: the projected areas of the facets turned toward the direction sum to 1 + Lambda times the
+area of the sea. With two directions, heights being common to both, 1 / (1 + Lambda_out + Lambda_in) are
+seen from both (V. Ross and D. Dion, Sea surface slope statistics derived from Sun glint radiance
+measurements and their apparent dependence on sensor elevation, J. Geophys. Res. 112, C09015 (2007), use this
+form for the sea).
+
+Quadratures over the facets a ray meets: cosine of incidence, and where the mirror image of the ray goes.
+
+Seen along a ray, a facet of slope z has the share P(z) max(-n.d, 0) of the view, n the facet's normal over
+its vertical part and d the ray's direction away from the viewer (K. Masuda, T. Takashima and Y. Takayama,
+Remote Sens. Environ. 24, 313-329, 1988, for the first facet). The same holds for a ray that a first facet
+sent toward a second one, be it downward or, close above the horizon, upward (X. Wu and W. L. Smith, Appl.
+Opt. 36, 2609-2619, 1997): the second facet's slope is taken as independent of the first one's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erfcx
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.sea.slope_statistics import SlopeStatistics, slope_density
+from hcss_twin.physics.quadrature import gauss_legendre
+
+# Slopes beyond this many standard deviations of a component hold 2e-9 of the facets.
+_SLOPE_LIMIT_SIGMA = 6.0
+
+
+def incidence_nodes(count: int) -> NDArray[np.float64]:
+    """Return ``count`` Chebyshev points of the cosine of incidence within (0, 1), shape (K,)."""
+    return np.asarray(0.5 * (1.0 + np.polynomial.chebyshev.chebpts1(count)), dtype=np.float64)
+
+
+def facet_weights(
+    mu: NDArray[np.float64], mean_square_slope: float, incidence_count: int = 32, slope_count: int = 64
+) -> NDArray[np.float64]:
+    """Return weights that average a function of the angle of incidence over the visible facets.
+
+    The integral over slopes is linear in the function, so it is folded once onto the function's
+    interpolation nodes: ``facet_weights(...) @ g(incidence_nodes(K))`` is the average of g. Reflectance is
+    analytic in the cosine, which makes that spectrally accurate, and the wavelengths cost nothing more.
+
+    Parameters
+    ----------
+    mu : ndarray (M,)
+        Cosines of the view zenith angle, in (0, 1].
+    mean_square_slope : float
+        Total mean-square slope, above 0.
+    incidence_count : int
+        Number K of Chebyshev nodes in the cosine of incidence.
+    slope_count : int
+        Gauss-Legendre nodes along and (by symmetry, half of them) across the view.
+
+    Returns
+    -------
+    ndarray (M, K)
+        Rows sum to 1. Single weights may be negative, as those of any interpolation.
+
+    Notes
+    -----
+    Measured with the optical constants of water at 0.25 to 190 um, mu 0.001 to 1 and winds of 0 to 60 m/s:
+    doubling the nodes changes the emissivity by less than 1e-12, and half the slope nodes by 1e-11. The
+    truncation of the slopes leaves 2e-9.
+    """
+    mu = np.asarray(mu, dtype=np.float64)
+    limit = _SLOPE_LIMIT_SIGMA * np.sqrt(0.5 * mean_square_slope)
+    along_nodes, along_weights = gauss_legendre(slope_count)
+    across_nodes, across_weights = gauss_legendre(slope_count // 2)
+    across = (0.5 * limit * (across_nodes + 1.0))[:, None]
+    degree = incidence_count - 1
+    at_nodes = np.polynomial.chebyshev.chebvander(2.0 * incidence_nodes(incidence_count) - 1.0, degree)
+    fit = np.linalg.inv(at_nodes)
+    rows = np.empty((mu.size, incidence_count))
+    for row, cos_view in zip(rows, mu, strict=True):
+        sin_view = np.sqrt((1.0 - cos_view) * (1.0 + cos_view))
+        # The horizon of visible facets is cos_view - slope sin_view = 0; integrating up to it keeps the
+        # integrand smooth.
+        top = limit if cos_view >= limit * sin_view else cos_view / sin_view
+        along = (0.5 * ((top + limit) * along_nodes + top - limit))[None, :]
+        slope_squared = along**2 + across**2
+        seen = np.maximum(cos_view - along * sin_view, 0.0)
+        cos_incidence = seen / np.sqrt(1.0 + slope_squared)
+        share = seen * slope_density(slope_squared, mean_square_slope)
+        share = share * across_weights[:, None] * along_weights[None, :]
+        basis = np.polynomial.chebyshev.chebvander(2.0 * cos_incidence.ravel() - 1.0, degree)
+        row[:] = (share.ravel() / share.sum()) @ basis @ fit
+    return rows
+
+
+Shadowing = Literal["none", "separable", "height-correlated"]
+
+
+def smith_lambda(mu: NDArray[np.float64], variance_along: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    """Return Smith's Lambda for Gaussian slopes.
+
+    Parameters
+    ----------
+    mu : ndarray
+        Cosines of the zenith angle, in (0, 1]; grows like 1 / mu toward the horizon.
+    variance_along : float or ndarray
+        Variance of the slope in the vertical plane of the direction; broadcasts.
+
+    Returns
+    -------
+    ndarray
+        exp(-v^2) / (2 v sqrt(pi)) - erfc(v) / 2 with v = cot(zenith) / sqrt(2 variance), not negative.
+    """
+    sine = np.sqrt((1.0 - mu) * (1.0 + mu))
+    with np.errstate(divide="ignore"):
+        v = np.divide(mu, np.sqrt(2.0 * np.asarray(variance_along)) * sine)
+    # Beyond 26 the value is below the smallest double; the infinity of the zenith becomes a number.
+    v = np.minimum(v, 30.0)
+    tail = 1.0 / (np.sqrt(np.pi) * v) - erfcx(v)
+    return np.asarray(0.5 * np.exp(-(v**2)) * np.maximum(tail, 0.0), dtype=np.float64)
+
+
+def both_seen(
+    lambda_out: NDArray[np.float64], lambda_in: NDArray[np.float64], shadowing: Shadowing
+) -> NDArray[np.float64]:
+    """Return the share of mirroring facets that both directions see; symmetric in the two.
+
+    ``none`` gives 1, ``separable`` the product of the two shares, ``height-correlated`` Smith's bistatic form.
+    """
+    if shadowing == "none":
+        return np.ones(np.broadcast(lambda_out, lambda_in).shape)
+    if shadowing == "separable":
+        return np.asarray(1.0 / ((1.0 + lambda_out) * (1.0 + lambda_in)))
+    return np.asarray(1.0 / (1.0 + (lambda_out + lambda_in)))
+
+
+def escape_share(
+    lambda_out: NDArray[np.float64] | float, lambda_in: NDArray[np.float64], shadowing: Shadowing
+) -> NDArray[np.float64]:
+    """Return the share of facets seen from one direction that the other, upward one sees as well."""
+    if shadowing == "none":
+        return np.ones(np.broadcast(lambda_out, lambda_in).shape)
+    if shadowing == "separable":
+        return np.asarray(1.0 / (1.0 + lambda_in))
+    return np.asarray((1.0 + lambda_out) / (1.0 + (lambda_out + lambda_in)))
+
+
+# Slopes beyond this many standard deviations hold 2e-9 of the facets.
+LIMIT_SIGMA = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class FacetRays:
+    """The facets met by one ray.
+
+    Attributes
+    ----------
+    share : ndarray (P,)
+        Share of the view; sums to 1.
+    cos_incidence : ndarray (P,)
+        In (0, 1].
+    mu_away : ndarray (P,)
+        Sine of the elevation of the mirrored ray: negative if it goes down.
+    turn : ndarray (P,)
+        Azimuth of the mirrored ray, counted from that of the viewer (first hit) or of the ray (second).
+    """
+
+    share: Array
+    cos_incidence: Array
+    mu_away: Array
+    turn: Array
+
+
+def seen_facets(
+    mu: float, wind_azimuth: float, slopes: SlopeStatistics, count: int = 96, mean: tuple[float, float] = (0.0, 0.0)
+) -> FacetRays:
+    """Return the facets that a viewer sees.
+
+    Parameters
+    ----------
+    mu : float
+        Cosine of the view zenith angle, in (0, 1].
+    wind_azimuth : float
+        Bearing of the viewer minus the bearing the wind comes from, radians.
+    slopes : SlopeStatistics
+        Density of slopes.
+    count : int
+        Gauss-Legendre nodes along the view; three quarters of them across.
+    mean : (float, float)
+        Slope along and across the view about which ``slopes`` is centred.
+
+    Notes
+    -----
+    Rays just above and just below the horizon fare so differently that the quadrature converges slowly: with
+    96 nodes emissivity is within 4e-5, and the light from the sky within 2e-4, of 512 nodes (winds of 0 to 40
+    m/s, views to 89 degrees).
+    """
+    sine = float(np.sqrt((1.0 - mu) * (1.0 + mu)))
+    along, across, weight, density = _nodes(mu, sine, wind_azimuth, slopes, count, mean)
+    seen = np.maximum(mu - along * sine, 0.0)
+    return _mirrored(seen, along, across, weight * density, mu, -sine)
+
+
+def facets_hit_again(mu: float, slopes: SlopeStatistics, count: int = 48) -> FacetRays:
+    """Return the facets that a ray of elevation sine ``mu`` (-1 to 1) meets that comes from the sea itself.
+
+    ``slopes`` must be isotropic. An upward ray meets only facets steeper than itself.
+    """
+    sine = float(np.sqrt((1.0 - mu) * (1.0 + mu)))
+    # A ray that travels with elevation sine mu sees what a viewer in the opposite direction would see, whose
+    # cosine is -mu; with the axis along the ray the slope changes sign.
+    along, across, weight, density = _nodes(-mu, sine, 0.0, slopes, count, (0.0, 0.0))
+    seen = np.maximum(-mu - along * sine, 0.0)
+    return _mirrored(seen, along, across, weight * density, -mu, -sine)
+
+
+def _nodes(
+    mu: float, sine: float, wind_azimuth: float, slopes: SlopeStatistics, count: int, mean: tuple[float, float]
+) -> tuple[Array, Array, Array, Array]:
+    """Return slopes along and across the view up to the horizon of visible facets, weights and densities."""
+    x, w = gauss_legendre(count)
+    if slopes.isotropic and mean[1] == 0.0:  # the two sides of the view are alike
+        y, v = gauss_legendre(3 * count // 8)
+        y = 0.5 * (y + 1.0)
+    else:
+        y, v = gauss_legendre(3 * count // 4)
+    cosine, sine_wind = np.cos(wind_azimuth), np.sin(wind_azimuth)
+    variance = float(slopes.variance_along(wind_azimuth))
+    covariance = (slopes.variance_crosswind - slopes.variance_upwind) * cosine * sine_wind
+    limit = LIMIT_SIGMA * float(np.sqrt(variance))
+    # Integrating just up to the horizon mu = slope * sine keeps the integrand smooth.
+    above = mu - mean[0] * sine
+    top = limit if above >= limit * sine else above / sine
+    bottom = -limit if top > -limit else top - 2.0 * float(np.sqrt(variance))
+    along = (0.5 * ((top - bottom) * x + top + bottom))[:, None]
+    spread = float(np.sqrt(slopes.variance_upwind * slopes.variance_crosswind / variance))
+    across = along * (covariance / variance) + LIMIT_SIGMA * spread * y[None, :]
+    density = slopes.density(along * cosine - across * sine_wind, along * sine_wind + across * cosine)
+    along = np.broadcast_to(along, across.shape) + mean[0]
+    weight = (w[:, None] * v[None, :]).ravel()
+    return along.ravel(), across.ravel() + mean[1], weight, density.ravel()
+
+
+def _mirrored(seen: Array, along: Array, across: Array, weight: Array, mu: float, ahead: float) -> FacetRays:
+    steep = 1.0 + along**2 + across**2
+    share = weight * seen
+    # Twice the normal's vertical part times the cosine of incidence, per unit of the normal's components.
+    lift = 2.0 * seen / steep
+    return FacetRays(
+        share=share / share.sum(),
+        cos_incidence=np.minimum(seen / np.sqrt(steep), 1.0),
+        mu_away=np.clip(lift - mu, -1.0, 1.0),
+        turn=np.arctan2(-lift * across, ahead - lift * along),
+    )

@@ -1,0 +1,209 @@
+"""Slopes of the waves that pixels are small enough to see, and what is left below the pixel.
+
+A sum of plane waves of random phase: unbounded, so that any window of any frame is the same part of one
+sea; it repeats nowhere that matters (the waves' lengths have no common multiple). Waves longer than two
+pixels are resolved. The rest of Cox and Munk's mean-square slope stays below the pixel.
+
+The resolved waves of an image: their slopes at its pixels, as the platform moves.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.sea.pierson_moskowitz import GRAVITY_M_S2
+from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
+from hcss_twin.providers import Grid, Motion
+
+
+class WaveField:
+    """One realisation of the resolved sea.
+
+    Parameters
+    ----------
+    spectrum : WaveSpectrum
+        Spectrum of elevation at the wind.
+    wind_from_deg : float
+        Bearing the wind comes from; waves scatter about downwind with the density 2/pi cos^2.
+    pixel_size_m : float
+        Size of a pixel, above 0; waves of at least twice this length are resolved.
+    seed : int
+        Selects the realisation.
+    x_bearing_deg, y_bearing_deg : float
+        Bearings of growing columns and of growing rows, clockwise from north.
+    components : int
+        Number of waves, all with the same mean-square slope.
+
+    Raises
+    ------
+    ValueError
+        If the pixel size is not above 0 or there is no component.
+    """
+
+    def __init__(
+        self,
+        spectrum: WaveSpectrum,
+        wind_from_deg: float,
+        pixel_size_m: float,
+        seed: int,
+        x_bearing_deg: float = 90.0,
+        y_bearing_deg: float = 0.0,
+        components: int = 512,
+    ) -> None:
+        if components < 1:
+            raise ValueError(f"components {components}: allowed at least 1")
+        self.pixel_size_m = float(pixel_size_m)
+        self.cutoff_rad_s = cutoff_frequency_rad_s(pixel_size_m)
+        self.resolved_mean_square_slope = spectrum.resolved_mean_square_slope(self.cutoff_rad_s)
+        if self.resolved_mean_square_slope == 0.0:
+            components = 0
+            self._omega = np.zeros(0)
+        else:
+            self._omega = spectrum.slope_frequencies_rad_s(components, self.cutoff_rad_s)
+        random = np.random.default_rng(seed)
+        self._phase = 2.0 * np.pi * random.random(components)
+        # One direction from each of as many equally likely sectors: so the slope is divided between along and
+        # across the wind as the law says, not only on average over seeds.
+        share = (random.permutation(components) + random.random(components)) / max(components, 1)
+        bearing = np.radians(wind_from_deg + 180.0) + _scatter(share)
+        wavenumber = self._omega**2 / GRAVITY_M_S2
+        self._k_x = wavenumber * np.cos(bearing - np.radians(x_bearing_deg))
+        self._k_y = wavenumber * np.cos(bearing - np.radians(y_bearing_deg))
+        self._slope = math.sqrt(2.0 * self.resolved_mean_square_slope / max(components, 1))
+        self._wavenumber = wavenumber
+
+    def subpixel_mean_square_slope(self, total: float) -> float:
+        """Return what the resolved waves leave of a total mean-square slope.
+
+        Raises
+        ------
+        ValueError
+            If the resolved waves are already rougher than the total.
+        """
+        rest = total - self.resolved_mean_square_slope
+        if rest < 0.0:
+            raise ValueError(
+                f"total mean-square slope {total:g}: the waves longer than {2 * self.pixel_size_m:g} m alone "
+                f"have {self.resolved_mean_square_slope:g}"
+            )
+        return rest
+
+    def slopes(self, time_s: float, rows: slice, columns: slice, x_m: float = 0.0) -> tuple[Array, Array]:
+        """Return the slopes (y, x) along columns and along rows at the pixel centres of a window.
+
+        Parameters
+        ----------
+        time_s : float
+            Time; each wave travels with the frequency sqrt(g k) of deep water.
+        rows, columns : slice
+            Window with a start and a stop; any integers, the field has no edge.
+        x_m : float
+            Where column 0 begins: a moving window.
+        """
+        # The derivative of a wave of elevation a cos(p) is -a k sin(p); sin(p) is the imaginary part.
+        along = -self._slope * self._unit(self._k_x)
+        down = -self._slope * self._unit(self._k_y)
+        row, column = self._plane_waves(time_s, rows, columns, x_m)
+        found = np.zeros((2, row.shape[0], column.shape[1]))
+        _add_slopes(found, row, column, along, down)
+        return found[0], found[1]
+
+    def elevation_m(self, time_s: float, rows: slice, columns: slice) -> Array:
+        """Return the elevation (y, x) of the resolved waves, in metres; see :meth:`slopes`."""
+        row, column = self._plane_waves(time_s, rows, columns, 0.0)
+        height: Array = ((row * (self._slope / self._wavenumber)) @ column).real
+        return height
+
+    def _unit(self, component: Array) -> Array:
+        return np.asarray(component / self._wavenumber, dtype=np.float64)
+
+    def _plane_waves(
+        self, time_s: float, rows: slice, columns: slice, x_m: float
+    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Factors (y, N) and (N, x) of exp(i (k.r - omega t + phase))."""
+        y = (np.arange(rows.start, rows.stop) + 0.5) * self.pixel_size_m
+        x = (np.arange(columns.start, columns.stop) + 0.5) * self.pixel_size_m
+        now = np.exp(1j * (self._phase - self._omega * time_s + self._k_x * x_m))
+        down = np.exp(1j * y[:, None] * self._k_y[None, :]) * now
+        return down, np.exp(1j * self._k_x[:, None] * x[None, :])
+
+
+@njit(cache=True, nogil=True)
+def _add_slopes(found, row, column, along, down):  # type: ignore[no-untyped-def]
+    """Add both slopes to ``found`` (2, y, x), wave by wave: a product of matrices would round by the window's shape."""
+    waves, width = row.shape[1], column.shape[1]
+    real, imaginary = column.real.copy(), column.imag.copy()
+    for y in range(row.shape[0]):
+        of_x, of_y = found[0, y], found[1, y]
+        for n in range(waves):
+            a, b = row[y, n].real, row[y, n].imag
+            for x in range(width):
+                sine = a * imaginary[n, x] + b * real[n, x]
+                of_x[x] += along[n] * sine
+                of_y[x] += down[n] * sine
+
+
+def _scatter(share: Array) -> Array:
+    """Return the angles at which the distribution of density 2/pi cos^2 reaches a share of 1."""
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2001)
+    return np.asarray(np.interp(share, 0.5 + (angle + 0.5 * np.sin(2.0 * angle)) / np.pi, angle))
+
+
+def cutoff_frequency_rad_s(pixel_size_m: float) -> float:
+    """Return the frequency of the wave that is two pixels long, sqrt(pi g / pixel).
+
+    Raises
+    ------
+    ValueError
+        If the pixel size is not above 0 or not finite.
+    """
+    if not (math.isfinite(pixel_size_m) and pixel_size_m > 0.0):
+        raise ValueError(f"pixel_size_m {pixel_size_m}: allowed finite, above 0")
+    return math.sqrt(math.pi * GRAVITY_M_S2 / pixel_size_m)
+
+
+EAST_DEG, NORTH_DEG = 90.0, 0.0
+
+
+class ResolvedWaves:
+    """Slopes of the waves longer than two pixels.
+
+    Parameters
+    ----------
+    spectrum : WaveSpectrum
+        Of elevation.
+    wind_from_deg : float
+        Bearing the wind comes from.
+    grid : Grid
+        The image; x points east, y north.
+    motion : Motion
+        The image moves along x with the platform's speed; waves travel by themselves.
+    seed : int
+        Selects the realisation.
+    """
+
+    def __init__(self, spectrum: WaveSpectrum, wind_from_deg: float, grid: Grid, motion: Motion, seed: int) -> None:
+        self._field = WaveField(
+            spectrum, wind_from_deg, grid.pixel_size_m, seed, x_bearing_deg=EAST_DEG, y_bearing_deg=NORTH_DEG
+        )
+        self._speed_m_s = motion.platform_speed_m_s
+
+    def slopes(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return slopes (2, y, x) along x and along y at the pixel centres of a window.
+
+        A pixel's value does not depend on the window.
+
+        Parameters
+        ----------
+        time_s : float
+            Seconds after the scenario's start.
+        rows, columns : slice
+            Window with a start and a stop.
+        """
+        x_m = self._speed_m_s * time_s
+        return np.stack(self._field.slopes(time_s, rows, columns, x_m)).astype(np.float32)

@@ -1,0 +1,144 @@
+"""Motion of the image over the ground while the detector integrates.
+
+Spread by the optics and smear by motion: kernels of finite reach.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.sensor.detector import photon_wavelength_um
+from hcss_twin.models.sensor.parameters import RadiometerParameters
+from hcss_twin.models.sensor.point_spread import (
+    airy_cutoff,
+    airy_mtf,
+    convolve,
+    gaussian_mtf,
+    line_kernel,
+    plane_kernel,
+    read_kernel,
+)
+from hcss_twin.providers import SensorBand, SensorInputs
+
+
+def smear_pixels(platform_speed_m_s: float, integration_time_s: float, pixel_size_m: float) -> float:
+    """Distance in pixels that the footprint travels along x during one integration, 0 or more."""
+    return abs(platform_speed_m_s) * integration_time_s / pixel_size_m
+
+
+def smear_mtf(frequency_x: Array, pixels: float) -> Array:
+    """Modulation transfer of uniform motion along x, sin(pi f d) / (pi f d), centred on the time of the frame.
+
+    Parameters
+    ----------
+    frequency_x : ndarray
+        Cycles per pixel.
+    pixels : float
+        Distance d travelled during the integration.
+    """
+    result: Array = np.sinc(frequency_x * pixels)
+    return result
+
+
+class Blur:
+    """What optics and motion do to a frame.
+
+    Parameters
+    ----------
+    inputs, parameters
+        Of the sensor.
+
+    Raises
+    ------
+    CatalogError
+        If the kernel's file is missing or malformed.
+    """
+
+    def __init__(self, inputs: SensorInputs, parameters: RadiometerParameters) -> None:
+        self._parameters = parameters
+        measured: tuple[Array, ...] = ()
+        if parameters.psf == "file" and parameters.psf_file is not None:
+            measured = (read_kernel(inputs.catalog.file(parameters.psf_file)),)
+        self._smear = 0.0
+        if parameters.smear and parameters.integration_time is not None:
+            self._smear = smear_pixels(inputs.platform_speed_m_s, parameters.integration_time, inputs.grid.pixel_size_m)
+        self._blurs = parameters.psf in ("gaussian", "airy") or self._smear > 0.0
+        self._cut = 0.0
+        self._kernels = {band.name: (*measured, *self._made(band)) for band in inputs.bands}
+
+    @property
+    def reach_pixels(self) -> int:
+        """As far as a pixel has a share, along either axis."""
+        return max(
+            sum(int(kernel.shape[axis]) // 2 for kernel in kernels)
+            for kernels in self._kernels.values()
+            for axis in (0, 1)
+        )
+
+    @property
+    def worked_out(self) -> dict[str, Any]:
+        """Numbers that hold for all bands."""
+        smear = {"smear_pixels": self._smear} if self._smear > 0.0 else {}
+        if not self.reach_pixels:
+            return smear
+        return {**smear, "blur_reach_pixels": self.reach_pixels, "blur_share_beyond_reach": self._cut}
+
+    def worked_out_of(self, band: SensorBand) -> dict[str, Any]:
+        """Modulation transfer of optics and smear at half a cycle per pixel, along y and along x."""
+        if not self._blurs:
+            return {}
+        half, none = np.array([0.5]), np.array([0.0])
+        return {
+            "mtf_nyquist_y": float(self._transfer(band, half, none)[0]),
+            "mtf_nyquist_x": float(self._transfer(band, none, half)[0]),
+        }
+
+    def __call__(self, image: Array, band: SensorBand) -> Array:
+        """Return a frame (Y, X) as it falls on the detectors."""
+        for kernel in self._kernels[band.name]:
+            image = convolve(image, kernel)
+        return image
+
+    def _made(self, band: SensorBand) -> tuple[Array, ...]:
+        """Make the kernels of the transfer functions, one after the other where they can be parted."""
+        if not self._blurs:
+            return ()
+        still = np.array(0.0)
+        if self._parameters.psf == "airy":
+            planes = [_airy_kernel(self._cutoff(band))]
+            along_x, cut_x = line_kernel(lambda frequency: smear_mtf(frequency, self._smear))
+            along_y, cut_y = np.ones(1), planes[0][1]
+        else:
+            planes = []
+            along_x, cut_x = line_kernel(lambda frequency: self._transfer(band, still, frequency))
+            along_y, cut_y = line_kernel(lambda frequency: self._transfer(band, frequency, still))
+        self._cut = max(self._cut, cut_x + cut_y)
+        made = (*(plane for plane, _ in planes), along_y[:, None], along_x[None, :])
+        return tuple(kernel for kernel in made if kernel.size > 1)
+
+    def _cutoff(self, band: SensorBand) -> float:
+        given = self._parameters
+        assert given.aperture_diameter is not None
+        assert given.pixel_angle is not None
+        return airy_cutoff(given.aperture_diameter, given.pixel_angle, photon_wavelength_um(band, None))
+
+    def _transfer(self, band: SensorBand, along_y: Array, along_x: Array) -> Array:
+        given = self._parameters
+        factor = smear_mtf(along_x, self._smear)
+        if given.psf == "gaussian" and given.psf_sigma is not None:
+            return factor * gaussian_mtf(along_x, given.psf_sigma) * gaussian_mtf(along_y, given.psf_sigma)
+        if given.psf == "airy":
+            return factor * airy_mtf(np.hypot(along_y, along_x), self._cutoff(band))
+        return factor + 0.0 * along_y
+
+
+@lru_cache(maxsize=128)
+def _airy_kernel(cutoff: float) -> tuple[Array, float]:
+    """Return the kernel of a round aperture; a sensor is made more than once, for images of different size."""
+    kernel, cut = plane_kernel(lambda along_y, along_x: airy_mtf(np.hypot(along_y, along_x), cutoff))
+    kernel.flags.writeable = False
+    return kernel, cut

@@ -1,0 +1,234 @@
+"""Parameters that are one number for all bands, or a table of numbers by band.
+
+Parameters of the sensor model ``radiometer``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from hcss_twin.core.errors import Problem, ScenarioError, choose_from
+
+PerBand = float | dict[str, float]
+
+
+def within(low: float, high: float) -> BeforeValidator:
+    """Return the check of a ``PerBand`` parameter whose numbers lie within ``low`` to ``high``, both allowed."""
+    return BeforeValidator(_parser(low, high))
+
+
+def _parser(low: float, high: float) -> Callable[[object], object]:
+    allowed = f"allowed: a number from {low:g} to {high:g}, or a table of such numbers by band"
+
+    def number(value: object, where: str) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise PydanticCustomError("per_band", f"{where}{value!r} is not a number; {allowed}")
+        if not low <= value <= high:  # also refuses NaN
+            nearest = "" if math.isnan(value) else f"; closest valid choice is {min(max(value, low), high):g}"
+            raise PydanticCustomError("per_band", f"{where}{value:g} is out of range; {allowed}{nearest}")
+        return float(value)
+
+    def parse(value: object) -> object:
+        if not isinstance(value, Mapping):
+            return number(value, "")
+        if not value or not all(isinstance(name, str) for name in value):
+            raise PydanticCustomError("per_band", f"a table without names of bands; {allowed}")
+        return {name: number(each, f"band '{name}': ") for name, each in value.items()}
+
+    return parse
+
+
+def of_band(value: PerBand, band: str, field: str) -> float:
+    """Return the number of one band.
+
+    Raises
+    ------
+    ScenarioError
+        If the table does not have the band.
+    """
+    if not isinstance(value, Mapping):
+        return value
+    if band not in value:
+        message = f"gives no number for band '{band}'; {choose_from(band, value)}"
+        raise ScenarioError([Problem(f"sensor.parameters.{field}", message)])
+    return value[band]
+
+
+_Fraction = Annotated[PerBand, within(1e-6, 1.0)]
+_Kelvin = Annotated[PerBand, within(1e-6, 1e3)]
+_Scene = Annotated[PerBand, within(60.0, 3000.0)]
+_Radiance = Annotated[PerBand, within(1e-12, 1e9)]
+_Offset = Annotated[PerBand, within(0.0, 1e9)]
+
+OF_PHOTONS = (
+    "quantum_efficiency",
+    "read_noise",
+    "dark_current",
+    "shot_noise",
+    "offset_electrons",
+    "well_depth",
+    "electrons_per_number",
+)
+"""Parameters that count electrons."""
+
+OF_RADIANCE = ("offset_radiance", "saturation_radiance", "radiance_per_number")
+"""Their counterparts where nothing is counted."""
+
+
+class RadiometerParameters(BaseModel):
+    """Parameters of the ``radiometer``; "number or table" is one number, or one for each band by its name."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    psf: Literal["none", "gaussian", "airy", "file"] = Field(
+        "none",
+        description='Point-spread function of the optics: "gaussian" (psf_sigma), "airy" (aperture_diameter, '
+        'pixel_angle) or "file" (psf_file).',
+    )
+    psf_sigma: float | None = Field(
+        None, gt=0, le=1000, description="Standard deviation of the Gaussian along either axis, pixels."
+    )
+    psf_file: str | None = Field(
+        None,
+        min_length=1,
+        description="Text file with the image of a point on the image's pixels: rows of numbers, the southernmost "
+        "first, odd numbers of rows and columns; relative to the scenario, for `hcss sense` to the working folder.",
+    )
+    aperture_diameter: float | None = Field(None, gt=0, le=100, description="Of the telescope, m.")
+    pixel_angle: float | None = Field(
+        None,
+        gt=0,
+        le=0.1,
+        description="Angle that the side of a pixel subtends, rad: detector pitch over focal length.",
+    )
+    transmission: _Fraction = Field(1.0, description="Of the optics, above 0 to 1.")
+    integration_time: float | None = Field(
+        None, gt=0, le=1e4, description="Time in which light is collected for a frame, s."
+    )
+    smear: bool = Field(
+        True,
+        description="Blur along x by the way the footprint travels in integration_time; the time of the frame is its "
+        "middle.",
+    )
+    noise: Literal["none", "photon", "nedt", "ner"] = Field(
+        "none",
+        description='"photon": that of counted electrons (needs aperture_diameter, pixel_angle, integration_time); '
+        '"nedt" or "ner": Gaussian, of the size given.',
+    )
+    nedt: _Kelvin | None = Field(
+        None, description="Temperature difference of a black body that equals the noise's standard deviation, K."
+    )
+    nedt_temperature: _Scene = Field(300.0, description="Temperature of that black body, K.")
+    ner: _Radiance | None = Field(None, description="Standard deviation of the noise as band radiance, W m-2 sr-1.")
+    photon_temperature: float | None = Field(
+        None,
+        ge=60,
+        le=10_000,
+        description="Temperature of the black body whose spectrum the light within a band has, K, for the number of "
+        "photons; default: the same spectral radiance at all wavelengths.",
+    )
+    quantum_efficiency: _Fraction = Field(1.0, description="Electrons per photon, above 0 to 1.")
+    shot_noise: bool = Field(True, description="Whether electrons come one by one (Poisson).")
+    read_noise: float = Field(0.0, ge=0, le=1e9, description="Standard deviation of reading a pixel, electrons.")
+    dark_current: float = Field(
+        0.0, ge=0, le=1e15, description="Electrons per second and pixel without light; its mean is subtracted."
+    )
+    fixed_pattern: Literal["pixel", "row"] = Field(
+        "pixel",
+        description='Which pixels have a detector of their own: each ("pixel"), or each row, which makes stripes '
+        'along x ("row").',
+    )
+    gain_deviation: float = Field(0.0, ge=0, le=1, description="Standard deviation of the detectors' gain, relative.")
+    offset_electrons: float = Field(
+        0.0, ge=0, le=1e9, description="Standard deviation of the detectors' offset, electrons."
+    )
+    offset_radiance: _Offset = Field(0.0, description="Standard deviation of the detectors' offset, W m-2 sr-1.")
+    well_depth: float | None = Field(
+        None, gt=0, le=1e15, description="Electrons at which a detector is full, those of the dark current included."
+    )
+    saturation_radiance: _Radiance | None = Field(
+        None, description="Band radiance at which a detector is full, W m-2 sr-1."
+    )
+    bits: int | None = Field(None, ge=1, le=24, description="Of the converter; default: not digitised.")
+    electrons_per_number: float | None = Field(
+        None, gt=0, le=1e15, description="Electrons of one digital number; default: well_depth over the largest number."
+    )
+    radiance_per_number: _Radiance | None = Field(
+        None,
+        description="Radiance of one digital number, W m-2 sr-1; default: saturation_radiance over the largest number.",
+    )
+    number_offset: int = Field(
+        0, ge=0, le=2**24 - 1, description="Digital number of no signal, which keeps noise about 0 from being cut."
+    )
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse parameters that need others, or that nothing would be done with."""
+        needed = {
+            "psf": {"gaussian": ("psf_sigma",), "airy": ("aperture_diameter", "pixel_angle"), "file": ("psf_file",)},
+            "noise": {
+                "photon": ("aperture_diameter", "pixel_angle", "integration_time"),
+                "nedt": ("nedt",),
+                "ner": ("ner",),
+            },
+        }
+        for key, table in needed.items():
+            choice = getattr(self, key)
+            missing = [name for name in table.get(choice, ()) if getattr(self, name) is None]
+            if missing:
+                raise PydanticCustomError("needs", f'{key} = "{choice}" needs {" and ".join(missing)}')
+        for name, key, choices in _IDLE:
+            if name in self.model_fields_set and getattr(self, key) not in choices:
+                wanted = " or ".join(f'"{each}"' for each in choices)
+                raise PydanticCustomError(
+                    "idle",
+                    f'{name} has no influence with {key} = "{getattr(self, key)}"; allowed with {key} = {wanted}',
+                )
+        given = [name for name in _ETENDUE if getattr(self, name) is not None]
+        if len(given) == 1:
+            other = next(name for name in _ETENDUE if name not in given)
+            raise PydanticCustomError("needs", f"{given[0]} has no influence without {other}")
+        for name in ("transmission", "photon_temperature"):
+            if name in self.model_fields_set and not given:
+                raise PydanticCustomError("idle", f"{name} has no influence without {' and '.join(_ETENDUE)}")
+        self._check_converter()
+        return self
+
+    def _check_converter(self) -> None:
+        if self.bits is None:
+            for name in ("electrons_per_number", "radiance_per_number", "number_offset"):
+                if name in self.model_fields_set:
+                    raise PydanticCustomError("idle", f"{name} has no influence without bits")
+            return
+        range_of, step = (
+            ("well_depth", "electrons_per_number")
+            if self.noise == "photon"
+            else ("saturation_radiance", "radiance_per_number")
+        )
+        if getattr(self, range_of) is None and getattr(self, step) is None:
+            raise PydanticCustomError("needs", f"bits needs {step} or {range_of}")
+        if self.number_offset > 2**self.bits - 1:
+            raise PydanticCustomError(
+                "number_offset",
+                f"number_offset {self.number_offset}; allowed with {self.bits} bits: 0 to {2**self.bits - 1}",
+            )
+
+
+_ETENDUE = ("aperture_diameter", "pixel_angle")
+"""What makes photons of radiance."""
+
+_IDLE = (
+    ("psf_sigma", "psf", ("gaussian",)),
+    ("psf_file", "psf", ("file",)),
+    ("nedt", "noise", ("nedt",)),
+    ("nedt_temperature", "noise", ("nedt",)),
+    ("ner", "noise", ("ner",)),
+    *((name, "noise", ("photon",)) for name in OF_PHOTONS),
+    *((name, "noise", ("none", "nedt", "ner")) for name in OF_RADIANCE),
+)
+"""What counts only with certain choices: a name that is given besides would be ignored."""

@@ -1,0 +1,196 @@
+"""Kernels of finite reach with a given modulation transfer.
+
+A transfer function known up to half a cycle per pixel belongs to a kernel without end, whose far parts are small: a
+pixel could only be measured with the whole scene around it. It is cut where next to nothing lies beyond, so that what
+a pixel measures follows from the pixels within its reach, whatever image they are part of.
+
+Point-spread functions of the optics, by their modulation transfer functions.
+
+A measured point-spread function: its file, and the convolution with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from scipy.fft import idct, idctn
+from scipy.signal import oaconvolve
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import CatalogError
+
+NEGLIGIBLE = 1e-6
+"""Share of a kernel beyond its reach, where it has one of at most so few pixels:"""
+
+NEAR = 32
+
+SMALL = 2e-3
+"""Share beyond the reach of kernels that fall off slowly."""
+
+LONGEST_LINE, LONGEST_PLANE = 2**14, 2**9
+"""Pixels that a kernel along one axis, and one of both, may reach; more may lie beyond then."""
+
+
+def line_kernel(transfer: Callable[[Array], Array]) -> tuple[Array, float]:
+    """Return the kernel (2 R + 1,) along one axis, its sum 1, and the share of it that was cut off.
+
+    Parameters
+    ----------
+    transfer : callable
+        Maps frequencies from 0 to 0.5, in cycles per pixel, to a real factor; 1 at frequency 0.
+    """
+
+    def quarter(size: int) -> Array:
+        half: Array = idct(transfer(_frequencies(size)), type=1)
+        return half
+
+    half, cut = _cut(quarter, LONGEST_LINE)
+    kernel = np.concatenate((half[:0:-1], half))
+    return kernel / kernel.sum(), cut
+
+
+def plane_kernel(transfer: Callable[[Array, Array], Array]) -> tuple[Array, float]:
+    """Return the kernel (2 R + 1, 2 R + 1) of a transfer function of frequencies along y (Y, 1) and x (1, X).
+
+    As :func:`line_kernel`; the function is even along both axes.
+    """
+
+    def quarter(size: int) -> Array:
+        frequency = _frequencies(size)
+        found: Array = idctn(transfer(frequency[:, None], frequency[None, :]), type=1)
+        return found
+
+    corner, cut = _cut(quarter, LONGEST_PLANE)
+    right = np.concatenate((corner[:, :0:-1], corner), axis=1)
+    kernel = np.concatenate((right[:0:-1], right))
+    return kernel / kernel.sum(), cut
+
+
+def _frequencies(size: int) -> Array:
+    return np.arange(size + 1) / (2.0 * size)
+
+
+def _cut(quarter: Callable[[int], Array], longest: int) -> tuple[Array, float]:
+    """Cut a kernel, of which the part from its middle on is known on so many pixels, at its reach.
+
+    Twice as many pixels as it reaches are looked at, so that what lies beyond them, which a discrete transform folds
+    back, is small as well.
+    """
+    size = 4 * NEAR
+    while True:
+        whole = quarter(size)
+        beyond = _beyond(whole)
+        reach = int(np.argmax(beyond <= NEGLIGIBLE))
+        if beyond[reach] > NEGLIGIBLE or reach > NEAR:
+            reach = max(NEAR, int(np.argmax(beyond <= SMALL)))
+        if 2 * reach <= size or size >= 2 * longest:
+            reach = min(reach, longest)
+            return whole[tuple(slice(reach + 1) for _ in whole.shape)], float(beyond[reach])
+        size *= 2
+
+
+def _beyond(whole: Array) -> Array:
+    """Share of a kernel's absolute values farther from its middle than 0, 1, 2 ... along either axis."""
+    count = np.full(whole.shape[0], 2.0)
+    count[[0, -1]] = 1.0
+    values = np.abs(whole)
+    for axis in range(whole.ndim):
+        values = values * np.expand_dims(count, tuple(other for other in range(whole.ndim) if other != axis))
+    place = np.max(np.indices(whole.shape, sparse=False), axis=0)
+    within = np.cumsum(np.bincount(place.ravel(), values.ravel()))
+    share: Array = 1.0 - within / within[-1]
+    return share
+
+
+def gaussian_mtf(frequency: Array, sigma_pixels: float) -> Array:
+    """Modulation transfer of a Gaussian spread function, exp(-2 (pi sigma f)^2).
+
+    Parameters
+    ----------
+    frequency : ndarray
+        Cycles per pixel.
+    sigma_pixels : float
+        Standard deviation of the spread along either axis.
+    """
+    result: Array = np.exp(-2.0 * (np.pi * sigma_pixels * frequency) ** 2)
+    return result
+
+
+def airy_mtf(frequency: Array, cutoff: float) -> Array:
+    """Modulation transfer of diffraction at a circular aperture without obscuration.
+
+    (2 / pi) (arccos u - u sqrt(1 - u^2)) with u = f / cutoff, 0 from the cut-off on: the overlap of two displaced
+    circles (Goodman, Introduction to Fourier Optics, section 6.3).
+
+    Parameters
+    ----------
+    frequency, cutoff : ndarray, float
+        In the same unit.
+    """
+    u = np.minimum(frequency / cutoff, 1.0)
+    result: Array = (2.0 / np.pi) * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
+    return result
+
+
+def airy_cutoff(aperture_diameter_m: float, pixel_angle_rad: float, wavelength_um: float) -> float:
+    """Frequency from which an aperture passes nothing, in cycles per pixel: diameter times angle over wavelength."""
+    return aperture_diameter_m * pixel_angle_rad / (wavelength_um * 1e-6)
+
+
+LARGEST = 1025
+"""Most rows or columns of a kernel."""
+
+
+def read_kernel(path: Path) -> Array:
+    """Read the image of a point on the image's own pixels, and scale it to the sum 1.
+
+    Text: a row of numbers per line, separated by commas or blanks, with ``#`` comments. The first line is the
+    southernmost row, as in the image; the point is in the middle.
+
+    Returns
+    -------
+    ndarray (K, L)
+        K and L odd.
+
+    Raises
+    ------
+    CatalogError
+        If the file is malformed, has an even number of rows or columns, or numbers that sum to nothing.
+    """
+    rows: list[list[float]] = []
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise CatalogError(f"{path}: cannot be read as text: {error}") from error
+    for number, line in enumerate(lines, start=1):
+        plain = line.partition("#")[0].replace(",", " ").split()
+        try:
+            values = [float(each) for each in plain]
+        except ValueError as error:
+            raise CatalogError(f"{path}, line {number}: {error}") from error
+        if values and rows and len(values) != len(rows[0]):
+            raise CatalogError(f"{path}, line {number}: {len(values)} numbers, the first row has {len(rows[0])}")
+        if values:
+            rows.append(values)
+    kernel = np.array(rows, dtype=np.float64)
+    if kernel.ndim != 2 or any(size % 2 == 0 or size > LARGEST for size in kernel.shape):
+        found = " x ".join(map(str, kernel.shape)) if kernel.ndim == 2 else "no rows"
+        raise CatalogError(f"{path}: {found}; allowed: an odd number of rows and of columns, at most {LARGEST}")
+    total = float(kernel.sum())
+    if not np.all(np.isfinite(kernel)) or not total > 1e-6 * float(np.abs(kernel).max()):
+        raise CatalogError(f"{path}: the numbers sum to {total:g}; allowed: finite numbers with a sum above 0")
+    result: Array = kernel / total
+    return result
+
+
+def convolve(image: Array, kernel: Array) -> Array:
+    """Return the convolution of an image (Y, X) with a kernel (K, L), its mirror image beyond its edges.
+
+    By FFT. A point of the scene becomes the kernel, in the kernel's own orientation.
+    """
+    reach_y, reach_x = (size // 2 for size in kernel.shape)
+    wide = np.pad(image, ((reach_y, reach_y), (reach_x, reach_x)), mode="symmetric")
+    result: Array = oaconvolve(wide, kernel, mode="valid")
+    return result

@@ -1,0 +1,132 @@
+"""Compiled loops, which release the interpreter's lock, in several threads.
+
+Layers that one chain of doublings passes through.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+
+_MAX = 8
+
+# A thread is worth starting for this many layers, some milliseconds.
+_FEWEST = 16
+
+
+class Team:
+    """Threads that are started once for several loops, the first time that one has work for them.
+
+    Parameters
+    ----------
+    threads : int, optional
+        Default: one for each processor this process may use, at most 8.
+
+    Raises
+    ------
+    ValueError
+        If ``threads`` is below 1.
+    """
+
+    def __init__(self, threads: int | None) -> None:
+        if threads is not None and threads < 1:
+            raise ValueError(f"threads {threads}: allowed from 1; closest is 1")
+        self._wanted = threads or min(_MAX, _processors())
+        # One part is done by the thread that asks.
+        self._others = ThreadPoolExecutor(max(self._wanted - 1, 1), thread_name_prefix="scattering")
+
+    def __enter__(self) -> Team:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._others.shutdown()
+
+    def run(self, part: Callable[[int, int], None], count: int) -> None:
+        """Run ``part(start, step)`` so that all of ``range(start, count, step)`` together are all items.
+
+        Neighbouring items go to different threads, because thick layers stand together and take longer.
+        """
+        step = max(1, min(self._wanted, count // _FEWEST))
+        others = [self._others.submit(part, start, step) for start in range(1, step)]
+        part(0, step)
+        for other in others:
+            other.result()
+
+
+def _processors() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+# Thicknesses that differ by less than this share are one.
+SAME = 1e-12
+
+
+@dataclass(frozen=True)
+class Chains:
+    """Layers in the order in which chains pass through them: thin to thick, chain after chain.
+
+    Attributes
+    ----------
+    cell : ndarray of int (n,)
+        Position of each layer in the flattened (T, V).
+    column : ndarray of int (n,)
+        Its row of kernels: its place among the wavenumbers that have layers.
+    thickness : ndarray (n,)
+        Its optical thickness.
+    doublings : ndarray of int (n,)
+        From the layer before in its chain; 0 for the first.
+    first : ndarray of int (chains + 1,)
+        Where chains begin, and n.
+    wavenumber : ndarray of int
+        Those that have layers, ascending.
+    """
+
+    cell: NDArray[np.int64]
+    column: NDArray[np.int64]
+    thickness: Array
+    doublings: NDArray[np.int64]
+    first: NDArray[np.int64]
+    wavenumber: NDArray[np.int64]
+
+
+def chains(thickness: Array, wanted: NDArray[np.bool_]) -> Chains:
+    """Sort layers into chains: of one wavenumber, and thicker than another by a power of 2.
+
+    Thicknesses are written m 2^e, m from 0.5 to 1: a chain has one m, to ``SAME`` from one to the next.
+
+    Parameters
+    ----------
+    thickness : ndarray (T, V)
+        Optical thickness.
+    wanted : ndarray of bool (T, V)
+        Layers to be solved.
+    """
+    cell = np.flatnonzero(wanted)
+    tau = thickness.ravel()[cell]
+    wavenumber, column = np.unique(cell % thickness.shape[1], return_inverse=True)
+    m, e = np.frexp(tau)
+    # Just below a power of 2 is a power of 2.
+    below = m > 1.0 - SAME
+    m, e = np.where(below, 0.5 * m, m), np.where(below, e + 1, e)
+    order = np.lexsort((m, column))
+    apart = (np.diff(column[order]) > 0) | (np.diff(m[order]) > SAME * m[order][1:])
+    chain = np.empty(cell.size, dtype=np.int64)
+    chain[order] = np.concatenate([np.zeros(min(cell.size, 1), dtype=np.int64), np.cumsum(apart)])
+    order = np.lexsort((e, chain))
+    chain, e = chain[order], e[order].astype(np.int64)
+    begins = np.diff(chain, prepend=-1) > 0
+    doublings = np.where(begins, 0, np.diff(e, prepend=0))
+    first = np.append(np.flatnonzero(begins), cell.size)
+    return Chains(cell[order], column[order], tau[order], doublings, first, wavenumber)

@@ -1,0 +1,284 @@
+"""Doubling of homogeneous layers, compiled.
+
+A layer on a copy of itself; E, T, R are the direct and diffuse transmission and the reflection of one.
+Between both, for light from above that enters along a column: D diffuse down, U up,
+
+    D = T + R U,   U = R E + R D,   and so   (1 - R R) D = T + R R E,
+
+and of both R' = R + (E + T) U, T' = E D + T E + T D. Where the Planck radiance is 0 at the top and
+1 at the base, linear between, e (emissivity) and f (far share) give u = (e + f) / 2 toward the upper and
+d = (e - f) / 2 toward the lower layer, U = u + R D, D = d + R U and f' = f / 2 + (E + T) U. Nothing is
+subtracted that is not small; H. C. van de Hulst, "Multiple Light Scattering", Academic Press 1980,
+chapter 4; extra directions of weight 0 as J. F. de Haan, P. B. Bosma and J. W. Hovenier, Astron.
+Astrophys. 183, 371-391 (1987); linear sources after W. J. Wiscombe, J. Quant. Spectrosc. Radiat.
+Transfer 16, 477-489 (1976).
+
+One azimuth mode of layers, solved for pairs of directions.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.multiple_scattering.chains import Chains, Team
+from hcss_twin.physics.multiple_scattering.directions import Directions, scattering_kernels
+from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering
+from hcss_twin.physics.multiple_scattering.starting_layer import accumulate, eliminate, halvings, inner, starting_layer
+
+# A layer that lets through less than this share in every way does not change any more when doubled.
+OPAQUE = 1e-18
+
+# A starting layer costs about as much as this many doublings.
+SPARE = 3
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve_chains(
+    kernels: tuple[Any, Any, Any],
+    directions: tuple[Any, Any],
+    chains: tuple[Any, Any, Any, Any, Any],
+    whole: tuple[int, int],
+    part: tuple[int, int],
+    out: tuple[Any, Any, Any],
+) -> None:
+    """Solve every layer of every ``part[1]``-th chain from ``part[0]`` on.
+
+    One program for both, layers and sunlight, for arrays that are contiguous: each kind of argument
+    is compiled anew, for seconds.
+
+    Parameters
+    ----------
+    kernels : (ndarray (V, D, C), ndarray (V, D, C), ndarray (V,))
+        k+, k- as for :func:`starting_layer`, and 1 - w.
+    directions : (ndarray (D,), ndarray (D,))
+        mu and scale.
+    chains
+        ``cell``, ``column``, ``thickness``, ``doublings`` and ``first`` of
+        :class:`hcss_twin.physics.multiple_scattering.chains.Chains`. Where the layer before is so much thinner
+        that a new start costs less, the chain starts anew.
+    whole : (int, int)
+        Beams, and 1 where the kernels are means over azimuth, whose rows with direct transmission and
+        emissivity make 1; else 0.
+    part : (int, int)
+        Which chains.
+    out : (ndarray (cells, R, S), ndarray (cells, R, S), ndarray (2, cells, R))
+        Kernels of reflection and transmission toward the last R directions from the first S, without their
+        scale; emissivity and far share toward the last R.
+    """
+    same, other, co_albedo = kernels
+    mu, scale = directions
+    cells, column, thickness, doublings, first = chains
+    beams, closed = whole
+    reflected, transmitted, emitted = out
+    rows, columns = same.shape[1], same.shape[2]
+    skipped, sources = rows - reflected.shape[1], reflected.shape[2]
+    # Two more columns: beside T the emissivity and the far share, beside R the emissivity and the
+    # light (e - f) / 2 toward the lower layer.
+    reflection = np.empty((rows, columns + 2))
+    transmission = np.empty((rows, columns + 2))
+    down = np.empty((rows, columns + 2))
+    up = np.empty((rows, columns + 2))
+    matrix = np.empty((columns - beams, columns - beams))
+    direct = np.empty(rows)
+    least_mu = mu[0]
+    for i in range(1, rows):
+        least_mu = min(least_mu, mu[i])
+    for chain in range(part[0], first.size - 1, part[1]):
+        depth = 0.0
+        opaque = False
+        for place in range(first[chain], first[chain + 1]):
+            v = column[place]
+            times = halvings(thickness[place], least_mu)
+            if place > first[chain] and doublings[place] <= times + SPARE:
+                times = doublings[place]
+            else:
+                depth = thickness[place] * 0.5**times
+                opaque = False
+                starting_layer(same[v], other[v], depth, mu, scale, co_albedo[v], beams, reflection, transmission)
+            for _ in range(times):
+                if not opaque:
+                    for i in range(rows):
+                        direct[i] = math.exp(-depth / mu[i])
+                    opaque = _is_opaque(transmission, direct, columns)
+                if opaque:
+                    for i in range(rows):
+                        for j in range(columns):
+                            transmission[i, j] = 0.0
+                        transmission[i, columns + 1] *= 0.5
+                else:
+                    _double(reflection, transmission, direct, beams, columns, down, up, matrix)
+                    if closed:
+                        _close(reflection, transmission, direct, scale, beams, columns)
+                depth *= 2.0
+            cell = cells[place]
+            for i in range(skipped, rows):
+                emitted[0, cell, i - skipped] = transmission[i, columns] / scale[i]
+                emitted[1, cell, i - skipped] = transmission[i, columns + 1] / scale[i]
+                for j in range(sources):
+                    unscaled = 1.0 / (scale[i] * scale[j])
+                    reflected[cell, i - skipped, j] = reflection[i, j] * unscaled
+                    transmitted[cell, i - skipped, j] = transmission[i, j] * unscaled
+
+
+@inner
+def _is_opaque(transmission: Any, direct: Any, columns: int) -> bool:
+    for i in range(direct.size):
+        if direct[i] > OPAQUE:
+            return False
+        for j in range(columns):
+            if abs(transmission[i, j]) > OPAQUE:
+                return False
+    return True
+
+
+@inner
+def _double(
+    reflection: Any, transmission: Any, direct: Any, beams: int, columns: int, down: Any, up: Any, matrix: Any
+) -> None:
+    """Replace the layer by two of it.
+
+    ``down`` and ``up`` (D, C + 2) are room for the light between, ``matrix`` (N, N) for 1 - R R.
+    """
+    rows = direct.size
+    streams = columns - beams
+    for i in range(rows):
+        reflection[i, columns] = transmission[i, columns]
+        reflection[i, columns + 1] = 0.5 * (transmission[i, columns] - transmission[i, columns + 1])
+    for i in range(beams, columns):
+        for j in range(columns + 2):
+            down[i, j] = 0.0
+    accumulate(down, reflection, reflection, beams, columns, beams, columns)
+    for k in range(streams):
+        i = beams + k
+        for j in range(streams):
+            matrix[k, j] = -down[i, beams + j]
+        matrix[k, k] += 1.0
+        for j in range(columns):
+            down[i, j] = transmission[i, j] + down[i, j] * direct[j]
+        down[i, columns] += transmission[i, columns]
+        down[i, columns + 1] += 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
+    # Symmetric, and positive definite because no layer reflects more than it receives.
+    eliminate(matrix, down, beams)
+    # From here the last column of ``down`` is what goes up where the base alone is warm.
+    for i in range(rows):
+        for j in range(columns):
+            up[i, j] = reflection[i, j] * direct[j]
+        for j in range(columns, columns + 2):
+            up[i, j] = reflection[i, j]
+    accumulate(up, reflection, down, 0, rows, beams, columns)
+    for side in range(2):
+        start, stop = (0, beams) if side == 0 else (columns, rows)
+        for i in range(start, stop):
+            for j in range(columns):
+                down[i, j] = transmission[i, j]
+            down[i, columns] = transmission[i, columns]
+            down[i, columns + 1] = 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
+        accumulate(down, reflection, up, start, stop, beams, columns)
+    for i in range(rows):
+        for j in range(columns):
+            reflection[i, j] += direct[i] * up[i, j]
+    accumulate(reflection, transmission, up, 0, rows, beams, columns)
+    # ``up`` has served: it becomes the new T.
+    for i in range(rows):
+        for j in range(columns):
+            up[i, j] = direct[i] * down[i, j] + transmission[i, j] * direct[j]
+        up[i, columns] = transmission[i, columns] + direct[i] * down[i, columns]
+        up[i, columns + 1] = 0.5 * transmission[i, columns + 1] + direct[i] * down[i, columns + 1]
+    accumulate(up, transmission, down, 0, rows, beams, columns)
+    for i in range(rows):
+        for j in range(columns + 2):
+            transmission[i, j] = up[i, j]
+
+
+@inner
+def _close(reflection: Any, transmission: Any, direct: Any, scale: Any, beams: int, columns: int) -> None:
+    """Give back the rounding errors by which the rows of a layer just doubled miss 1.
+
+    Energy lost to rounding is absorption: it would double with every doubling and take 1e-6 of the light
+    in conservative layers of thickness 1e6. It goes to the diagonal of R and to the emissivity in
+    proportion to what was reflected and transmitted, and emitted.
+    """
+    for i in range(beams, columns):
+        through = direct[i] * direct[i]
+        scattered = 0.0
+        for j in range(beams, columns):
+            scattered += (reflection[i, j] + transmission[i, j]) * scale[j]
+        emitted = transmission[i, columns]
+        whole = scattered + emitted
+        missing = scale[i] * (1.0 - through) - whole
+        reflection[i, i] += missing * (scattered / whole) / scale[i]
+        transmission[i, columns] += missing * (emitted / whole)
+
+
+@dataclass(frozen=True)
+class SolvedMode:
+    """One mode of the layers of chains, in their order: n layers, toward R directions, from S.
+
+    Attributes
+    ----------
+    reflection, transmission : ndarray (n, R, S)
+        sr-1.
+    emissivity, far_share : ndarray (n, R)
+        Without meaning but for mode 0.
+    same, other : ndarray (V, D, C)
+        The kernels of scattering they come from, for the wavenumbers that have layers.
+    """
+
+    reflection: Array
+    transmission: Array
+    emissivity: Array
+    far_share: Array
+    same: Array
+    other: Array
+
+
+def solve_mode(
+    where: Directions,
+    scaled: ScaledScattering,
+    found: Chains,
+    mode: int,
+    team: Team,
+    toward: int | None = None,
+    sources: int | None = None,
+) -> SolvedMode:
+    """Solve one mode of the layers of ``found``.
+
+    Parameters
+    ----------
+    toward, sources : int, optional
+        How many of the last directions results are wanted for, and from how many of the first; by default all
+        D and all C.
+    """
+    few = ScaledScattering(
+        scaled.thickness[:, found.wavenumber],
+        scaled.albedo[found.wavenumber],
+        scaled.co_albedo[found.wavenumber],
+        scaled.moments[:, found.wavenumber],
+        scaled.peak[found.wavenumber],
+    )
+    same, other = scattering_kernels(where, few, mode)
+    rows = where.mu.size if toward is None else toward
+    columns = where.columns if sources is None else sources
+    count = found.cell.size
+    reflection, transmission = np.empty((count, rows, columns)), np.empty((count, rows, columns))
+    emitted = np.empty((2, count, rows))
+    place = np.arange(count)
+
+    def part(start: int, step: int) -> None:
+        solve_chains(
+            (same, other, few.co_albedo),
+            (where.mu, where.scale),
+            (place, found.column, found.thickness, found.doublings, found.first),
+            (where.beams, int(mode == 0)),
+            (start, step),
+            (reflection, transmission, emitted),
+        )
+
+    team.run(part, found.first.size - 1)
+    return SolvedMode(reflection, transmission, emitted[0], emitted[1], same, other)

@@ -1,0 +1,139 @@
+"""Paths of sunlight scattered once by a homogeneous layer, in closed form.
+
+What delta-M scaling takes out of the light, put back: exact single scattering and the aureole.
+
+Reflected light is repaired by the TMS method of T. Nakajima and M. Tanaka, J. Quant. Spectrosc. Radiat.
+Transfer 40, 51-69 (1988): what the scaled problem scattered once by its truncated phase function is
+replaced by single scattering with the full one, w / (1 - w f) P over the scaled thickness.
+
+For transmitted light that method counts the forward peak as scattered once whatever the thickness, too
+much by far in thick layers; its authors correct the second order (IMS). Here all orders of scattering
+through small angles are summed: over a slant path y = tau / mu the moment of degree l of all light,
+direct and scattered, is exp(-y (1 - w chi_l)) (H. C. van de Hulst, "Multiple Light Scattering", 1980,
+section 14.1.2). The scaled problem has that for l < L, its peak with the direct light, and
+exp(-y (1 - w f)) from L on. Missing among the scattered light are, with y' = y (1 - w f),
+
+    C_l = exp(-y') - exp(-y),  l < L;     C_l = exp(-y) (exp(w chi_l y) - 1),  l >= L,
+
+which for thin layers is again exact single scattering.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geometry import scattering_cosine
+from hcss_twin.physics.multiple_scattering.phase_function import (
+    HENYEY_GREENSTEIN_MOMENTS,
+    ScaledScattering,
+    extended_moments,
+    phase_function,
+)
+
+
+def path_back(thickness: Array, mu: Array, mu_sun: Array | float) -> Array:
+    """Integral of exp(-t (1/mu + 1/mu_sun)) over the layer: times the kernel of scattering, reflection.
+
+    S. Chandrasekhar, "Radiative Transfer", Dover 1960, section 9, integrated.
+    """
+    rate = 1.0 / mu + 1.0 / mu_sun
+    result: Array = -np.expm1(-thickness * rate) / rate
+    return result
+
+
+def path_through(thickness: Array, mu: Array | float, mu_sun: Array | float) -> Array:
+    """Integral of exp(-t / mu_sun - (tau - t) / mu): as :func:`path_back`, transmission.
+
+    (exp(-tau / mu) - exp(-tau / mu_sun)) / (1 / mu_sun - 1 / mu), without 0 / 0 where both are alike.
+    """
+    view, sun = 1.0 / mu, 1.0 / mu_sun
+    x = thickness * np.abs(view - sun)
+    # (1 - exp(-x)) / x
+    safe = np.where(x > 0.0, x, 1.0)
+    mean = np.where(x > 0.0, -np.expm1(-safe) / safe, 1.0)
+    result: Array = thickness * np.exp(-thickness * np.minimum(view, sun)) * mean
+    return result
+
+
+# Moments of a Henyey-Greenstein function below this are left out.
+_MIN_MOMENT = 1e-10
+
+# Sharper peaks would take more than some thousands of moments.
+_MAX_ASYMMETRY = 0.995
+
+
+def once_back(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array) -> Array:
+    """Brdf (T, V, P) of light scattered once by the full phase function, over the scaled thickness."""
+    turned = np.array([scattering_cosine(m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
+    strength = (albedo / (1.0 - albedo * scaled.peak))[:, np.newaxis] / (4.0 * np.pi * mu * sun)
+    return strength * phase_function(turned, moments) * path_back(scaled.thickness[..., np.newaxis], mu, sun)
+
+
+def once_through(
+    scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array
+) -> Array:
+    """Btdf (T, V, P) of light scattered once by the scaled phase function, and of the aureole.
+
+    Raises
+    ------
+    ValueError
+        If a Henyey-Greenstein function has |g| above 0.995.
+    """
+    onward = np.array([scattering_cosine(-m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
+    series = (2 * np.arange(scaled.moments.shape[0]) + 1)[:, np.newaxis] * scaled.moments
+    truncated = np.asarray(np.polynomial.legendre.legval(onward, series), dtype=np.float64)
+    strength = scaled.albedo[:, np.newaxis] / (4.0 * np.pi * mu * sun)
+    once = strength * truncated * path_through(scaled.thickness[..., np.newaxis], mu, sun)
+    return once + _aureole(scaled, albedo, moments, mu, sun, onward)
+
+
+def _aureole(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, onward: Array) -> Array:
+    """Btdf (T, V, P) that the scaled problem counts as direct light or loses; ``onward`` (P,) are cosines.
+
+    Where both cosines differ y is made with the mean of their inverses, and the whole is multiplied by
+    what that mistakes in single scattering.
+    """
+    count = scaled.moments.shape[0]
+    if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
+        largest = max(float(np.max(np.abs(moments[1]), initial=0.0)), 0.1)
+        if largest > _MAX_ASYMMETRY:
+            raise ValueError(f"moments[1] {largest:g} in size: sunlight allows up to {_MAX_ASYMMETRY}; closest is that")
+        known = extended_moments(moments, max(count + 1, int(np.log(_MIN_MOMENT) / np.log(largest)) + 1))
+    else:
+        known = extended_moments(moments, max(count + 1, moments.shape[0]))
+    beyond = known[count:]
+    series = 2.0 * np.arange(known.shape[0]) + 1.0
+    rest = 1.0 - albedo * scaled.peak
+    # Everything is kept relative to the slowest decay: under a low sun exp(-y) itself underflows.
+    slowest = np.minimum(rest, 1.0 - albedo * np.max(beyond, axis=0, initial=0.0))
+    missing, peak = (_scattered_onward(albedo * beyond, slowest), _scattered_onward(albedo * scaled.peak, slowest))
+    tau = scaled.thickness / rest
+    result = np.empty((*tau.shape, mu.size))
+    values = series * np.polynomial.legendre.legvander(onward, known.shape[0] - 1)
+    for p, (m, value) in enumerate(zip(mu, values, strict=True)):
+        rate = 0.5 * (1.0 / m + 1.0 / sun)
+        for t, y in enumerate(tau * rate):
+            total = value[:count].sum() * peak(y) + value[count:] @ missing(y)
+            slant = path_through(scaled.thickness[t], mu[p], sun)
+            straight = scaled.thickness[t] * np.exp(-y * (rest - slowest))
+            lit = straight > np.finfo(np.float64).tiny
+            ratio = np.where(lit, slant / np.where(lit, straight, 1.0), 0.0)
+            result[t, :, p] = total * ratio / (rate * 4.0 * np.pi * m * sun)
+    return result
+
+
+def _scattered_onward(strength: Array, slowest: Array) -> Callable[[Array], Array]:
+    """exp(-y) (exp(strength y) - 1) / exp(-slowest y) of y, without overflow and without loss for thin layers.
+
+    ``slowest`` is at most 1 - strength, and at most 1.
+    """
+    decay, size, sign = 1.0 - np.maximum(strength, 0.0) - slowest, np.abs(strength), -np.sign(strength)
+
+    def scattered(y: Array) -> Array:
+        result: Array = np.exp(-y * np.maximum(decay, 0.0)) * np.expm1(-y * size) * sign
+        return result
+
+    return scattered

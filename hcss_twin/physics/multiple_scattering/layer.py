@@ -1,0 +1,132 @@
+"""Operators of homogeneous layers by delta-M adding-doubling: the mean over azimuth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.multiple_scattering.chains import Chains, Team, chains
+from hcss_twin.physics.multiple_scattering.checks import checked_cosines, checked_layers
+from hcss_twin.physics.multiple_scattering.directions import Directions, directions, gauss_streams
+from hcss_twin.physics.multiple_scattering.doubling import SolvedMode, solve_mode
+from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, delta_m
+
+
+@dataclass(frozen=True)
+class LayerOperators:
+    """What layers reflect, transmit and emit: T thicknesses, V wavenumbers, D directions.
+
+    Directions are the extra ones first, then the streams. A homogeneous layer looks the same from both
+    faces.
+
+    Attributes
+    ----------
+    mu, weight : ndarray (D,)
+        Cosines of the zenith angle and weights of the quadrature, 0 for extras.
+    reflection, transmission : ndarray (T, V, D, D)
+        Diffuse kernels, the mean over azimuth, sr-1, symmetric: I_out(i) = 2 pi sum over j of mu_j
+        weight_j kernel[..., i, j] I_in(j); a beam of irradiance E0 across it gives mu_j E0
+        kernel[..., i, j]. Light in the forward peak taken off by delta-M counts as direct.
+    direct : ndarray (T, V, D)
+        exp(-tau' / mu) with the scaled tau'.
+    emissivity : ndarray (T, V, D)
+        Of an isothermal layer, of both faces: 1 - direct - row sums of both kernels.
+    far_share : ndarray (T, V, D)
+        Weight of the Planck radiance at the far face where it is linear in optical depth: the top
+        emits (emissivity - far_share) B(top) + far_share B(base).
+    """
+
+    mu: Array
+    weight: Array
+    reflection: Array
+    transmission: Array
+    direct: Array
+    emissivity: Array
+    far_share: Array
+
+
+def solve_layers(
+    optical_thickness: ArrayLike,
+    albedo: ArrayLike,
+    moments: ArrayLike,
+    mu_extra: ArrayLike,
+    streams: int,
+    threads: int | None = None,
+) -> LayerOperators:
+    """Solve layers for light that does not depend on azimuth.
+
+    Layers of one wavenumber whose thicknesses differ by powers of 2, to 1e-12, are solved by one chain of
+    doublings that passes through all of them: h, h / 2, h / 4 and so on cost little more than h. A layer
+    differs by less than 1e-9 from itself solved alone or among others.
+
+    Parameters
+    ----------
+    optical_thickness : array_like (T, V)
+        Of extinction, finite, from 0.
+    albedo : array_like (V,)
+        Of single scattering, 0 to 1, both included.
+    moments : array_like (K, V)
+        Legendre moments of the phase function, ``moments[0]`` = 1, ``moments[1]`` = g; K = 2 stands for
+        the Henyey-Greenstein function.
+    mu_extra : array_like (M,)
+        Cosines, in (0, 1], at which operators are wanted besides the streams'.
+    streams : int
+        Directions per hemisphere, N.
+    threads : int, optional
+        Default: one for each processor this process may use, at most 8. Results do not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a value is outside its range or shapes do not fit.
+    """
+    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
+    extra = checked_cosines("mu_extra", mu_extra)
+    where = directions(extra, gauss_streams(streams), np.empty(0))
+    scaled = delta_m(thickness, w, chi, 2 * streams)
+    found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
+    with Team(threads) as team:
+        solved = solve_mode(where, scaled, found, 0, team)
+    return mean_over_azimuth(where, scaled, found, solved)
+
+
+def mean_over_azimuth(where: Directions, scaled: ScaledScattering, found: Chains, solved: SolvedMode) -> LayerOperators:
+    """Return mode 0 of all layers (T, V), which ``found`` has in another order, as operators."""
+    shape, size = scaled.thickness.shape, where.mu.size
+
+    def placed(values: Array, *each: int) -> Array:
+        result = np.empty_like(values)
+        result[found.cell] = values
+        return result.reshape(*shape, *each)
+
+    return LayerOperators(
+        where.mu,
+        where.weight,
+        placed(solved.reflection, size, size),
+        placed(solved.transmission, size, size),
+        np.exp(-scaled.thickness[..., np.newaxis] / where.mu),
+        placed(solved.emissivity, size),
+        placed(solved.far_share, size),
+    )
+
+
+def joined(some: LayerOperators, others: LayerOperators, place: NDArray[np.bool_]) -> LayerOperators:
+    """Return layers at all wavenumbers: ``some`` where ``place`` (V,) is true, ``others`` elsewhere."""
+
+    def both(first: Array, second: Array) -> Array:
+        result = np.empty((first.shape[0], place.size, *first.shape[2:]))
+        result[:, place], result[:, ~place] = first, second
+        return result
+
+    return LayerOperators(
+        some.mu,
+        some.weight,
+        both(some.reflection, others.reflection),
+        both(some.transmission, others.transmission),
+        both(some.direct, others.direct),
+        both(some.emissivity, others.emissivity),
+        both(some.far_share, others.far_share),
+    )

@@ -1,0 +1,176 @@
+"""What homogeneous layers make of beams: diffuse transmission along the streams, by azimuth modes.
+
+Layers under the sun, solved once: operators, sunlight toward the view, and beams along the streams.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.multiple_scattering.chains import Team, chains
+from hcss_twin.physics.multiple_scattering.checks import check_modes, checked_cosines, checked_layers, checked_sun
+from hcss_twin.physics.multiple_scattering.directions import directions, gauss_streams
+from hcss_twin.physics.multiple_scattering.doubling import solve_mode
+from hcss_twin.physics.multiple_scattering.forward_peak import once_back, once_through, path_back, path_through
+from hcss_twin.physics.multiple_scattering.layer import LayerOperators, mean_over_azimuth
+from hcss_twin.physics.multiple_scattering.phase_function import delta_m
+from hcss_twin.physics.multiple_scattering.sun import AzimuthSeries
+
+
+def transmit_beams(
+    optical_thickness: ArrayLike,
+    albedo: ArrayLike,
+    moments: ArrayLike,
+    mu_beams: ArrayLike,
+    streams: int,
+    modes: int,
+    threads: int | None = None,
+) -> Array:
+    """Diffuse transmission of beams toward the streams in the azimuth modes from 1 on.
+
+    With T_m the mode m (0 is that of :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`), a beam of
+    irradiance E across the layer leaves on the other side as E [T_0 + 2 sum T_m cos(m psi)], psi being the azimuth from
+    the beam's own direction. Light in the forward peak taken off by delta-M counts as direct. By reciprocity it is also
+    what streams send into the beam's direction.
+
+    Parameters
+    ----------
+    optical_thickness, albedo, moments, streams, threads
+        As for ``solve_layers``.
+    mu_beams : array_like (B,)
+        Cosines of the beams' zenith angles, in (0, 1].
+    modes : int
+        Modes up to this one, not included; 1 to twice the streams.
+
+    Returns
+    -------
+    ndarray (modes - 1, T, V, N, B)
+        sr-1.
+
+    Raises
+    ------
+    ValueError
+        If a value is outside its range or shapes do not fit.
+    """
+    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
+    beams = checked_cosines("mu_beams", mu_beams)
+    if not 1 <= modes <= 2 * streams:
+        raise ValueError(f"modes {modes}: allowed 1 to {2 * streams}, twice the streams")
+    where = directions(beams, gauss_streams(streams), np.empty(0))
+    scaled = delta_m(thickness, w, chi, 2 * streams)
+    found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
+    result = np.empty((modes - 1, thickness.size, streams, beams.size))
+    with Team(threads) as team:
+        for mode in range(1, modes):
+            solved = solve_mode(where, scaled, found, mode, team, toward=streams, sources=beams.size)
+            result[mode - 1, found.cell] = solved.transmission
+    return result.reshape(modes - 1, *thickness.shape, streams, beams.size)
+
+
+VIEW, SUN = 0, 1
+
+
+@dataclass(frozen=True)
+class SunlitLayers:
+    """What one solution gives: T thicknesses, V wavenumbers, N streams.
+
+    Attributes
+    ----------
+    layers : LayerOperators
+        As :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers` with view and sun as extra directions.
+    brdf, btdf : ndarray (T, V)
+        As :func:`hcss_twin.physics.multiple_scattering.sun.solve_sun` for the view.
+    beams : ndarray (M - 1, T, V, N, 2)
+        As :func:`hcss_twin.physics.multiple_scattering.sunlit_layers.transmit_beams` for beams of view and sun.
+    """
+
+    layers: LayerOperators
+    brdf: Array
+    btdf: Array
+    beams: Array
+
+
+def solve_sunlit_layers(
+    optical_thickness: ArrayLike,
+    albedo: ArrayLike,
+    moments: ArrayLike,
+    mu_view: float,
+    mu_sun: float,
+    relative_azimuth: float,
+    streams: int,
+    modes: int,
+    beam_modes: int,
+    threads: int | None = None,
+    mode_tolerance: float = 1e-5,
+) -> SunlitLayers:
+    """Solve layers for diffuse light, for sunlight toward one view, and for both beams, from the same modes.
+
+    Each azimuth mode is solved once, where ``solve_layers``, ``solve_sun`` and ``transmit_beams`` solve some of them
+    each. Results are theirs, but for where the series of a layer ends.
+
+    Parameters
+    ----------
+    optical_thickness, albedo, moments, streams, threads
+        As for ``solve_layers``.
+    mu_view, mu_sun : float
+        Cosines of the zenith angles, in (0, 1].
+    relative_azimuth : float
+        Angle between the bearings toward sensor and sun, radians in [0, pi]; pi is glint.
+    modes : int
+        Terms of the Fourier series toward the view, 1 to twice the streams.
+    beam_modes : int
+        Modes of the beams up to this one, not included; 1 to ``modes``.
+    mode_tolerance : float
+        As for ``solve_sun``; modes of beams have ended, too, and are 0, where two in succession are at most this
+        share of their mode 0 along every stream.
+
+    Raises
+    ------
+    ValueError
+        If a value is outside its range or shapes do not fit.
+    """
+    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
+    view, sun, azimuth = checked_sun([mu_view], mu_sun, [relative_azimuth])
+    check_modes(modes, streams, mode_tolerance)
+    if not 1 <= beam_modes <= modes:
+        raise ValueError(f"beam_modes {beam_modes}: allowed 1 to {modes}, those of the sun")
+    where = directions(np.array([view[0], sun]), gauss_streams(streams), np.empty(0))
+    scaled = delta_m(thickness, w, chi, 2 * streams)
+    brdf = once_back(scaled, w, chi, view, sun, azimuth).ravel()
+    btdf = once_through(scaled, w, chi, view, sun, azimuth).ravel()
+    beams = np.zeros((beam_modes - 1, thickness.size, streams, 2))
+    series = AzimuthSeries(scaled.thickness)
+    with Team(threads) as team:
+        solved = solve_mode(where, scaled, series.chains, 0, team)
+        layers = mean_over_azimuth(where, scaled, series.chains, solved)
+        onward = np.max(np.abs(layers.transmission[..., 2:, :2]), axis=(2, 3)).ravel()
+        for mode in range(modes):
+            found = series.chains
+            if mode > 0:
+                solved = solve_mode(where, scaled, found, mode, team)
+            cells, tau = found.cell, found.thickness
+            small = np.full(cells.size, mode_tolerance > 0.0)
+            once = np.s_[found.column, VIEW, SUN]
+            # The sunbeam travels away from the sun: its azimuth difference is the supplement.
+            term = np.cos(mode * (np.pi - azimuth[0]))
+            for total, all_orders, once_scattered in (
+                (brdf, solved.reflection, solved.other[once] * path_back(tau, view[0], sun)),
+                (btdf, solved.transmission, solved.same[once] * path_through(tau, view[0], sun)),
+            ):
+                amplitude = (1.0 if mode == 0 else 2.0) * (all_orders[:, VIEW, SUN] - once_scattered)
+                total[cells] += amplitude * term
+                small &= np.abs(amplitude) <= mode_tolerance * np.abs(total[cells])
+            if 0 < mode < beam_modes:
+                beams[mode - 1, cells] = solved.transmission[:, 2:, :2]
+                largest = np.max(np.abs(solved.transmission[:, 2:, :2]), axis=(1, 2))
+                small &= largest <= mode_tolerance * onward[cells]
+            if series.end_where(small):
+                break
+    shape = thickness.shape
+    return SunlitLayers(
+        layers, brdf.reshape(shape), btdf.reshape(shape), beams.reshape(beam_modes - 1, *shape, streams, 2)
+    )

@@ -1,0 +1,148 @@
+"""One line of sight to a round Earth: look angle at the sensor, zenith angle at the ground, and the way between.
+
+The triangle of the Earth's centre, the ground point and the sensor; law of sines and law of cosines.
+
+A circular orbit around a round Earth that stands still.
+
+How a sensor above WGS 84 sees each point of the image plane.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geodesy import (
+    MEAN_EARTH_RADIUS_M,
+    altitude_m,
+    east_north_up,
+    to_earth_centred,
+    to_geographic_with_turn,
+)
+
+
+def view_zenith_deg(off_nadir_deg: float, altitude_m: float) -> float:
+    """Return the zenith angle at the ground of a look angle at the sensor; infinite if it misses the Earth."""
+    sine = (1.0 + altitude_m / MEAN_EARTH_RADIUS_M) * math.sin(math.radians(off_nadir_deg))
+    return math.degrees(math.asin(sine)) if sine <= 1.0 else math.inf
+
+
+def off_nadir_deg(view_zenith_deg: float, altitude_m: float) -> float:
+    """Return the look angle at the sensor, between nadir and the line of sight, of a zenith angle at the ground."""
+    sine = math.sin(math.radians(view_zenith_deg)) / (1.0 + altitude_m / MEAN_EARTH_RADIUS_M)
+    return math.degrees(math.asin(sine))
+
+
+def slant_range_m(view_zenith_deg: float, altitude_m: float) -> float:
+    """Return the distance from the ground to the sensor."""
+    zenith, radius = math.radians(view_zenith_deg), MEAN_EARTH_RADIUS_M
+    down = radius * math.cos(zenith)
+    # As a quotient, because the difference of the two would lose the digits of low altitudes.
+    return (
+        altitude_m
+        * (2.0 * radius + altitude_m)
+        / (math.sqrt(down**2 + altitude_m * (2.0 * radius + altitude_m)) + down)
+    )
+
+
+EARTH_M3_S2 = 3.986004418e14
+"""Gravitational constant times mass of the Earth; G. Petit and B. Luzum, IERS Conventions (2010), table 1.1."""
+
+
+def ground_speed_m_s(altitude_m: float) -> float:
+    """Return the speed of the point below a satellite over the ground.
+
+    sqrt(mu / r) R / r with r = R + altitude (Kepler's third law). The Earth's own rotation, up to 465 m/s at the
+    equator, is left out.
+    """
+    radius = MEAN_EARTH_RADIUS_M + altitude_m
+    return math.sqrt(EARTH_M3_S2 / radius) * MEAN_EARTH_RADIUS_M / radius
+
+
+_CLOSE_M = 1e-6
+_MAX_ROUNDS = 50
+
+
+@dataclass(frozen=True)
+class Sight:
+    """Lines of sight from points of the image plane to the sensor.
+
+    Attributes
+    ----------
+    latitude_deg, longitude_deg : ndarray (...)
+        Of the points.
+    zenith_deg, azimuth_deg : ndarray (...)
+        Direction toward the sensor: from the normal of the ellipsoid, and clockwise from north, 0 to 360.
+    plane_azimuth_deg : ndarray (...)
+        The same clockwise from the plane's y axis, as the directions of sun and wind at the image centre are meant.
+    range_m : ndarray (...)
+        Distance to the sensor.
+    """
+
+    latitude_deg: Array
+    longitude_deg: Array
+    zenith_deg: Array
+    azimuth_deg: Array
+    plane_azimuth_deg: Array
+    range_m: Array
+
+
+@dataclass(frozen=True)
+class LinesOfSight:
+    """A sensor that looks at an image centre.
+
+    Attributes
+    ----------
+    latitude_deg, longitude_deg : float
+        Of the image centre.
+    view_zenith_deg, view_azimuth_deg : float
+        Direction from the image centre to the sensor.
+    altitude_m : float
+        Of the sensor above the ellipsoid.
+    """
+
+    latitude_deg: float
+    longitude_deg: float
+    view_zenith_deg: float
+    view_azimuth_deg: float
+    altitude_m: float
+
+    @property
+    def centre_range_m(self) -> float:
+        """Distance from the image centre to the sensor: where the line of sight reaches the altitude."""
+        start, direction = self._line()
+        distance = slant_range_m(self.view_zenith_deg, self.altitude_m)
+        for _ in range(_MAX_ROUNDS):
+            # The altitude grows with the distance by the cosine to the vertical there, which is near the centre's.
+            position = start + distance * direction
+            miss = self.altitude_m - altitude_m(position)
+            distance += miss * float(np.linalg.norm(position) / (position @ direction))
+            if abs(miss) < _CLOSE_M:
+                break
+        return distance
+
+    @property
+    def sensor_m(self) -> Array:
+        """Position (3,) of the sensor from the Earth's centre."""
+        start, direction = self._line()
+        return start + self.centre_range_m * direction
+
+    def from_points(self, x_m: Array, y_m: Array) -> Sight:
+        """Return the lines of sight from points (...) east and north of the image centre."""
+        latitude, longitude, turn = to_geographic_with_turn(x_m, y_m, self.latitude_deg, self.longitude_deg)
+        ray = self.sensor_m - to_earth_centred(latitude, longitude)
+        east, north, up = (np.sum(axis * ray, axis=-1) for axis in east_north_up(latitude, longitude))
+        zenith = np.degrees(np.arctan2(np.hypot(east, north), up))
+        azimuth = np.degrees(np.arctan2(east, north)) % 360.0
+        return Sight(latitude, longitude, zenith, azimuth, (azimuth - turn) % 360.0, np.linalg.norm(ray, axis=-1))
+
+    def _line(self) -> tuple[Array, Array]:
+        """Return the image centre and the unit vector from it to the sensor, both (3,)."""
+        place = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
+        zenith, azimuth = np.radians(self.view_zenith_deg), np.radians(self.view_azimuth_deg)
+        east, north, up = east_north_up(*place)  # type: ignore[arg-type]
+        direction = np.sin(zenith) * (np.sin(azimuth) * east + np.cos(azimuth) * north) + np.cos(zenith) * up
+        return to_earth_centred(*place), direction  # type: ignore[arg-type]

@@ -1,0 +1,1 @@
+"""Decides what a scene needs, and builds its providers; computes no frame."""

@@ -1,0 +1,207 @@
+"""How the accuracy of a scene is shared out among what the engine does approximately, and what each found.
+
+What accuracy a scene is asked for, as a share of its band radiances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.models.radiance.brightness import COLDEST_K, HOTTEST_K, BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
+from hcss_twin.physics.planck import planck
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.omissions.bounds import few_columns
+from hcss_twin.plan.views import ImageViews
+from hcss_twin.providers import RadianceModel, Sun
+from hcss_twin.scenario.accuracy import MAX, MIN, kelvin_of
+from hcss_twin.scenario.scenario import Scenario
+
+SHARES: Mapping[str, float] = {
+    "wavenumbers": 0.25,
+    "thickness": 0.1,
+    "two_layers": 0.1,
+    "waves": 0.1,
+    "views": 0.07,
+    "shadows": 0.05,
+    "time": 0.1,
+    "other_instants": 0.02,
+    "faint_sunlight": 0.1,
+}
+"""Of the accuracy. A pixel has cloud in one layer or in both, or waves: the largest of the three counts."""
+
+MEANING: Mapping[str, str] = {
+    "wavenumbers": "few weighted wavenumbers stand for the whole grid",
+    "thickness": "columns with cloud in one layer, between computed ones",
+    "two_layers": "columns with cloud in two layers, between computed ones",
+    "waves": "clear columns over waves, between computed slopes",
+    "views": "between computed views, where pixels have views of their own",
+    "shadows": "sunlight through clouds, between computed paths",
+    "time": "between instants",
+    "faint_sunlight": "computing without sunlight by day, where there is so little",
+    "other_instants": "columns at further instants, from those at the first",
+}
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Relative errors of the total radiance, one for each approximation: allowed ones, or those found.
+
+    A found error is 0 where nothing was approximated.
+    """
+
+    wavenumbers: float = 0.0
+    thickness: float = 0.0
+    two_layers: float = 0.0
+    waves: float = 0.0
+    views: float = 0.0
+    shadows: float = 0.0
+    time: float = 0.0
+    other_instants: float = 0.0
+    faint_sunlight: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """What a pixel can have of them together."""
+        somewhere = max(self.thickness, self.two_layers, self.waves)
+        return (
+            self.wavenumbers
+            + somewhere
+            + self.views
+            + self.shadows
+            + self.time
+            + self.other_instants
+            + self.faint_sunlight
+        )
+
+    def as_dict(self) -> dict[str, float]:
+        """Plain values by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+def share_out(accuracy: float) -> Budget:
+    """Return what each approximation may err by."""
+    return Budget(**{name: share * accuracy for name, share in SHARES.items()})
+
+
+WAVENUMBERS = 24
+"""Of each band, at which the hottest pixel is looked for."""
+
+MARGIN_K = 5.0
+"""By which a pixel may be hotter than what was found."""
+
+WAVES_K = 60.0
+"""By which glint of waves may look hotter than that of the mean sea."""
+
+
+@dataclass(frozen=True)
+class RequestedAccuracy:
+    """The error that a pixel may have.
+
+    Attributes
+    ----------
+    relative : float
+        Of the total radiance of every band: what the tables keep.
+    kelvin : float or None
+        Of the brightness temperature, if that was asked for.
+    """
+
+    relative: float
+    kelvin: float | None = None
+
+    def __str__(self) -> str:
+        if self.kelvin is None:
+            return f"{self.relative:g} of the band radiance"
+        return f"{self.kelvin:g} K of the brightness temperature, {self.relative:.2g} of the band radiance or more"
+
+
+def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None]) -> RequestedAccuracy:
+    """Turn a scenario's accuracy into a share of the radiance that keeps it in every band.
+
+    A kelvin is the smaller a share the hotter a pixel looks: the hottest decides, which is looked for among clear
+    columns and those with the thinnest and thickest clouds.
+
+    Parameters
+    ----------
+    suns : sequence of Sun or None
+        Of some frames; empty where no radiance is wanted.
+
+    Raises
+    ------
+    ScenarioError
+        If a band has no brightness temperature, or one in which the kelvin asked for are beyond what can be kept.
+    """
+    kelvin = kelvin_of(scenario.accuracy)
+    if kelvin is None:
+        return RequestedAccuracy(float(scenario.accuracy))
+    if not suns:
+        return RequestedAccuracy(MAX, kelvin)
+    grid = assembly.spectral_grid
+    shares = []
+    names = [band.name for band in assembly.bands]
+    for band, (name, found) in enumerate(zip(names, _hottest_K(assembly, suns), strict=True)):
+        hottest = found + MARGIN_K
+        if hottest > HOTTEST_K:
+            message = (
+                f"{scenario.accuracy!r}: pixels of band '{name}' look hotter than {HOTTEST_K:g} K, as reflected "
+                "sunlight does at short wavelengths; allowed: a share of the radiance"
+            )
+            raise ScenarioError([Problem("accuracy", message)])
+        if found < COLDEST_K:
+            message = (
+                f"{scenario.accuracy!r}: pixels of band '{name}' look colder than {COLDEST_K:g} K at every wavenumber; "
+                "allowed: a share of the radiance"
+            )
+            raise ScenarioError([Problem("accuracy", message)])
+        if scenario.sea.waves != "averaged":
+            hottest += WAVES_K
+        shares.append(kelvin * _slope(grid, band, hottest))
+    relative = min(shares)
+    if relative < MIN:
+        message = (
+            f"{scenario.accuracy!r} is {relative:.1e} of the radiance of pixels in band "
+            f"'{names[int(np.argmin(shares))]}'; allowed: {MIN:g} or more; closest valid choice is "
+            f"'{1.01 * kelvin * MIN / relative:.2g} K'"
+        )
+        raise ScenarioError([Problem("accuracy", message)])
+    return RequestedAccuracy(min(relative, MAX), kelvin)
+
+
+def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
+    """Brightness temperature of the brightest column of each band; infinite or 0 beyond those that are known."""
+    columns = few_columns(assembly, WAVENUMBERS)
+    models = [assembly.model, *_models_toward_corners(assembly)]
+    brightest = np.max(
+        [columns.total(model, sun).max(axis=0) for sun in dict.fromkeys(suns) for model in models], axis=0
+    )
+    black = BrightnessTemperature(assembly.spectral_grid, [band.name for band in assembly.bands])
+    kelvin = black.where_known(brightest[:, None])[:, 0]
+    beyond = np.where(brightest > black.highest_radiance, np.inf, 0.0)
+    return [float(each) for each in np.where(np.isnan(kelvin), beyond, kelvin)]
+
+
+def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
+    """Radiance models of the same scene seen from the corners of the image, where the sensor's altitude is known."""
+    if assembly.lines_of_sight is None:
+        return []
+    corners = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
+    low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
+    models = []
+    for view in ImageViews(assembly.grid, assembly.lines_of_sight).at(corners):
+        # Where providers do not know a view the scene does without it, and its ledger says so.
+        with suppress(ProviderError, ScenarioError):
+            if low <= view.zenith_deg <= high:
+                models.append(assembly.model_toward(view))
+    return models
+
+
+def _slope(grid: SpectralGrid, band: int, temperature_K: float) -> float:
+    """Share by which the radiance of a black body grows per kelvin."""
+    around = temperature_K + np.array([-0.5, 0.5])
+    low, high = planck(grid.wavenumber_cm1[None], around[:, None]) @ grid.weights_cm1[band]
+    return float(np.log(high / low))

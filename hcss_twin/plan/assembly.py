@@ -1,0 +1,324 @@
+"""Build the providers a scenario names and hand them to the radiance model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
+from hcss_twin.physics.profile import Profile
+from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.plan.builder import Builder
+from hcss_twin.plan.cloud_assembly import assemble_clouds
+from hcss_twin.plan.kept_results import Code, code_of
+from hcss_twin.plan.lines_of_sight import lines_of_sight
+from hcss_twin.plan.slant_paths import SlantPaths
+from hcss_twin.plan.surroundings import FilledIn, Surroundings, surroundings
+from hcss_twin.providers import (
+    AtmosphereInputs,
+    CloudGenerator,
+    CloudLayer,
+    Declares,
+    Grid,
+    Motion,
+    Optics,
+    OpticsInputs,
+    RadianceInputs,
+    RadianceModel,
+    SeaInputs,
+    SeaModel,
+    TransmittanceProvider,
+    View,
+)
+from hcss_twin.providers.common import applying
+from hcss_twin.providers.registry.discovery import Entry
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.bands import spectral_band
+from hcss_twin.scenario.models import selected
+from hcss_twin.scenario.scenario import Scenario
+
+PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
+"""A sea that is made only to be checked, because the scene is refused anyway."""
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """The providers of one scene, built and guarded, and the states they share.
+
+    ``particle_fields`` are the scenario's fields from which the particles of each layer come.
+    ``model_of`` makes the radiance model of the same scene over another sea, or toward another view.
+    ``lines_of_sight`` lead to the sensor, None where its altitude is not known. ``shelf`` has
+    what scenes share.
+    """
+
+    entries: Mapping[str, Entry]
+    bands: tuple[SpectralBand, ...]
+    spectral_grid: SpectralGrid
+    profile: Profile
+    grid: Grid
+    motion: Motion
+    layers: tuple[CloudLayer, ...]
+    generators: tuple[CloudGenerator, ...]
+    particle_fields: tuple[str, ...]
+    transmittance: TransmittanceProvider
+    sea: SeaModel
+    optics: Optics
+    model: RadianceModel
+    model_of: Callable[[SeaModel, View], RadianceModel]
+    solar_irradiance: SolarSpectrum
+    sea_temperature_K: float
+    sea_wind_speed_m_s: float
+    filled_in: tuple[FilledIn, ...]
+    slant: SlantPaths
+    shelf: ResultCache
+    lines_of_sight: LinesOfSight | None = None
+
+    @cached_property
+    def code(self) -> Code:
+        """All code that has a share in the scene's numbers, looked at once: names of kept results go by it."""
+        return code_of(self.entries, self.shelf)
+
+    @property
+    def view(self) -> View:
+        """Viewing direction."""
+        return self.slant.view
+
+    def model_over(self, sea: SeaModel) -> RadianceModel:
+        """Make the radiance model of the same scene over another sea."""
+        return self.model_of(sea, self.view)
+
+    def model_toward(self, view: View) -> RadianceModel:
+        """Make the radiance model of the same scene toward another view."""
+        return self.model_of(self.sea, view)
+
+    def toward(self, view: View) -> Assembly:
+        """Return the same scene seen along parallel rays from another direction."""
+        return replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
+
+    @property
+    def declarations(self) -> tuple[Declares, ...]:
+        """What each provider declares."""
+        clouds = (*(generator.declares for generator in self.generators), self.optics.declares)
+        return (
+            *(clouds if self.generators else ()),
+            self.transmittance.declares,
+            self.sea.declares,
+            self.model.declares,
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What users should know about profile and providers, whatever is asked for, in order, each once."""
+        return self.notes_where(air=True, particles=True, radiance=True, sunlight=True)
+
+    def notes_where(self, *, air: bool, particles: bool, radiance: bool, sunlight: bool) -> tuple[str, ...]:
+        """What users should know about what a scene makes use of.
+
+        A provider's notes on particles of a phase are told where a layer has them.
+
+        Parameters
+        ----------
+        air, particles, radiance, sunlight : bool
+            Whether temperatures of the air, optical properties of clouds, radiance and sunlight are computed.
+        """
+        phases = dict.fromkeys(layer.microphysics.phase for layer in self.layers)
+        own = [self.transmittance.declares, self.sea.declares, self.model.declares] if radiance else []
+        if particles and self.layers:
+            own.insert(0, self.optics.declares)
+        notes: list[str] = [*(self.profile.notes if air or radiance else ())]
+        for declares in (*(generator.declares for generator in self.generators), *own):
+            notes += declares.notes
+            for phase in phases:
+                notes += declares.notes_by_phase.get(phase, ())
+        notes += self.slant.notes if self.layers else ()
+        return applying(notes, sunlight, min(band.lower_um for band in self.bands))
+
+    @property
+    def own_errors(self) -> tuple[str, ...]:
+        """What providers say about their own errors, each once."""
+        return tuple(dict.fromkeys(error for each in self.declarations for error in each.own_errors))
+
+    @property
+    def cloudy_layers(self) -> tuple[bool, ...]:
+        """Of each layer whether any pixel can have its cloud; an image's own coverage may ignore a 0."""
+        return tuple(
+            layer.coverage > 0.0 or getattr(generator, "image_coverage", None) is not None
+            for layer, generator in zip(self.layers, self.generators, strict=True)
+        )
+
+    @property
+    def has_cloud(self) -> bool:
+        """Whether any pixel can be cloudy."""
+        return any(self.cloudy_layers)
+
+    @property
+    def has_clear_sky(self) -> bool:
+        """Whether any pixel can be clear; a full coverage leaves no gap, which the kit of cloud generators asks for."""
+        return not any(
+            layer.coverage == 1.0 and getattr(generator, "image_coverage", None) is None
+            for layer, generator in zip(self.layers, self.generators, strict=True)
+        )
+
+    @property
+    def extreme_thicknesses_m(self) -> Array:
+        """Columns (N, L) with the thinnest and the thickest cloud, or none, of each layer; not all without."""
+        choices = [
+            (0.0, layer.thickness_min_m, layer.thickness_max_m) if cloudy else (0.0,)
+            for layer, cloudy in zip(self.layers, self.cloudy_layers, strict=True)
+        ]
+        columns = [each for each in product(*choices) if any(each)]
+        return np.array(columns, dtype=np.float64).reshape(len(columns), len(self.layers))
+
+
+def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembly:
+    """Build every provider of a scenario, clouds as far as its slant paths lead.
+
+    Raises
+    ------
+    ScenarioError
+        With every value that does not fit the data or provider it selects.
+    """
+    builder = Builder(catalog.shelf.get_or_compute("registry", Registry.discover))
+    around: Surroundings | None = None
+    transmittance: TransmittanceProvider | None = None
+    sight: LinesOfSight | None = None
+    with builder.collect_problems("platform.altitude"):
+        sight = lines_of_sight(scenario)
+    bands: list[SpectralBand] = []
+    for index, band in enumerate(scenario.bands):
+        with builder.collect_problems(f"bands[{index}]"):
+            bands.append(spectral_band(band, catalog))
+    atmosphere = scenario.atmosphere
+    with builder.collect_problems("atmosphere.provider", atmosphere.parameters):
+        name = selected(atmosphere, "provider")
+        around = surroundings(scenario, catalog, builder.bound_profile(name, atmosphere.parameters, catalog))
+        inputs = AtmosphereInputs(around.profile, catalog)
+        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
+        owner = f"atmosphere provider '{name}'"
+        _require_bands_inside(bands, transmittance.declares, owner)
+        _require_view_inside(scenario, transmittance.declares, owner)
+    # Where the surroundings have problems the sea is made all the same, to find its own.
+    temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
+    wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
+    sea: SeaModel | None = None
+    with builder.collect_problems("sea.model", scenario.sea.parameters):
+        sea_inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
+        name = selected(scenario.sea, "model")
+        sea = builder.build(Kind.SEA, name, sea_inputs, scenario.sea.parameters)
+        _require_bands_inside(bands, sea.declares, f"sea model '{name}'")
+    optics: Optics | None = None
+    with builder.collect_problems("optics.provider", scenario.optics.parameters):
+        name = selected(scenario.optics, "provider")
+        optics = builder.build(Kind.OPTICS, name, OpticsInputs(catalog), scenario.optics.parameters)
+        if scenario.clouds.layers:
+            _require_bands_inside(bands, optics.declares, f"optics provider '{name}'")
+    grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
+    motion = _motion(scenario)
+    clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
+    layers = tuple(layer for layer, _, _ in clouds)
+    builder.raise_problems()
+    assert around is not None
+    assert transmittance is not None
+    assert sea is not None
+    assert optics is not None
+    solar_irradiance = SolarSpectrum(catalog)
+    radiance_inputs = RadianceInputs(
+        profile=around.profile,
+        transmittance=transmittance,
+        sea=sea,
+        optics=optics,
+        layers=layers,
+        sea_temperature_K=temperature,
+        view=slant.view,
+        solar_irradiance=solar_irradiance,
+        wind_from_deg=scenario.sea.wind_from,
+    )
+    model: RadianceModel | None = None
+
+    def model_of(inputs: RadianceInputs) -> RadianceModel:
+        made: RadianceModel = builder.build(
+            Kind.RADIANCE, selected(scenario.radiance, "model"), inputs, scenario.radiance.parameters
+        )
+        return made
+
+    with builder.collect_problems("radiance.model", scenario.radiance.parameters):
+        model = model_of(radiance_inputs)
+    builder.raise_problems()
+    assert model is not None
+    return Assembly(
+        entries=builder.entries,
+        bands=tuple(bands),
+        spectral_grid=dense_grid(bands, transmittance.declares.native_grid_cm1),
+        profile=around.profile,
+        grid=grid,
+        motion=motion,
+        layers=layers,
+        generators=tuple(generator for _, generator, _ in clouds),
+        particle_fields=tuple(field for _, _, field in clouds),
+        transmittance=transmittance,
+        sea=sea,
+        optics=optics,
+        model=model,
+        model_of=lambda sea, view: model_of(replace(radiance_inputs, sea=sea, view=view)),
+        solar_irradiance=solar_irradiance,
+        sea_temperature_K=temperature,
+        sea_wind_speed_m_s=wind,
+        filled_in=around.filled_in,
+        slant=slant,
+        shelf=catalog.shelf,
+        lines_of_sight=sight,
+    )
+
+
+def _motion(scenario: Scenario) -> Motion:
+    motion = scenario.motion
+    # Wind is named after where it comes from; x points east and y north.
+    bearing = math.radians(motion.wind_from + 180.0)
+    velocity = (motion.wind_speed * math.sin(bearing), motion.wind_speed * math.cos(bearing))
+    evolution = math.inf if motion.evolution_time == "frozen" else float(motion.evolution_time)
+    return Motion(float(motion.platform_speed), velocity, evolution, scenario.frames.interval)
+
+
+def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: str) -> None:
+    valid = declares.valid.get("wavenumber_cm1")
+    if valid is None:
+        return
+    shortest, longest = 1e4 / valid[1], 1e4 / valid[0]
+    # Wavelength limits that come from round wavenumbers do not survive the conversion to the last bit.
+    slack = 1e-9
+    problems = [
+        Problem(
+            f"bands[{index}]",
+            f"'{band.name}', {band.lower_um:g} to {band.upper_um:g} um, is outside what the {owner} "
+            f"covers; allowed: {shortest:.5g} to {longest:.5g} um",
+        )
+        for index, band in enumerate(bands)
+        if band.lower_um < shortest * (1 - slack) or band.upper_um > longest * (1 + slack)
+    ]
+    if problems:
+        raise ScenarioError(problems)
+
+
+def _require_view_inside(scenario: Scenario, declares: Declares, owner: str) -> None:
+    valid = declares.valid.get("view_zenith")
+    if valid is not None and not valid[0] <= scenario.view.zenith <= valid[1]:
+        low, high = valid
+        raise ScenarioError(
+            [
+                Problem(
+                    "view.zenith",
+                    f"{scenario.view.zenith:g} deg; the {owner} allows {low:g} to {high:g}; "
+                    f"closest valid choice is {min(max(scenario.view.zenith, low), high):g}",
+                )
+            ]
+        )

@@ -1,0 +1,79 @@
+"""Errors of catalogs and providers, told as problems of the scenario's keys.
+
+Make providers from what a scenario names, and gather everything that is wrong on the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, Problem, ProviderError, ScenarioError
+from hcss_twin.physics.profile import Profile
+from hcss_twin.providers.registry.discovery import Entry
+from hcss_twin.providers.registry.guard import guard
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.providers.registry.specs import Kind
+
+
+@contextmanager
+def attribute_to_field(field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """Name the scenario's field in whatever a catalog or provider complains about.
+
+    A complaint that quotes the value of one of a provider's ``parameters`` is about that parameter.
+    """
+    try:
+        yield
+    except (CatalogError, ProviderError) as error:
+        message = str(error)
+        section = field.rpartition(".")[0]
+        for key, value in (parameters or {}).items():
+            if isinstance(value, str) and value and f"'{value}'" in message:
+                field = f"{section}.parameters.{key}"
+        raise ScenarioError([Problem(field, message)]) from error
+
+
+class Builder:
+    """Resolves, constructs and guards providers, remembers which were used, and gathers what is wrong."""
+
+    def __init__(self, registry: Registry) -> None:
+        self._registry = registry
+        self._problems: list[Problem] = []
+        self.entries: dict[str, Entry] = {}
+
+    def build(self, kind: Kind, name: str, inputs: Any, parameters: Mapping[str, Any], label: str = "") -> Any:
+        """Make and guard a provider, and remember it under ``label``, by default its kind."""
+        entry, values = self._resolved(kind, name, parameters)
+        provider = guard(entry, self._registry.create(entry, inputs, values), inputs)
+        self.entries[label or str(kind)] = entry
+        return provider
+
+    def bound_profile(self, name: str, parameters: Mapping[str, Any], catalog: Catalog) -> Profile | None:
+        """Return the one profile a transmittance provider belongs to; None if it takes any."""
+        entry, values = self._resolved(Kind.ATMOSPHERE, name, parameters)
+        return self._registry.bound_profile(entry, values, catalog)
+
+    def _resolved(self, kind: Kind, name: str, parameters: Mapping[str, Any]) -> tuple[Entry, Any]:
+        entry = self._registry.resolve(kind, name)
+        model = self._registry.parameters_model(entry)
+        return entry, None if model is None else model.model_validate(dict(parameters))
+
+    @contextmanager
+    def collect_problems(self, field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
+        """Keep whatever a catalog or provider complains about, as :func:`attribute_to_field` words it."""
+        try:
+            with attribute_to_field(field, parameters):
+                yield
+        except ScenarioError as error:
+            self._problems += error.problems
+
+    def keep(self, problems: Iterable[Problem]) -> None:
+        """Keep problems found elsewhere."""
+        self._problems += problems
+
+    def raise_problems(self) -> None:
+        """Raise everything gathered."""
+        if self._problems:
+            raise ScenarioError(self._problems)

@@ -1,0 +1,194 @@
+"""What the particles of a layer are, in the terms people know.
+
+Generators for which a pixel depends on its whole frame, and how large such frames may be.
+
+Cloud layers of a scene and the generator of each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+import numpy as np
+
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.optics.size_distribution import (
+    effective_radius_um,
+    effective_variance,
+    projected_area_m1,
+    water_content_kg_m3,
+)
+from hcss_twin.physics.profile import Profile
+from hcss_twin.plan.builder import Builder
+from hcss_twin.plan.displaced_clouds import DisplacedClouds, require_one_sky, require_windows
+from hcss_twin.plan.slant_paths import SlantPaths, enlarged
+from hcss_twin.plan.surroundings import Surroundings
+from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
+from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.cloud_types import Geometry, ResolvedLayer, overlap_problems, resolve_layer
+from hcss_twin.scenario.models import Layer, selected
+from hcss_twin.scenario.scenario import Scenario
+
+
+def told(layer: CloudLayer) -> Mapping[str, str | float]:
+    """Phase and bulk numbers of a layer's particles, for plan and cube.
+
+    ``large_particle_extinction_m1`` is twice the projected area, 3/2 of the water content over density and
+    effective radius: the extinction where particles are much larger than the wavelength, as in visible light.
+    """
+    cloud = layer.microphysics
+    return {
+        "name": layer.name,
+        "phase": cloud.phase,
+        "effective_radius_um": effective_radius_um(cloud),
+        "effective_variance": effective_variance(cloud),
+        "water_content_g_m3": 1000.0 * water_content_kg_m3(cloud),
+        "number_density_m3": cloud.number_density_m3,
+        "large_particle_extinction_m1": 2.0 * projected_area_m1(cloud),
+    }
+
+
+MAX_POINTS = 2**26
+"""Points of one frame (8192 x 8192) for generators that only make whole ones."""
+
+MAX_PIXELS_AT_ONCE = 2**28
+"""The same (16384 x 16384) with one point per pixel."""
+
+
+def sums_up(generator: CloudGenerator) -> bool:
+    """Whether a generator of whole frames can make windows of them, given a summary of the frame."""
+    return hasattr(generator, "frame_summary") and hasattr(generator, "thickness_in_frame_m")
+
+
+def require_few_points(points: Grid, samples: int, layer: CloudLayer, field: str) -> None:
+    """Refuse frames that are too large for a generator that only makes whole ones.
+
+    Raises
+    ------
+    ScenarioError
+        Naming ``image.samples_per_pixel`` or ``image.rows``.
+    """
+    count = points.rows * points.columns
+    # One point per pixel is as large as the image itself, which is the user's choice as far as memory may go.
+    allowed = MAX_POINTS if samples > 1 else MAX_PIXELS_AT_ONCE
+    if count <= allowed:
+        return
+    remedy = f'; or {field}.coverage_mode = "field", which needs no whole frames'
+    whole = f"which the cloud generator of '{layer.name}' makes at once"
+    if samples > 1:
+        key, fitting = "image.samples_per_pixel", max(1, math.floor(samples * math.sqrt(allowed / count)))
+        message = (
+            f"{samples} makes {points.rows} x {points.columns} points of each frame, {whole}; "
+            f"allowed: {allowed} points, so that the closest valid choice is {fitting}"
+        )
+    else:
+        key = "image.rows"
+        message = (
+            f"{points.rows} rows of {points.columns} columns are {count} points, {whole}; allowed: {allowed}, so that "
+            f"the closest valid choice is {max(1, allowed // points.columns)}"
+        )
+    raise ScenarioError([Problem(key, f"{message}{remedy if layer.coverage_mode == 'frame' else ''}")])
+
+
+_OF_PARTICLES = ("effective_radius", "effective_variance", "phase", "water_content")
+"""Keys by which a layer may have brought particles that optics refuse, the likeliest first."""
+
+
+def assemble_clouds(
+    builder: Builder,
+    scenario: Scenario,
+    catalog: Catalog,
+    grid: Grid,
+    motion: Motion,
+    around: Surroundings | None,
+    slant: SlantPaths,
+) -> list[tuple[CloudLayer, CloudGenerator, str]]:
+    """Build layers and their generators, from the lowest to the highest whatever their order in the scenario.
+
+    The third of each is the field to be named where an optics provider refuses the layer's particles.
+    """
+    found: list[tuple[ResolvedLayer, Layer, str]] = []
+    for index, section in enumerate(scenario.clouds.layers):
+        field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
+        with builder.collect_problems(f"{field}.type"):
+            resolved = resolve_layer(section, catalog, field)
+            if around is not None:
+                _require_top_inside(resolved.layer, around.profile, field)
+            found.append((resolved, section, field))
+    geometries = {
+        field: (section, Geometry(resolved.layer.base_m, resolved.layer.top_m, resolved.layer.thickness_min_m))
+        for resolved, section, field in found
+    }
+    builder.keep(overlap_problems(geometries))
+    found.sort(key=lambda each: each[0].layer.base_m)
+    samples = scenario.image.samples_per_pixel
+    points = Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
+    clouds: list[tuple[CloudLayer, CloudGenerator, str]] = []
+    for index, (resolved, section, field) in enumerate(found):
+        margin = slant.margin(resolved.layer, points.pixel_size_m)
+        inputs = CloudInputs(
+            resolved.layer,
+            enlarged(points, margin),
+            motion,
+            layer_seed(scenario.seed, index),
+            catalog,
+            resolved.type_parameters,
+        )
+        label = str(Kind.CLOUDS) if len(found) == 1 else f"{Kind.CLOUDS}[{index}]"
+        with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
+            require_one_sky(resolved.layer, field, margin)
+            slant.require_short(resolved.layer, points.pixel_size_m, samples)
+            name = selected(section, "generator")
+            generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
+            if not (generator.declares.tileable or sums_up(generator)):
+                require_few_points(points, samples, resolved.layer, field)
+            if margin != (0, 0):
+                require_windows(generator, resolved.layer, field)
+                shift = slant.of_view(resolved.layer, points.pixel_size_m)
+                generator = DisplacedClouds(generator, margin, shift)
+            blamed = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
+            clouds.append((resolved.layer, generator, f"{field}.{blamed}"))
+    return clouds
+
+
+def layer_seed(seed: int, index: int) -> int:
+    """Seed of a cloud layer, counted from the lowest: the scenario's for the first, independent ones for others."""
+    if index == 0:
+        return seed
+    # Below 2^63, as the seeds of scenarios are.
+    return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1, np.uint64)[0] >> 1)
+
+
+@contextmanager
+def _worded_for(field: str, samples: int, margin: tuple[int, int]) -> Iterator[None]:
+    """Name the layer, and say what sizes are meant, in what a generator says about its own keys and the image."""
+    try:
+        yield
+    except ScenarioError as error:
+        problems = []
+        for problem in error.problems:
+            where, message = problem.field, problem.message
+            if where.startswith("clouds.") and not where.startswith(f"{field}."):
+                where = f"{field}.{where.removeprefix('clouds.')}"
+            if where.startswith("image.") and samples > 1:
+                message += (
+                    f" (sizes here are those of points: with image.samples_per_pixel = {samples} rows and columns "
+                    f"are {samples} times those of the scenario, and pixel_size is divided by {samples})"
+                )
+            if where in ("image.rows", "image.columns") and margin != (0, 0):
+                message += (
+                    f" (with those outside the image that slant paths meet: {margin[0]} rows and {margin[1]} columns "
+                    "of points on each side; none with slant.shadows = false and slant.parallax = false)"
+                )
+            problems.append(Problem(where, message))
+        raise ScenarioError(problems, error.origin) from error
+
+
+def _require_top_inside(layer: CloudLayer, profile: Profile, field: str) -> None:
+    top = float(profile.altitude_m[-1])
+    if layer.top_m > top:
+        message = f"{layer.top_m:g} m is above the profile '{profile.name}'; allowed: up to {top:g}"
+        raise ScenarioError([Problem(f"{field}.top", message)])

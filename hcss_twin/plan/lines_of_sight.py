@@ -1,0 +1,103 @@
+"""The lines of sight of a scene whose sensor has a place.
+
+The sun over the frames of a scene.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from functools import lru_cache
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.physics.geodesy import to_geographic
+from hcss_twin.physics.sun import sun_position
+from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.providers import Sun
+from hcss_twin.scenario.scenario import Scenario
+
+LARGEST_ZENITH_DEG = 88.0
+"""At which a pixel may be seen; that of the image centre has its own limit."""
+
+
+def lines_of_sight(scenario: Scenario) -> LinesOfSight | None:
+    """Return the lines of sight, None where the scenario has no altitude of the sensor.
+
+    Raises
+    ------
+    ScenarioError
+        If a corner of the image is out of sight.
+    """
+    altitude, place, view, image = (scenario.platform.altitude, scenario.place, scenario.view, scenario.image)
+    if altitude is None:
+        return None
+    lines = LinesOfSight(place.latitude, place.longitude, view.zenith, view.azimuth, altitude)
+    x, y = (0.5 * count * image.pixel_size for count in (image.columns, image.rows))
+    corners = lines.from_points(np.array([x, x, -x, -x]), np.array([y, -y, y, -y]))
+    farthest = float(np.max(corners.zenith_deg))
+    if farthest > LARGEST_ZENITH_DEG:
+        message = (
+            f"a corner of {image.columns} x {image.rows} pixels of {image.pixel_size:g} m sees the sensor at zenith "
+            f"{farthest:.1f} deg from {altitude / 1e3:g} km; allowed: up to {LARGEST_ZENITH_DEG:g} deg, with a smaller "
+            "image, a smaller view.zenith or a higher platform"
+        )
+        raise ScenarioError([Problem("platform.altitude", message)])
+    return lines
+
+
+def platform_facts(scenario: Scenario, lines: LinesOfSight | None) -> dict[str, float] | None:
+    """Plain values of a platform of known altitude."""
+    if lines is None:
+        return None
+    return {
+        "altitude_m": lines.altitude_m,
+        "slant_range_m": lines.centre_range_m,
+        "pixel_size_m": scenario.image.pixel_size,
+        "ground_speed_m_s": float(scenario.motion.platform_speed),
+    }
+
+
+def detector_notes(scenario: Scenario) -> tuple[str, ...]:
+    """Say what pixels of a slant view are beside the footprints of detectors."""
+    zenith, size = scenario.view.zenith, scenario.image.pixel_size
+    if scenario.platform.detector_pitch is None or zenith == 0.0:
+        return ()
+    return (
+        f"pixels are squares of {size:.4g} m; along the line of sight the footprint of a detector is "
+        f"{size / math.cos(math.radians(zenith)):.4g} m long, which the image is not sampled by",
+    )
+
+
+@dataclass(frozen=True)
+class SunTrack:
+    """Where the sun is, seen from the image centre, at any time of the scene.
+
+    The centre moves east with the platform along the local plane, as the cube's coordinates say.
+    """
+
+    start: datetime
+    latitude_deg: float
+    longitude_deg: float
+    platform_speed_m_s: float = 0.0
+
+    def at(self, time_s: float, aside_m: tuple[float, float] = (0.0, 0.0)) -> Sun:
+        """Sun at seconds after the start, seen from a point east and north of the centre."""
+        return _sun(self, time_s, aside_m)
+
+    def positions(self, time_s: Array, aside_m: tuple[float, float] = (0.0, 0.0)) -> tuple[Array, Array, Array]:
+        """Zenith (deg), azimuth (deg) and distance (au), each (F,), at seconds after the start."""
+        instants = [self.start + timedelta(seconds=float(second)) for second in time_s]
+        east = self.platform_speed_m_s * time_s + aside_m[0]
+        place = to_geographic(east, np.full_like(east, aside_m[1]), self.latitude_deg, self.longitude_deg)
+        return sun_position(instants, *place)
+
+
+@lru_cache(maxsize=1024)
+def _sun(track: SunTrack, time_s: float, aside_m: tuple[float, float]) -> Sun:
+    """Sun at a time; plan, tables and certificate ask for the same few again and again, a millisecond or two each."""
+    zenith, azimuth, distance = track.positions(np.array([time_s]), aside_m)
+    return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))

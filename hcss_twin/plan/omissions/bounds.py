@@ -1,0 +1,137 @@
+"""A line of the ledger.
+
+Columns that bound a scene, at few wavenumbers: what the ledger's numbers are made from.
+
+How much brighter one pixel of a scene can be than another: the bound of whatever moves clouds about.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.slant_paths import sea_sun_terms
+from hcss_twin.providers import RadianceModel, Sun
+
+
+@dataclass(frozen=True)
+class Omission:
+    """Something that is left out, why, and how much radiance it could have carried.
+
+    ``bound`` is relative to the band radiance of any pixel; 0 means that nothing is lost, None that what stands in
+    its place is equal in law (or as ``why`` says) and not pixel by pixel.
+    """
+
+    what: str
+    why: str
+    bound: float | None
+
+
+PER_BAND = 4
+"""Wavenumbers of each band."""
+
+SAFETY_FACTOR = 1.5
+"""Factor on what few columns at few wavenumbers under few suns show, for those between them."""
+
+
+@dataclass(frozen=True)
+class FewColumns:
+    """The clear column and those with the thinnest and the thickest clouds, summed over samples of each band.
+
+    Attributes
+    ----------
+    wavenumber_cm1 : ndarray (V,)
+    weights_cm1 : ndarray (B, V)
+    thickness_m : ndarray (N, L)
+        Of the cloudy columns.
+    clear : bool
+        Whether any pixel can be clear; if not, the clear column is not among them.
+    """
+
+    wavenumber_cm1: Array
+    weights_cm1: Array
+    thickness_m: Array
+    clear: bool
+
+    @property
+    def ends(self) -> NDArray[np.intp]:
+        """Places of the columns between which the others lie: clear, and the thickest cloud of each layer alone.
+
+        The thinnest, too, where there is no clear sky.
+        """
+        alone = np.count_nonzero(self.thickness_m, axis=1) == 1
+        thickest = np.any(self.thickness_m == np.max(self.thickness_m, axis=0, initial=0.0), axis=1)
+        chosen = np.flatnonzero(alone & thickest if self.clear else alone)
+        return np.concatenate(([0], chosen + 1)) if self.clear else chosen
+
+    def only(self, places: NDArray[np.intp]) -> FewColumns:
+        """Return some of the columns, by place; with the clear one, if it is there."""
+        cloudy = places[1:] - 1 if self.clear else places
+        return replace(self, thickness_m=self.thickness_m[cloudy])
+
+    def terms(self, model: RadianceModel, sun: Sun | None) -> dict[str, Array]:
+        """Return each term, (C, B), of C columns, the clear one first."""
+        parts = []
+        if self.clear:
+            found = model.clear(self.wavenumber_cm1, sun)
+            parts.append({name: np.asarray(values)[None] for name, values in found.items()})
+        if self.thickness_m.size:
+            parts.append(dict(model.cloudy(self.wavenumber_cm1, self.thickness_m, sun)))
+        return {
+            name: np.concatenate([np.asarray(part[name]) for part in parts]) @ self.weights_cm1.T
+            for name in model.terms
+        }
+
+    def total(self, model: RadianceModel, sun: Sun | None) -> Array:
+        """Return the sum of all terms, (C, B)."""
+        total: Array = np.sum(list(self.terms(model, sun).values()), axis=0)
+        return total
+
+
+def few_columns(assembly: Assembly, per_band: int = PER_BAND) -> FewColumns:
+    """Choose wavenumbers and columns of a scene.
+
+    Each band is cut into equal runs of its wavenumbers; the middle one stands for its run, with the weight of all.
+    """
+    grid = assembly.spectral_grid
+    runs = [
+        (band, run)
+        for band, weights in enumerate(grid.weights_cm1)
+        for run in np.array_split(np.flatnonzero(weights), min(per_band, int(np.count_nonzero(weights))))
+    ]
+    places, own = np.unique([run[run.size // 2] for _, run in runs], return_inverse=True)
+    summed = np.zeros((grid.weights_cm1.shape[0], places.size))
+    for (band, run), place in zip(runs, own, strict=True):
+        summed[band, place] += np.sum(grid.weights_cm1[band, run])
+    return FewColumns(grid.wavenumber_cm1[places], summed, assembly.extreme_thicknesses_m, assembly.has_clear_sky)
+
+
+def largest_change(changed: Array, known: Array) -> float:
+    """Return the largest change of any column in any band, relative to it."""
+    lit = known > 0.0
+    return float(np.max(np.abs(changed - known)[lit] / known[lit], initial=0.0))
+
+
+def largest_contrast(assembly: Assembly, known: Sequence[Mapping[str, Array]]) -> float:
+    """Return the largest difference between two pixels of a frame in any band, relative to the darker one.
+
+    Parameters
+    ----------
+    known : sequence of mapping of str to ndarray (C, B)
+        Terms of the columns that bound the scene, the clear one first, under some suns.
+    """
+    largest = 0.0
+    for terms in known:
+        total = np.sum(list(terms.values()), axis=0)
+        if assembly.slant.shadows and assembly.has_clear_sky:
+            in_shadow = total[0] - np.sum([terms[name][0] for name in sea_sun_terms(assembly.model)], axis=0)
+            total = np.concatenate((total, in_shadow[None]))
+        darkest = np.min(total, axis=0)
+        lit = darkest > 0.0
+        largest = max(largest, float(np.max(np.max(total, axis=0)[lit] / darkest[lit] - 1.0, initial=0.0)))
+    return SAFETY_FACTOR * largest

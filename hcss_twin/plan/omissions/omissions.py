@@ -1,0 +1,202 @@
+"""Outputs that nobody asked for.
+
+What a plan says about shadows and parallax that are left out, and how much they could change.
+
+What a plan leaves out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.omissions.bounds import Omission, few_columns, largest_contrast
+from hcss_twin.plan.omissions.one_direction import one_direction
+from hcss_twin.plan.omissions.sunlight import SunFrames, low_sun
+from hcss_twin.plan.slant_paths import displacement_m, reference_height_m, sea_sun_terms
+from hcss_twin.scenario.scenario import Scenario
+
+
+def unrequested(
+    requested: tuple[VariableSpec, ...], possible: tuple[VariableSpec, ...], certificate: bool
+) -> Iterator[Omission]:
+    """Yield what the scene could have given beside what it was asked for.
+
+    Parameters
+    ----------
+    requested, possible : tuple of VariableSpec
+        Of the cube, and all that the scene has.
+    certificate : bool
+        Whether pixels are to be checked.
+    """
+    names = {spec.name for spec in requested}
+    left = [spec for spec in possible if spec.name not in names]
+    radiance = any(spec.needs_radiance for spec in requested)
+    if not radiance:
+        yield Omission("all radiance", "no requested variable needs it", 0.0)
+    elif not certificate:
+        yield Omission("the certificate", "output.certificate is 0: no pixel is checked", 0.0)
+    terms = [spec.name for spec in left if spec.name.startswith(TERM_PREFIX)] if radiance else []
+    if terms:
+        yield Omission(
+            "look-up of terms of the radiance",
+            f"not requested; the total has all: {', '.join(name.removeprefix(TERM_PREFIX) for name in terms)}",
+            0.0,
+        )
+    others = [spec.name for spec in left if spec.kind == "truth" or (radiance and spec.kind == "derived")]
+    if others:
+        yield Omission("other variables", f"not requested: {', '.join(others)}", 0.0)
+
+
+GLINT_SAFETY_FACTOR = 1.05
+"""Factor on the share of sunlight, for the sun between the frames looked at; the share is at most 1."""
+
+
+def slant_skipped(assembly: Assembly, sun: SunFrames, contrast: float | None, radiance: bool) -> Iterator[Omission]:
+    """Yield what is left out.
+
+    Parameters
+    ----------
+    contrast : float or None
+        How much brighter, relatively, one pixel can be than another; None where that is not known.
+    radiance : bool
+        Whether any is wanted.
+    """
+    slant = assembly.slant
+    if not assembly.has_cloud:
+        return
+    zenith = slant.view.zenith_deg
+    height = max(reference_height_m(layer) for layer in assembly.layers)
+    farthest = float(np.max(displacement_m(height, zenith, 0.0)))
+    if zenith == 0.0:
+        if slant.parallax:
+            yield Omission("parallax of clouds", "the view is vertical: it displaces nothing", 0.0)
+    elif not slant.parallax:
+        pixels = farthest / assembly.grid.pixel_size_m
+        yield Omission(
+            "parallax of clouds",
+            f"slant.parallax is off: each cloud stands over the sea point seen through it, up to {farthest:.0f} m "
+            f"({pixels:.1f} pixels) from where the line of sight meets it; the bound is for single pixels",
+            contrast,
+        )
+    if slant.shadows or not radiance or not sun.up.size:
+        return
+    what, off = "shadows of clouds on the sea", "slant.shadows is off: clear points are in full sun"
+    if not assembly.has_clear_sky:
+        yield Omission(what, f"{off}, and there are none", 0.0)
+        return
+    share = largest_glint_share(assembly, sun)
+    why = (
+        f"{off}; the bound is the largest share of sunlight from the sea in the clear radiance of a band, at the "
+        "first, the last and the frame nearest to the mirror direction"
+    )
+    yield Omission(what, why if sea_sun_terms(assembly.model) else why.replace(" from the sea", ""), share)
+
+
+def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
+    """Return the largest share of direct sunlight from the sea in the clear radiance of any band.
+
+    At three frames of those with the sun above the horizon: the first, the last, and that in which the sun's mirror
+    direction is nearest to the view, with some room. Of all sunlight where the radiance model does not say which its
+    terms of it are.
+    """
+    model, grid = assembly.model, assembly.spectral_grid
+    named = sea_sun_terms(model) or tuple(model.solar_terms)
+    share, frames = 0.0, (sun.mirror(assembly.view), int(sun.up[0]), int(sun.up[-1]))
+    for _, position in sun.at(frames) if named else ():
+        terms = model.clear(grid.wavenumber_cm1, position)
+        bands = {name: grid.weights_cm1 @ np.asarray(values) for name, values in terms.items()}
+        glint = np.sum([bands[name] for name in named], axis=0)
+        total = np.sum(list(bands.values()), axis=0)
+        share = max(share, float(np.max(glint[total > 0.0] / total[total > 0.0], initial=0.0)))
+    return min(GLINT_SAFETY_FACTOR * share, 1.0)
+
+
+def skipped_parts(
+    scenario: Scenario,
+    assembly: Assembly,
+    variables: tuple[VariableSpec, ...],
+    possible: tuple[VariableSpec, ...],
+    sun: SunFrames,
+    faint_sunlight: float | None,
+    waves: bool,
+    accuracy: float,
+    views: bool = False,
+) -> Iterator[Omission]:
+    """Yield what the scene does without, but for its waves, which ``choose_waves`` tells.
+
+    Parameters
+    ----------
+    variables, possible : tuple of VariableSpec
+        Of the cube, and all that the scene has.
+    faint_sunlight : float or None
+        Largest share of sunlight in a scene that is computed without; None where it is computed with it.
+    waves : bool
+        Whether waves are drawn.
+    accuracy : float
+        Relative to the radiance.
+    views : bool
+        Whether pixels have views of their own.
+    """
+    radiance = any(spec.needs_radiance for spec in variables)
+    # Terms of sunlight that is not computed are nothing, whether they are looked up or not.
+    dark = not sun.up.size or faint_sunlight is not None
+    gone = {TERM_PREFIX + name for name in assembly.model.solar_terms} if dark else set()
+    possible = tuple(spec for spec in possible if spec.name not in gone)
+    yield from unrequested(variables, possible, scenario.output.certificate > 0)
+    yield from _sunlight(sun, radiance, faint_sunlight)
+    yield from _clouds(assembly)
+    if not radiance:
+        # Masks change by whole pixels, and no radiance is there to be bounded.
+        yield from slant_skipped(assembly, sun, None, radiance)
+        return
+    yield Omission(
+        "radiance of single pixels",
+        "tables of few wavenumbers, cloud thicknesses and instants stand for it"
+        + ("; the run's certificate tries them" if scenario.output.certificate else ""),
+        accuracy,
+    )
+    frames = sun.telling(assembly.view)
+    if faint_sunlight is not None:
+        frames = [(frames[0][0], None)]
+    columns = few_columns(assembly)
+    known = {frame: columns.terms(assembly.model, frame[1]) for frame in frames}
+    yield from low_sun(assembly, columns, known)
+    yield from one_direction(assembly, columns, sun.track, known, views)
+    yield Omission(
+        "changes of air and sea over image and frames",
+        "the scenario has one profile, one temperature of the sea and one wind",
+        0.0,
+    )
+    # Waves make clear pixels brighter and darker than any of the columns.
+    contrast = None if waves else largest_contrast(assembly, list(known.values()))
+    if assembly.has_cloud and scenario.image.samples_per_pixel == 1:
+        why = "image.samples_per_pixel is 1: a pixel is what its centre sees; the bound is for a pixel"
+        yield Omission("clouds within the footprint of a pixel", why, contrast)
+    yield from slant_skipped(assembly, sun, contrast, radiance)
+
+
+def _sunlight(sun: SunFrames, radiance: bool, faint: float | None) -> Iterator[Omission]:
+    frames, lit = sun.time_s.size, sun.up.size
+    if not lit:
+        yield Omission("sunlight", "the sun is below the horizon in every frame", 0.0)
+    elif lit < frames and radiance:
+        yield Omission("sunlight in some frames", f"the sun is below the horizon in {frames - lit} of {frames}", 0.0)
+    if faint is not None:
+        yield Omission("sunlight", "in every band it is less than a tenth of the accuracy asked for", faint)
+
+
+def _clouds(assembly: Assembly) -> Iterator[Omission]:
+    if not assembly.layers:
+        yield Omission("cloud optics and cloudy columns", "the scenario has no cloud layer", 0.0)
+    elif not assembly.has_cloud:
+        yield Omission("cloudy columns", "coverage is 0", 0.0)
+    several = len(assembly.layers) > 1
+    for layer, generator, cloudy in zip(assembly.layers, assembly.generators, assembly.cloudy_layers, strict=True):
+        if several and assembly.has_cloud and not cloudy:
+            yield Omission(f"columns with {layer.name}", "its coverage is 0", 0.0)
+        for what, why in getattr(generator, "skipped", ()):
+            yield Omission(f"{layer.name}: {what}" if several else what, why, None)

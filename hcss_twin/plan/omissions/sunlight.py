@@ -1,0 +1,200 @@
+"""The sun at the frames of a scene, and a few of its positions that stand for all.
+
+Sunlight that a radiance model does without once the sun is very low.
+
+Whether sunlight matters at all: by day, too, some scenes can do without.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.plan.omissions.bounds import SAFETY_FACTOR, FewColumns, Omission, few_columns
+from hcss_twin.providers import Sun, View
+
+SAME_DEG = 0.25
+"""Suns closer to each other than this count as one, the first asked for."""
+
+
+@dataclass(frozen=True)
+class SunFrames:
+    """The sun at the frames of a scene.
+
+    Attributes
+    ----------
+    track : SunTrack
+    time_s, zenith_deg, azimuth_deg : ndarray (F,)
+        Of each frame.
+    """
+
+    track: SunTrack
+    time_s: Array
+    zenith_deg: Array
+    azimuth_deg: Array
+
+    @property
+    def up(self) -> NDArray[np.intp]:
+        """Frames with the sun above the horizon."""
+        return np.flatnonzero(self.zenith_deg < 90.0)
+
+    def at(self, frames: Iterable[int]) -> list[tuple[float, Sun | None]]:
+        """Return time and sun, None below the horizon, of some frames; of those with the sun at one place the first."""
+        found: list[tuple[float, Sun | None]] = []
+        for frame in frames:
+            time_s = float(self.time_s[frame])
+            position = self.track.at(time_s)
+            sun = position if position.is_up else None
+            if not any(_same(sun, other) for _, other in found):
+                found.append((time_s, sun))
+        return found
+
+    def evenly(self, count: int) -> list[tuple[float, Sun | None]]:
+        """Time and sun of at most so many frames from the first to the last."""
+        frames = np.linspace(0, self.time_s.size - 1, count).round().astype(np.intp)
+        return self.at(np.unique(frames).tolist())
+
+    def telling(self, view: View) -> list[tuple[float, Sun | None]]:
+        """Time and sun where it is nearest to the mirror direction, highest and lowest, and of a frame without it."""
+        up = self.up
+        frames = list(np.flatnonzero(self.zenith_deg >= 90.0)[:1])
+        if up.size:
+            highest, lowest = up[np.argmin(self.zenith_deg[up])], up[np.argmax(self.zenith_deg[up])]
+            frames = [self.mirror(view), highest, lowest, *frames]
+        return self.at(int(frame) for frame in frames)
+
+    def mirror(self, view: View) -> int:
+        """Frame whose sun, above the horizon, has its mirror image nearest to the view."""
+        up = self.up
+        sun, seen = np.radians(self.zenith_deg[up]), math.radians(view.zenith_deg)
+        turn = np.radians(view.azimuth_deg - self.azimuth_deg[up])
+        # Cosine between the view and the sun's mirror image, whose bearing is opposite to the sun's.
+        nearness = math.cos(seen) * np.cos(sun) - math.sin(seen) * np.sin(sun) * np.cos(turn)
+        return int(up[np.argmax(nearness)])
+
+
+def _same(one: Sun | None, other: Sun | None) -> bool:
+    """Whether two suns are at one place, or both below the horizon."""
+    if one is None or other is None:
+        return one is other
+    turn = (one.azimuth_deg - other.azimuth_deg + 180.0) % 360.0 - 180.0
+    across = abs(turn) * math.sin(math.radians(one.zenith_deg))
+    return max(abs(one.zenith_deg - other.zenith_deg), across) <= SAME_DEG
+
+
+LOW_SUN_DEG = 88.0
+"""Zenith angle of the sun up to which light scattered along its path is known to the models that have it."""
+
+HIGHER_DEG = 1.0
+"""So much higher it is known along steep paths, from whose points the sun's zenith angle differs."""
+
+HIGH_DEG = 60.0
+"""Zenith angle of the sun up to which it is known along all paths."""
+
+
+def low_sun(
+    assembly: Assembly, columns: FewColumns, known: Mapping[tuple[float, Sun | None], Mapping[str, Array]]
+) -> Iterator[Omission]:
+    """Yield the terms of sunlight that are gone under the lowest sun, though a higher one has them.
+
+    They fade as the sun sets: those of the next higher sun that has them, at 87 degrees for steep views, are the most
+    that is lost, relative to the darker columns of the lowest sun.
+
+    Parameters
+    ----------
+    known : mapping of (float, Sun or None) to mapping of str to ndarray (C, B)
+        Terms of the columns at some times with their sun, among which is the lowest.
+    """
+    suns = {sun: terms for (_, sun), terms in known.items() if sun is not None}
+    if not suns:
+        return
+    lowest = max(suns, key=lambda sun: sun.zenith_deg)
+    terms = suns[lowest]
+    gone = [name for name in assembly.model.solar_terms if not np.any(terms[name])]
+    if lowest.zenith_deg <= HIGH_DEG or not gone:
+        return
+    what, missing = "sunlight of a very low sun", ", ".join(sorted(gone))
+    higher, sun = terms, lowest
+    for zenith_deg in np.arange(min(LOW_SUN_DEG, lowest.zenith_deg) - HIGHER_DEG, HIGH_DEG - 1.0, -3.0):
+        sun = Sun(float(zenith_deg), lowest.azimuth_deg, lowest.distance_au)
+        try:
+            higher = columns.terms(assembly.model, sun)
+        except ProviderError:
+            continue
+        # Along slant paths it is gone the sooner.
+        if any(np.any(higher[name]) for name in gone):
+            break
+    total = np.sum(list(terms.values()), axis=0)
+    lost = np.sum([higher[name] for name in gone], axis=0)
+    if np.any(lost):
+        yield Omission(
+            what,
+            f"the radiance model has no {missing} with the sun beyond {LOW_SUN_DEG:g} deg from the zenith of any point "
+            f"seen; the bound is for {sun.zenith_deg:g} deg",
+            SAFETY_FACTOR * float(np.max(lost[total > 0.0] / total[total > 0.0], initial=0.0)),
+        )
+
+
+_PER_BAND = 16
+_THICKNESSES = 3
+"""Clouds of each layer from its thinnest to its thickest."""
+
+
+def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> float | None:
+    """Return the largest share of sunlight in any band of any column, where it is below a limit.
+
+    A band costs little less without sunlight while another needs it, so that it is left out of all or none.
+
+    Parameters
+    ----------
+    sun : SunFrames
+    limit : float
+        Relative to the total of a band.
+
+    Returns
+    -------
+    float or None
+        None where sunlight matters, or is below the horizon anyway.
+    """
+    suns = [position for _, position in sun.telling(assembly.view) if position is not None]
+    if not suns:
+        return None
+    largest = 0.0
+    columns = few_columns(assembly, _PER_BAND)
+    cloudy = replace(columns, clear=False, thickness_m=_thicknesses(assembly))
+    # Clear sky is computed in no time and settles most scenes.
+    for part in (replace(columns, thickness_m=cloudy.thickness_m[:0]), cloudy):
+        if not (part.clear or part.thickness_m.size):
+            continue
+        for each in suns:
+            largest = max(largest, SAFETY_FACTOR * _share(assembly, part, each))
+            if largest > limit:
+                return None
+    return largest
+
+
+def _share(assembly: Assembly, columns: FewColumns, sun: Sun) -> float:
+    terms = columns.terms(assembly.model, sun)
+    total = np.sum(list(terms.values()), axis=0)
+    sunlight = sum((terms[name] for name in assembly.model.solar_terms), np.zeros_like(total))
+    return float(np.max(sunlight[total > 0] / total[total > 0], initial=0.0))
+
+
+def _thicknesses(assembly: Assembly) -> Array:
+    """Columns (N, L): the extreme ones, and each layer alone between its limits."""
+    rows = [assembly.extreme_thicknesses_m]
+    for index, (layer, cloudy) in enumerate(zip(assembly.layers, assembly.cloudy_layers, strict=True)):
+        if cloudy and layer.thickness_min_m < layer.thickness_max_m:
+            between = np.geomspace(layer.thickness_min_m, layer.thickness_max_m, _THICKNESSES)[1:-1]
+            alone = np.zeros((between.size, len(assembly.layers)))
+            alone[:, index] = between
+            rows.append(alone)
+    return np.concatenate(rows)

@@ -1,0 +1,95 @@
+"""The variables of a scene's cube.
+
+Whether and how far the numbers of a cube are rounded, and whether the scenario's accuracy allows it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.cube.variables import VariableSpec, expand
+from hcss_twin.cube.writer import MANTISSA_BITS, bits_for, largest_error
+from hcss_twin.plan.accuracy import RequestedAccuracy
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.scenario.scenario import Scenario
+
+
+def cube_variables(
+    scenario: Scenario, assembly: Assembly, waves: bool, wanted: tuple[str, ...] | None = None
+) -> tuple[VariableSpec, ...]:
+    """Return the variables of a scenario, or those wanted instead of what it asks for.
+
+    Parameters
+    ----------
+    waves : bool
+        Whether waves are drawn.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such variable.
+    """
+    layers, shadows = len(assembly.layers), scenario.slant.shadows
+    wanted = tuple(scenario.output.variables) if wanted is None else wanted
+    try:
+        altitude = scenario.platform.altitude is not None
+        moves = assembly.motion.platform_speed_m_s != 0.0
+        return tuple(expand(wanted, assembly.model.terms, layers, shadows, waves, altitude, moves))
+    except ValueError as error:
+        raise ScenarioError([Problem("output.variables", str(error))]) from error
+
+
+def wants_radiance(variables: tuple[VariableSpec, ...]) -> bool:
+    """Whether any of the variables needs radiance."""
+    return any(spec.needs_radiance for spec in variables)
+
+
+LARGEST_SHARE = 0.3
+"""Of the scenario's accuracy, which the engine's tables need the rest of."""
+
+TEMPERATURE_BITS = 4
+"""More for temperatures, of which only the differences tell something: a sixteenth of the relative error."""
+
+
+def quantized(
+    variables: tuple[VariableSpec, ...], scenario: Scenario, accuracy: RequestedAccuracy
+) -> tuple[VariableSpec, ...]:
+    """Give each variable of single precision the bits that ``output.quantization`` leaves it.
+
+    Raises
+    ------
+    ScenarioError
+        If rounding would take more than its share of the scenario's accuracy.
+    """
+    asked = scenario.output.quantization
+    if asked == 0.0:
+        return variables
+    most = LARGEST_SHARE * accuracy.relative
+    if asked > most:
+        message = (
+            f"{asked:g} is more than {100 * LARGEST_SHARE:g} % of the accuracy ({accuracy}), the rest of which "
+            f"the radiance needs before it is rounded; allowed: 0 to {most:.3g}; closest valid choice is {most:.3g}"
+        )
+        raise ScenarioError([Problem("output.quantization", message)])
+    bits = bits_for(asked)
+    return tuple(_rounded(spec, bits) for spec in variables)
+
+
+def quantization_lines(variables: tuple[VariableSpec, ...], compressed: bool) -> tuple[str, ...]:
+    """Say in words how far numbers are rounded; nothing where none are."""
+    errors = {spec.significant_bits: spec.units == "K" for spec in variables if spec.significant_bits is not None}
+    return tuple(
+        f"{'temperatures' if temperature else 'numbers'} are rounded to {bits} bits of the mantissa: relative error "
+        f"up to {largest_error(bits):.2g}" + ("" if compressed else "; saves nothing without output.compression")
+        for bits, temperature in sorted(errors.items())
+    )
+
+
+def _rounded(spec: VariableSpec, bits: int) -> VariableSpec:
+    if np.dtype(spec.dtype) != np.float32 or spec.kind == "geometry":
+        return spec
+    kept = bits + TEMPERATURE_BITS if spec.units == "K" else bits
+    return spec if kept >= MANTISSA_BITS else replace(spec, significant_bits=kept)

@@ -1,0 +1,148 @@
+"""Air and sea of a scene: what the scenario says, and the climatology where it says nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from datetime import UTC
+
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
+from hcss_twin.models.atmosphere.climatology import NAME, Climate, Climatology
+from hcss_twin.models.atmosphere.moist_air import with_water_vapour
+from hcss_twin.models.atmosphere.profile_file import calendar_model, closest_model, load_profile
+from hcss_twin.physics.profile import Profile
+from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.scenario.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class FilledIn:
+    """A value the scenario left open."""
+
+    field: str
+    value: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The air and the sea a scene is set in.
+
+    Attributes
+    ----------
+    profile : Profile
+    sea_temperature_K, sea_wind_speed_m_s : float
+    filled_in : tuple of FilledIn
+        What the scenario left open.
+    """
+
+    profile: Profile
+    sea_temperature_K: float
+    sea_wind_speed_m_s: float
+    filled_in: tuple[FilledIn, ...]
+
+
+def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) -> Surroundings:
+    """Take profile, sea temperature and sea wind from the scenario, or fill them in.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    catalog : Catalog
+    bound : Profile or None
+        The one profile the transmittance provider belongs to; None if it takes any.
+
+    Raises
+    ------
+    ScenarioError
+        If a profile cannot be read or scaled, or a value is left open where the climatology has none.
+    """
+    climatology = Climatology(catalog)
+    filled: list[FilledIn] = []
+    profile = _scaled(scenario, _profile(scenario, catalog, climatology, bound, filled), bound)
+    temperature, wind = scenario.sea.temperature, scenario.sea.wind_speed
+    problems: list[Problem] = []
+    if temperature is None:
+        temperature = _from_climatology(
+            scenario, climatology, "sea.temperature", "sea_surface_temperature", filled, problems
+        )
+    if wind is None:
+        wind = _from_climatology(scenario, climatology, "sea.wind_speed", "wind_speed", filled, problems)
+    if problems:
+        raise ScenarioError(problems)
+    return Surroundings(profile, temperature, wind, tuple(filled))
+
+
+def _profile(
+    scenario: Scenario, catalog: Catalog, climatology: Climatology, bound: Profile | None, filled: list[FilledIn]
+) -> Profile:
+    atmosphere, field = scenario.atmosphere, "atmosphere.profile"
+    with attribute_to_field(field):
+        if atmosphere.profile is not None:
+            return load_profile(atmosphere.profile, catalog, atmosphere.profile_above)
+        if bound is not None:
+            why = f"the profile that provider '{atmosphere.provider}' belongs to"
+            filled.append(FilledIn(field, bound.name, why))
+            return bound
+        latitude = scenario.place.latitude
+        try:
+            found = climatology.look_up("air_temperature", latitude, scenario.place.longitude, scenario.time)
+        except CatalogError:
+            # Land and ice have an atmosphere too; latitude and season are known everywhere.
+            name = calendar_model(latitude, scenario.time.astimezone(UTC).month)
+            why = "by latitude and season; the climatology has no air temperature there"
+        else:
+            name = closest_model(latitude, found.value)
+            why = (
+                f"model atmosphere of this latitude closest to the air temperature of {found.value:.2f} K in "
+                f"{_source(scenario, found)}"
+            )
+        filled.append(FilledIn(field, name, why))
+        return load_profile(name, catalog)
+
+
+def _scaled(scenario: Scenario, profile: Profile, bound: Profile | None) -> Profile:
+    atmosphere = scenario.atmosphere
+    factor, column = atmosphere.water_vapour_scale, atmosphere.water_vapour_column
+    if factor is None and column is None:
+        return profile
+    field = f"atmosphere.{'water_vapour_column' if factor is None else 'water_vapour_scale'}"
+    if bound is not None:
+        raise ScenarioError(
+            [
+                Problem(
+                    field,
+                    f"provider '{atmosphere.provider}' belongs to one profile, '{bound.name}', and its water vapour; "
+                    "allowed: leave the key out, or choose a provider that takes any profile",
+                )
+            ]
+        )
+    with attribute_to_field(field):
+        return with_water_vapour(profile, factor=factor, column_kg_m2=column)
+
+
+def _from_climatology(
+    scenario: Scenario,
+    climatology: Climatology,
+    field: str,
+    quantity: str,
+    filled: list[FilledIn],
+    problems: list[Problem],
+) -> float:
+    """Look a value up and say so; where there is none, add a problem and return NaN."""
+    place = scenario.place
+    try:
+        found = climatology.look_up(quantity, place.latitude, place.longitude, scenario.time)
+    except CatalogError as error:
+        problems.append(Problem(field, str(error)))
+        return math.nan
+    unit = {"sea_surface_temperature": "K", "wind_speed": "m/s"}[quantity]
+    filled.append(FilledIn(field, f"{found.value:.2f} {unit}", _source(scenario, found)))
+    return found.value
+
+
+def _source(scenario: Scenario, found: Climate) -> str:
+    day = scenario.time.astimezone(UTC)
+    text = f"the climatology {NAME}, {day:%B} {day.day}"
+    return f"{text}, from reports {found.distance_km:.0f} km away" if found.distance_km else text

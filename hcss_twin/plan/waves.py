@@ -1,0 +1,200 @@
+"""How much resolved waves could change the radiance of clear pixels: a bound that costs no table.
+
+Whether a scene draws the waves that its pixels resolve, or averages over them; the bound of what that costs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.sea.wave_contrast import thermal_contrast_bound, tilted_glint_bound
+from hcss_twin.physics.geometry import relative_azimuth_rad
+from hcss_twin.physics.paths import to_space
+from hcss_twin.physics.planck import planck
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.omissions.bounds import Omission
+from hcss_twin.providers import Grid, Sun, WaveShapes
+from hcss_twin.scenario.scenario import Scenario
+
+WAVENUMBERS = 24
+"""Samples of each band."""
+
+
+def wave_bound(assembly: Assembly, rms: tuple[float, float], wind_from_deg: float, suns: Sequence[Sun | None]) -> float:
+    """Return the greatest relative change of clear radiance in any band, for tilts of up to three standard deviations.
+
+    Light from the sea counts with the change of its emissivity under a sky that sends nothing, and
+    sunlight from the sea with that of the glint: as much as the sea sends toward the sensor through the air, and at
+    most all the sunlight of clear sky. Both are upper limits.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Its sea has ``mean_square_slope``.
+    rms : (float, float)
+        Deviations of resolved slope, upwind and crosswind.
+    wind_from_deg : float
+        Bearing the wind comes from.
+    suns : sequence of Sun or None
+        Positions to consider.
+    """
+    grid = assembly.spectral_grid
+    places = np.unique(np.concatenate([_sample(weights) for weights in grid.weights_cm1]))
+    wavenumber, weights = grid.wavenumber_cm1[places], grid.weights_cm1[:, places]
+    view = assembly.view
+    mu = np.array([math.cos(math.radians(view.zenith_deg))])
+    toward_view = _horizontal(view.zenith_deg, view.azimuth_deg - wind_from_deg)
+    emissivity = assembly.sea.emissivity(wavenumber, mu)[0]
+    thermal = emissivity * planck(wavenumber, assembly.sea_temperature_K)
+    turn = math.radians(view.azimuth_deg - wind_from_deg)
+    along = math.hypot(rms[0] * math.cos(turn), rms[1] * math.sin(turn))
+    thermal *= thermal_contrast_bound(assembly.sea, wavenumber, mu, along)[0]
+    path = to_space(0.0, view.zenith_deg)
+    seen = assembly.transmittance.transmittance(wavenumber, [path])[0]
+    greatest = 0.0
+    for sun in suns:
+        terms = assembly.model.clear(wavenumber, sun)
+        change = weights @ (seen * thermal)
+        if sun is not None:
+            toward_sun = _horizontal(sun.zenith_deg, sun.azimuth_deg - wind_from_deg)
+            vertical = float(mu[0]) + math.cos(math.radians(sun.zenith_deg))
+            mirror = (-(toward_view[0] + toward_sun[0]) / vertical, -(toward_view[1] + toward_sun[1]) / vertical)
+            slope = float(assembly.sea.mean_square_slope)  # type: ignore[attr-defined]
+            sunlight = np.sum([terms[name] for name in assembly.model.solar_terms], axis=0)
+            sunlight = np.minimum(sunlight, seen * _glint(assembly, wavenumber, mu, sun))
+            change = change + tilted_glint_bound(mirror, slope, rms, toward_view) * (weights @ sunlight)
+        total = weights @ np.sum(list(terms.values()), axis=0)
+        greatest = max(greatest, float(np.max(change[total > 0] / total[total > 0], initial=0.0)))
+    return greatest
+
+
+def _horizontal(zenith_deg: float, azimuth_deg: float) -> tuple[float, float]:
+    """Horizontal components of a direction, along a bearing from which its azimuth is counted and clockwise from it."""
+    sine, azimuth = math.sin(math.radians(zenith_deg)), math.radians(azimuth_deg)
+    return sine * math.cos(azimuth), sine * math.sin(azimuth)
+
+
+def _sample(weights: Array) -> NDArray[np.intp]:
+    """Places, evenly taken, among those where a band has weight."""
+    inside = np.flatnonzero(weights)
+    return inside[np.unique(np.linspace(0, inside.size - 1, WAVENUMBERS).round().astype(np.intp))]
+
+
+def _glint(assembly: Assembly, wavenumber_cm1: Array, mu: Array, sun: Sun) -> Array:
+    """Sunlight reflected by the sea, (V,), at the sea, as if no air were above it."""
+    mu_sun = np.array([math.cos(math.radians(sun.zenith_deg))])
+    azimuth = np.array([relative_azimuth_rad(assembly.view.azimuth_deg, sun.azimuth_deg)])
+    irradiance = assembly.solar_irradiance(wavenumber_cm1) / sun.distance_au**2
+    brdf = assembly.sea.brdf(wavenumber_cm1, mu, mu_sun, azimuth)[0]
+    return np.asarray(brdf * mu_sun[0] * irradiance, dtype=np.float64)
+
+
+WAVES = "waves as shapes"
+DRAWN_NOTE = "sea: waves are drawn in clear sky only; under clouds the sea is the mean one"
+
+_SEED_KEY = 2**16
+"""Keeps the seed of the waves apart from those of the cloud layers, which are counted from 0."""
+
+
+@dataclass(frozen=True)
+class DrawnWaves:
+    """Waves that a scene draws.
+
+    Attributes
+    ----------
+    shapes : WaveShapes
+        Slopes at the points of the image.
+    rms : (float, float)
+        Deviations of slope, upwind and crosswind.
+    point_size_m : float
+        Distance between points.
+    """
+
+    shapes: WaveShapes
+    rms: tuple[float, float]
+    point_size_m: float
+
+
+def choose_waves(
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
+) -> tuple[DrawnWaves | None, Omission | None]:
+    """Return the waves to draw, or what is to be said about leaving them out.
+
+    Parameters
+    ----------
+    suns : sequence of Sun or None
+        Positions for which the bound is made; none where no radiance is needed.
+    accuracy : float
+        Share of the radiance below which waves do not matter.
+
+    Raises
+    ------
+    ScenarioError
+        If waves are asked for that the sea model does not have.
+    """
+    sea, mode, samples = assembly.sea, scenario.sea.waves, scenario.image.samples_per_pixel
+    able = hasattr(sea, "wave_slope_rms") and hasattr(sea, "wave_field") and hasattr(sea, "tilted")
+    if mode == "resolved" and not able:
+        message = (
+            f"'resolved' with the sea model '{scenario.sea.model}', which has no waves as shapes; allowed: 'averaged', "
+            "or sea.model = 'rough-sea'"
+        )
+        raise ScenarioError([Problem("sea.waves", message)])
+    if mode != "averaged" and scenario.slant.shadows:
+        if mode == "resolved":
+            message = (
+                "'resolved' with slant.shadows = true: the glint of tilted parts in shadow is not known; allowed: "
+                "'averaged', or slant.shadows = false"
+            )
+            raise ScenarioError([Problem("sea.waves", message)])
+        able = False
+    if not hasattr(sea, "wave_slope_rms"):
+        return None, Omission(WAVES, "the sea model does not know how long its waves are", None)
+    pixel_m = assembly.grid.pixel_size_m
+    points = Grid(assembly.grid.rows * samples, assembly.grid.columns * samples, pixel_m / samples)
+    rms = sea.wave_slope_rms(points.pixel_size_m)
+    if max(rms) == 0.0:
+        return None, Omission(WAVES, "no wind raises waves", 0.0)
+    if mode != "resolved" and not assembly.has_clear_sky:
+        return None, Omission(WAVES, "cloud covers every pixel, and waves are drawn in clear sky only", 0.0)
+    if mode != "resolved":
+        left_out = _left_out(scenario, able, assembly, suns, accuracy)
+        if left_out is not None:
+            return None, left_out
+    with attribute_to_field("sea.waves", scenario.sea.parameters):
+        # Whether the facets can be divided at all is known only by trying.
+        sea.tilted(0.0, 0.0, points.pixel_size_m)  # type: ignore[attr-defined]
+        shapes = sea.wave_field(points, assembly.motion, wave_seed(scenario.seed))  # type: ignore[attr-defined]
+    return DrawnWaves(shapes, rms, points.pixel_size_m), None
+
+
+def _left_out(
+    scenario: Scenario, able: bool, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
+) -> Omission | None:
+    """Say why waves are left out, with the bound; None if they are to be drawn."""
+    sea, bound = assembly.sea, None
+    if not suns:
+        bound = 0.0
+    elif hasattr(sea, "mean_square_slope"):
+        rms = sea.wave_slope_rms(assembly.grid.pixel_size_m)  # type: ignore[attr-defined]
+        bound = wave_bound(assembly, rms, scenario.sea.wind_from, suns)
+    if scenario.sea.waves == "averaged":
+        return Omission(WAVES, 'sea.waves = "averaged": every clear pixel is the mean sea', bound)
+    if not able:
+        return Omission(WAVES, "the sea model has no waves as shapes, or shadows need the mean sea", bound)
+    if bound is not None and bound <= accuracy:
+        return Omission(WAVES, "they would change less than the accuracy asked for", bound)
+    return None
+
+
+def wave_seed(seed: int) -> int:
+    """Seed of the waves of a scene, independent of those of its clouds."""
+    return int(np.random.SeedSequence(seed, spawn_key=(_SEED_KEY,)).generate_state(1, np.uint64)[0] >> 1)

@@ -1,0 +1,178 @@
+"""Base of every section of a scenario file and of a cloud-type file.
+
+Limits of effective radius, effective variance and water content, in cloud types and in scenarios alike.
+
+Instants in a scenario: a date and time with zone, never a bare number or a local time.
+
+A window of the image: the part of a larger scene that is computed.
+
+The platform that carries the sensor: its height, its optics in terms of directions, and how it moves.
+"""
+
+from __future__ import annotations
+
+from datetime import UTC, date, datetime, timedelta
+from typing import Annotated, Literal
+
+from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+from hcss_twin.core.errors import closest, shown
+from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, parse_quantity
+
+
+class Section(BaseModel):
+    """Base of all sections: immutable, unknown keys refused, NaN and infinity refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+LARGEST_UM = 500.0
+"""Effective radius, um; above 0."""
+
+NARROWEST, WIDEST = 0.01, 0.4
+"""Effective variance; at 0.5 the number of particles of a gamma distribution diverges."""
+
+MAX_WATER_KG_M3 = 0.1
+"""Liquid water or ice per volume of cloud, kg m-3; above 0."""
+
+
+ALLOWED = "allowed: a date and time with zone, for example 2024-04-20T12:30:00+10:00"
+
+
+def parse_instant(value: object) -> datetime:
+    """Return a date and time with zone, from one or from ISO 8601 text.
+
+    Raises
+    ------
+    PydanticCustomError
+        If it is neither, has no zone or one with seconds, or lies outside the years 1 to 9999 in UTC.
+    """
+    instant = _from_text(value) if isinstance(value, str) else value
+    if isinstance(instant, datetime):
+        offset = instant.utcoffset()
+        if offset is None:
+            raise _refused(value, f"has no zone; {ALLOWED}; closest valid choice is {instant.isoformat()}+00:00")
+        if offset % timedelta(minutes=1):
+            raise _refused(value, f"has a zone that is not in whole minutes; {ALLOWED}")
+        try:
+            instant.astimezone(UTC)
+        except OverflowError as error:
+            raise _refused(value, "is out of range; allowed: years 1 to 9999 in UTC") from error
+        return instant
+    if isinstance(instant, date):
+        day = instant.isoformat()
+        raise _refused(
+            value, f"has no time of day and no zone; {ALLOWED}; closest valid choice is {day}T00:00:00+00:00"
+        )
+    raise _refused(value, f"is not a date and time with zone; {ALLOWED}")
+
+
+def _from_text(text: str) -> datetime:
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError as error:
+        raise _refused(text, f"is not a date and time with zone; {ALLOWED}") from error
+
+
+def _refused(value: object, why: str) -> PydanticCustomError:
+    return PydanticCustomError("instant", f"{shown(value)} {why}")
+
+
+Instant = Annotated[AwareDatetime, BeforeValidator(parse_instant)]
+
+
+Range = tuple[Whole, Whole]
+
+
+class ImageWindow(Section):
+    """Rows and columns of the image that are computed: to the bit what the whole image has there.
+
+    Places on the ground, sun and clouds stay those of the whole image. Numbers count from 0; the end is not included.
+    """
+
+    rows: Range | None = Field(None, description="[first, end] of the rows; default: all.")
+    columns: Range | None = Field(None, description="[first, end] of the columns; default: all.")
+
+    def within(self, rows: int, columns: int) -> ImageWindow:
+        """Return the window itself.
+
+        Raises
+        ------
+        PydanticCustomError
+            If it does not lie within an image of so many rows and columns.
+        """
+        for name, size in (("rows", rows), ("columns", columns)):
+            given: Range | None = getattr(self, name)
+            if given is None or 0 <= given[0] < given[1] <= size:
+                continue
+            first = min(max(given[0], 0), size - 1)
+            nearest = [first, min(max(given[1], first + 1), size)]
+            raise PydanticCustomError(
+                "window",
+                f"{name} = {shown(list(given))}; allowed: [first, end] with 0 <= first < end <= {size}, the image's "
+                f"{name}; closest valid choice is {nearest}",
+            )
+        return self
+
+    def slices(self, rows: int, columns: int) -> tuple[slice, slice]:
+        """Return rows and columns as slices of an image of so many rows and columns."""
+        return slice(*(self.rows or (0, rows))), slice(*(self.columns or (0, columns)))
+
+
+ORBIT = "orbit"
+LOWEST_M, HIGHEST_M = 100e3, 42_000e3
+FASTEST_M_S = 1e5
+
+
+def _platform_speed(value: object) -> object:
+    if value == ORBIT:
+        return value
+    allowed = f'allowed: -{FASTEST_M_S:g} to {FASTEST_M_S:g} m/s, or "{ORBIT}"'
+    if isinstance(value, str) and closest(value, (ORBIT,)):
+        raise PydanticCustomError("platform_speed", f"{shown(value)} is not a speed; {allowed}; closest is '{ORBIT}'")
+    number = parse_quantity(value, "speed")
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        raise PydanticCustomError("platform_speed", f"{shown(value)} is not a speed; {allowed}")
+    if not -FASTEST_M_S <= number <= FASTEST_M_S:
+        nearest = (
+            "" if number != number else f"; closest valid choice is {FASTEST_M_S if number > 0 else -FASTEST_M_S:g}"
+        )
+        raise PydanticCustomError("platform_speed", f"{shown(value)} is out of range; {allowed}{nearest}")
+    return float(number)
+
+
+PlatformSpeed = Annotated[Speed | Literal["orbit"], BeforeValidator(_platform_speed)]
+"""Of the footprint, m/s, or ``"orbit"``; a scenario that was read has the number."""
+
+
+class Platform(Section):
+    """The platform and its instrument; without `altitude` the distance to the sensor is not known.
+
+    Other ways of saying `view.zenith`, `image.pixel_size` and `motion.platform_speed`: whoever gives both is told
+    (docs/viewing-geometry.md).
+    """
+
+    altitude: Length | None = Field(
+        None,
+        ge=LOWEST_M,
+        le=HIGHEST_M,
+        description="Altitude of the sensor above the ellipsoid, m; the other keys need it.",
+    )
+    off_nadir: Angle | None = Field(
+        None,
+        ge=0,
+        lt=90,
+        description="Look angle at the sensor between nadir and the image centre, degrees; instead of `view.zenith`.",
+    )
+    focal_length: InstrumentLength | None = Field(
+        None, gt=0, le=100, description="Focal length, m; with detector_pitch instead of `image.pixel_size`."
+    )
+    detector_pitch: InstrumentLength | None = Field(
+        None, gt=0, le=0.01, description="Distance between detectors, m; with focal_length."
+    )
+    mode: Literal["staring", "push-broom"] | None = Field(
+        None,
+        description='"staring": the footprint stands still; "push-broom": it moves, by default as fast as a circular '
+        "orbit carries it; default: as `motion.platform_speed` says.",
+    )

@@ -1,1 +1,0 @@
-"""The way of the data: plan, compile, stream."""

@@ -1,1 +1,0 @@
-"""Providers of a scene, built from what the scenario names."""

@@ -1,1 +1,0 @@
-"""Slant paths: parallax of clouds and their shadows on the sea."""

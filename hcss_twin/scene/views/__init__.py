@@ -1,1 +1,0 @@
-"""Directions of view over a wide field: every pixel is seen along its own."""

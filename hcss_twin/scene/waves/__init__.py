@@ -1,1 +1,0 @@
-"""Waves that pixels resolve."""

@@ -1,0 +1,284 @@
+"""Propagation: draw all uncertain inputs, make the scene of each draw, and say how radiance scatters and why."""
+
+from __future__ import annotations
+
+import json
+import logging
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.compilation import announce_compilation
+from hcss_twin.core.errors import (
+    CertificateWarning,
+    PropagationError,
+    PropagationOptionError,
+    ScenarioError,
+    choose_from,
+)
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.core.versions import versions
+from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.engine.simulate import run
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.sweeps.propagation.dataset import (
+    VERSION,
+    VERSION_ATTRIBUTE,
+    drawn_dataset,
+    sample_attributes,
+    with_summary,
+    write_propagation,
+)
+from hcss_twin.sweeps.propagation.draw_statistics import DrawStatistics, class_names, require_room, statistics_of
+from hcss_twin.sweeps.propagation.draws import (
+    SharedTables,
+    Source,
+    TableCount,
+    numbers_of,
+    overlap_problems,
+    scenarios_of,
+    with_draw,
+)
+from hcss_twin.sweeps.propagation.joint_sample import DRAWS, JointSample, Mixture, joint_sample, uncertain_keys
+from hcss_twin.sweeps.propagation.posterior_draws import PosteriorDraws, layer_of, notes_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+SHARES = ("regression", "pick-freeze")
+
+FEW_DRAWS = 40
+
+FEWEST, MAX = 2, 100_000
+"""Draws."""
+
+_T = TypeVar("_T")
+Progress = Callable[[Iterable[_T], int], Iterable[_T]]
+
+
+@dataclass(frozen=True)
+class Propagation:
+    """What a propagation found.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+        All that the file holds, in memory.
+    path : Path or None
+        The file.
+    tables : TableCount
+        How often radiance tables were made.
+    cubes : tuple of Path
+        Of the draws that were asked for.
+    certificates : tuple of Certificate
+        Of these cubes.
+    """
+
+    dataset: xr.Dataset
+    path: Path | None
+    tables: TableCount
+    cubes: tuple[Path, ...] = ()
+    certificates: tuple[Certificate, ...] = field(default=())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What users should know."""
+        return tuple(json.loads(self.dataset.attrs["notes"]))
+
+
+def propagate(
+    source: str | Path | Mapping[str, Any] | Scenario,
+    output: str | Path | None = None,
+    *,
+    draws: int,
+    posterior: str | Path | None = None,
+    uncertain: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    layer: int | None = None,
+    shares: str = "regression",
+    cubes_of: Sequence[int] = (),
+    progress: Progress[Any] | None = None,
+) -> Propagation:
+    """Propagate the uncertainty of inputs into radiance.
+
+    Each draw has values of all inputs and a seed of its own, and is computed with a second seed, too, which separates
+    the scatter of clouds with the same parameters from that of parameters.
+
+    Parameters
+    ----------
+    source : str, Path, mapping or Scenario
+        As for :meth:`Scenario.load`; a file may have a section ``[uncertain]``.
+    output : path, optional
+        NetCDF file; it appears when it is complete.
+    draws : int
+        From 2 on.
+    posterior : path, optional
+        File of a posterior of fractal clouds, whose draws replace the parameters of one cloud layer.
+    uncertain : mapping, optional
+        Dotted key to distribution, as in ``[uncertain]``, whose keys of the same name it replaces.
+    overrides : mapping, optional
+        Dotted key to value, the same in all draws.
+    layer : int, optional
+        Cloud layer that the posterior is of; needed where there are two.
+    shares : str
+        ``regression``: first-order shares of the variance from the draws alone; ``pick-freeze``: also total shares,
+        for which each draw is computed again with one input after the other exchanged.
+    cubes_of : sequence of int
+        Numbers of draws whose cubes are written beside ``output``: ``NAME.draw-0017.nc``.
+    progress : callable, optional
+        Wraps the iterable of draws, given their number.
+
+    Raises
+    ------
+    ScenarioError
+        If a key, a distribution or any draw is not valid, naming key, draw and value.
+    PosteriorError
+        If the posterior cannot be used.
+    PropagationError
+        If there is nothing uncertain, or numbers are out of range.
+    ProviderError, CubeError
+        As for :func:`hcss_twin.simulate`.
+    """
+    path = None if output is None else Path(output)
+    _check(draws, shares, cubes_of, path)
+    taken = Source.load(source, overrides)
+    keys = uncertain_keys({**taken.uncertain, **(uncertain or {})})
+    scenario = taken.scenario()
+    drawn = None if posterior is None else PosteriorDraws.read(posterior)
+    if drawn is None and not keys:
+        told = "nothing is uncertain; allowed: a posterior, a section [uncertain], or --uncertain KEY=DISTRIBUTION"
+        raise PropagationOptionError(told)
+    part = "clouds" if drawn is None else layer_of(scenario, layer, taken.origin)
+    posterior_keys = () if drawn is None else drawn.keys(part)
+    problems = list(overlap_problems(taken, [each.key for each in keys], posterior_keys))
+    if problems:
+        raise ScenarioError(problems, taken.origin)
+    sample = joint_sample(drawn, part, keys, draws, scenario.seed, pick_freeze=shares == "pick-freeze")
+    scenarios = scenarios_of(taken, sample)
+    notes = [] if drawn is None else list(notes_of(drawn, scenario, part, draws))
+    if draws < FEW_DRAWS:
+        notes.append(f"{draws} draws say little about shares of the variance: {FEW_DRAWS} or more are better")
+    if scenario.sensor is not None:
+        notes.append("radiance is that which reaches the sensor; what it measures is in cubes of draws")
+    with announce_compilation(logging.getLogger(__name__).warning):
+        made = _Scenes(sample, taken.shelf)
+        made.compute(scenarios, progress)
+        attributes = {
+            VERSION_ATTRIBUTE: np.int32(VERSION),
+            "title": f"Propagated uncertainty: {scenario.title or taken.origin}",
+            "scenario": scenario.to_json(),
+            "seed": np.int64(scenario.seed),
+            "shares": shares,
+            **sample_attributes(sample),
+            "notes": json.dumps(notes),
+            "hcss_versions": json.dumps(versions()),
+        }
+        dataset = with_summary(made.dataset(numbers_of(sample, scenarios[DRAWS]), attributes))
+        if path is not None:
+            write_propagation(dataset, path)
+        found: list[Certificate] = []
+        cubes = [_cube(taken, sample, number, path, found) for number in cubes_of if path is not None]
+    return Propagation(dataset, path, made.tables.count, tuple(cubes), tuple(found))
+
+
+def cube_path(output: Path, draw: int) -> Path:
+    """Return the name of the cube of a draw, beside the file of the propagation."""
+    name = output.name.removesuffix(".nc").removesuffix(".propagation")
+    return output.with_name(f"{name}.draw-{draw:04d}.nc")
+
+
+class _Scenes:
+    """Computes the scenes of all draws, one after the other, and keeps what is kept of each."""
+
+    def __init__(self, sample: JointSample, shelf: ResultCache) -> None:
+        self._sample, self._shelf = sample, shelf
+        self.tables = SharedTables()
+        self._found: dict[str, list[DrawStatistics]] = {each.name: [] for each in sample.mixtures}
+        self._kelvin: list[NDArray[np.float32]] = []
+        self._names: tuple[tuple[str, ...], tuple[str, ...]] | None = None
+
+    def compute(self, scenarios: Mapping[str, Sequence[Scenario]], progress: Progress[Any] | None) -> None:
+        """Compute all of them; what shares tables comes in a row."""
+        numbers: Iterable[int] = range(self._sample.count)
+        for draw in numbers if progress is None else progress(numbers, self._sample.count):
+            for mixture in self._sample.mixtures:
+                try:
+                    self._one(mixture, scenarios[mixture.name][draw])
+                except ScenarioError as error:
+                    raise with_draw(error, self._sample, mixture, draw) from error
+
+    def _one(self, mixture: Mixture, scenario: Scenario) -> None:
+        plan = make_plan(scenario, shelf=self._shelf)
+        self._require_same(plan)
+        temperature = self.tables.temperature(plan)
+        first = mixture.name == DRAWS
+        found = statistics_of(plan, self.tables.of(plan), temperature, with_levels=first)
+        self._found[mixture.name].append(found)
+        if first and found.levels is not None:
+            levels = found.levels.reshape(found.levels.shape[0], -1).astype(np.float64)
+            self._kelvin.append(temperature.where_known(levels).reshape(found.levels.shape).astype(np.float32))
+
+    def _require_same(self, plan: Plan) -> None:
+        names = tuple(band.name for band in plan.bands), class_names(len(plan.layers))
+        if self._names is None:
+            require_room(plan)
+            self._names = names
+        elif names != self._names:
+            raise PropagationError("bands and the number of cloud layers must be the same in all draws")
+
+    def dataset(self, inputs: NDArray[np.float64], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """Return the values of all draws."""
+        assert self._names is not None
+        return drawn_dataset(
+            self._found,
+            self._sample,
+            inputs,
+            *self._names,
+            np.stack(self._kelvin),
+            {
+                **attributes,
+                "table_sets": np.int64(self.tables.count.sets),
+                "scenes": np.int64(self.tables.count.scenes),
+            },
+        )
+
+
+def _cube(source: Source, sample: JointSample, draw: int, path: Path, found: list[Certificate]) -> Path:
+    """Write the cube of a draw, with all that the scenario asks for."""
+    scenario = source.scenario(sample.overrides(sample.mixtures[0], draw))
+    return run(make_plan(scenario, shelf=source.shelf), cube_path(path, draw), report=_reporting(found))
+
+
+def _reporting(found: list[Certificate]) -> Callable[[Certificate], None]:
+    def report(certificate: Certificate) -> None:
+        found.append(certificate)
+        if not certificate.passed:
+            warnings.warn("; ".join(certificate.lines[:2]), CertificateWarning, stacklevel=5)
+
+    return report
+
+
+def _check(draws: int, shares: str, cubes_of: Sequence[int], path: Path | None) -> None:
+    if isinstance(draws, bool) or not isinstance(draws, int) or not FEWEST <= draws <= MAX:
+        raise PropagationOptionError(f"draws: {draws!r} given, allowed: a whole number from {FEWEST} to {MAX}")
+    if shares not in SHARES:
+        raise PropagationOptionError(f"shares: '{shares}' given, {choose_from(shares, SHARES)}")
+    for number in cubes_of:
+        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < draws:
+            raise PropagationOptionError(f"cube of draw {number!r}: allowed: draws 0 to {draws - 1}")
+    if cubes_of and path is None:
+        raise PropagationOptionError("cubes of draws lie beside the file of the propagation: it needs a name, too")
+    if path is None:
+        return
+    if path.suffix != ".nc":
+        raise PropagationOptionError(f"{path}: allowed: a name that ends in .nc")
+    if path.is_dir() or not path.parent.is_dir():
+        raise PropagationError(f"cannot write {path}: it is a folder, or there is no folder {path.parent}")

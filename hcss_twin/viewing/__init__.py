@@ -1,1 +1,0 @@
-"""Where a sensor stands and how it sees each pixel."""
