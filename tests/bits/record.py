@@ -13,7 +13,7 @@ Bits depend on processor and packages. With the environment that was recorded, b
 smallest, mean and largest values and numbers are, within a relative 1e-6, and cases in which rounding decides about the
 further course (fits, matches) are not compared.
 
-The cache of results is a temporary folder unless HCSS_CACHE_DIR is set, so that no result of an earlier run is compared.
+The cache of results is a temporary folder, so that no result of an earlier run is compared; --cache names another one.
 """
 
 from __future__ import annotations
@@ -40,6 +40,9 @@ PACKAGES = ("numpy", "scipy", "numba", "llvmlite", "netCDF4", "xarray", "pvlib",
 
 TOLERANCE = 1e-6
 """Relative to the largest value of a variable, where the environment is another one."""
+
+DIGITS = 16
+"""Of hashes, hexadecimal."""
 
 CERTIFICATE = ("hcss_certificate", "hcss_table_error")
 """How the names of global attributes begin whose numbers are recorded."""
@@ -131,7 +134,7 @@ def of_array(values: np.ndarray) -> dict[str, Any]:
     digest = hashlib.sha256(f"{values.dtype.str} {values.shape} ".encode())
     digest.update(values.tobytes())
     recorded: dict[str, Any] = {
-        "sha256": digest.hexdigest(),
+        "sha256": digest.hexdigest()[:DIGITS],
         "type": values.dtype.str,
         "shape": list(values.shape),
     }
@@ -140,11 +143,8 @@ def of_array(values: np.ndarray) -> dict[str, Any]:
     finite = values[np.isfinite(values)].astype(np.float64)
     recorded["finite"] = int(finite.size)
     if finite.size:
-        recorded |= {
-            "min": float(finite.min()),
-            "mean": math.fsum(finite) / finite.size,
-            "max": float(finite.max()),
-        }
+        extent = {"min": finite.min(), "mean": math.fsum(finite) / finite.size, "max": finite.max()}
+        recorded |= {name: float(f"{value:.10g}") for name, value in extent.items()}
     return recorded
 
 
@@ -211,7 +211,7 @@ def _brief(value: Any) -> str:
     if not isinstance(value, dict):
         return repr(value)
     extent = " ".join(f"{name} {value[name]!r}" for name in ("min", "mean", "max") if name in value)
-    return f"{value['sha256'][:12]} {value['type']} {value['shape']} {extent}"
+    return f"{value['sha256']} {value['type']} {value['shape']} {extent}"
 
 
 def recorded() -> dict[str, Any]:
@@ -232,6 +232,7 @@ def main() -> int:
     parser.add_argument("cases", nargs="*", metavar="CASE")
     parser.add_argument("--write", action="store_true", help="record instead of comparing")
     parser.add_argument("--exact", action="store_true", help="compare bits whatever the environment")
+    parser.add_argument("--cache", metavar="FOLDER", help="cache of results to use instead of an empty one")
     chosen = parser.parse_args()
     unknown = sorted(set(chosen.cases) - CASES.keys())
     if unknown:
@@ -245,7 +246,7 @@ def main() -> int:
         print("bits are compared" if exact else f"compared within {TOLERANCE:g}: {'; '.join(other)}")
     results, failed = {}, 0
     with tempfile.TemporaryDirectory() as folder:
-        os.environ.setdefault("HCSS_CACHE_DIR", str(Path(folder) / "cache"))
+        os.environ["HCSS_CACHE_DIR"] = chosen.cache or str(Path(folder) / "cache")
         for name in chosen.cases or CASES:
             start = time.perf_counter()
             results[name] = numbers_of(name, CASES[name], Path(folder) / name)

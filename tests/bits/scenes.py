@@ -179,6 +179,13 @@ def climatology(folder: Path) -> Results:
     return {"cube": cube(folder, scene | clouds, **{**CHEAP, "bands": ["lwir-10.8"]})}
 
 
+@case
+def table_atmosphere(folder: Path) -> Results:
+    """A tabulated atmosphere, with its profile, below the physical model of a sea seen at a slant."""
+    values = {**IR, "atmosphere": {"provider": "table"}, "view.zenith": 60.0, "clouds.coverage": 0.2}
+    return {"cube": cube(folder, "stratus", **values)}
+
+
 # --- clouds -----------------------------------------------------------------------------
 
 
@@ -270,7 +277,15 @@ def wide_field(folder: Path) -> Results:
 
 
 @case
+def wide_field_physical(folder: Path) -> Results:
+    values = {**WIDE, "radiance.model": "physical", "sea.model": "rough-sea", "optics.provider": "bulk"}
+    values |= {"clouds.type": "cirrus", "output.certificate": 4}
+    return {"cube": cube(folder, "cirrus", **values)}
+
+
+@case
 def moving_sun(folder: Path) -> Results:
+    """From the afternoon into the night."""
     values = {
         **CHEAP,
         **IR,
@@ -279,7 +294,7 @@ def moving_sun(folder: Path) -> Results:
         "image.rows": 24,
         "image.columns": 24,
     }
-    scene = SCENE | {"clouds": {"type": "stratus", "coverage": 0.5}, "time": "2024-04-20T15:30:00+10:00"}
+    scene = SCENE | {"clouds": {"type": "stratus", "coverage": 0.5}, "time": "2024-04-20T16:45:00+10:00"}
     return {"cube": cube(folder, scene, **values)}
 
 
@@ -396,6 +411,14 @@ def exports(folder: Path) -> Results:
     return {"envi": np.fromfile(folder / "a.img", dtype="<f4"), **pictures, **tiffs}
 
 
+@case
+def volume(folder: Path) -> Results:
+    """`hcss volume`: filled shares of voxels."""
+    made = cube(folder, "cumulus", **CHEAP, bands=["lwir-10.8"])
+    options = ("-o", folder / "v.png", "--occupancy", folder / "v.nc", "--step-m", 200, "--json")
+    return {"answer": json.loads(hcss("volume", made, *options)), "voxels": folder / "v.nc"}
+
+
 # --- many scenes ------------------------------------------------------------------------
 
 
@@ -426,6 +449,7 @@ def propagation(folder: Path) -> Results:
     ]
     out = folder / "a.nc"
     answer = json.loads(hcss("run", "stratus", "--draws", 8, *uncertain, *words, "-o", out, "--json"))
+    del answer["pixels"]  # in the file
     return {"file": hcss_twin.open_propagation(out), "answer": answer}
 
 
