@@ -53,15 +53,23 @@ NOT_RECORDED = {"bytes", "seconds", "wall_time_s"}
 
 def environment() -> dict[str, Any]:
     """Return what bits depend on, and under "model" the processor's name for the reader."""
+    import scipy.linalg  # noqa: F401  for the BLAS that it brings
     from llvmlite import binding
     from numba.core import config
+    from threadpoolctl import threadpool_info
 
     features = sorted(name for name, has in binding.get_host_cpu_features().items() if has)
     simd = np.show_config(mode="dicts")["SIMD Extensions"]
+    blas = {
+        f"{each['internal_api']} {each['version']} {each.get('architecture')}"
+        for each in threadpool_info()
+        if each["user_api"] == "blas"
+    }
     return {
         "packages": {name: version(name) for name in PACKAGES},
         "python": platform.python_version(),
         "system": " ".join((platform.system(), platform.machine(), *platform.libc_ver())),
+        "blas": sorted(blas),
         "processor": {
             "llvm": binding.get_host_cpu_name(),
             "compiled for": config.CPU_NAME or "host",
@@ -93,11 +101,18 @@ def differences_of_environment(recorded: dict[str, Any]) -> list[str]:
 # --- what is recorded of a result -------------------------------------------------------
 
 
-def numbers_of(name: str, case: Any, folder: Path) -> dict[str, Any]:
-    """Run a case in an empty folder, and return what is recorded of it."""
+def numbers_of(case: Any, folder: Path) -> dict[str, Any]:
+    """Run a case in an empty folder, and return what is recorded of it.
+
+    BLAS has one thread: how it cuts its sums depends on their number, and so does the last bit of a few results.
+    """
+    from threadpoolctl import threadpool_limits
+
     folder.mkdir(parents=True)
     recorded: dict[str, Any] = {}
-    for part, result in case(folder).items():
+    with threadpool_limits(1, user_api="blas"):
+        results = case(folder)
+    for part, result in results.items():
         if isinstance(result, dict):
             recorded[part] = {"numbers": dict(_leaves(result))}
         elif isinstance(result, np.ndarray):
@@ -249,7 +264,7 @@ def main() -> int:
         os.environ["HCSS_CACHE_DIR"] = chosen.cache or str(Path(folder) / "cache")
         for name in chosen.cases or CASES:
             start = time.perf_counter()
-            results[name] = numbers_of(name, CASES[name], Path(folder) / name)
+            results[name] = numbers_of(CASES[name], Path(folder) / name)
             seconds = time.perf_counter() - start
             if chosen.write:
                 told = "recorded"
