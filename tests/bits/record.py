@@ -47,8 +47,8 @@ DIGITS = 16
 CERTIFICATE = ("hcss_certificate", "hcss_table_error")
 """How the names of global attributes begin whose numbers are recorded."""
 
-NOT_RECORDED = {"bytes", "seconds", "wall_time_s"}
-"""Numbers of an answer that are none of the simulation: sizes of files, which hold text, and run times."""
+NOT_RECORDED = {"bytes", "seconds", "compiled"}
+"""Numbers of an answer that are no result: sizes of files, which hold text, run times, and what the cache did not have."""
 
 
 def environment() -> dict[str, Any]:
