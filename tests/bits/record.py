@@ -9,9 +9,9 @@
 and little-endian bytes, and its smallest, mean and largest value. For answers in JSON it has every number with its
 place. Text and global attributes are left out, except the numbers of certificates.
 
-Bits depend on processor and packages. With the environment that was recorded, bits are compared; with any other one,
-smallest, mean and largest values and numbers are, within a relative 1e-6, and cases in which rounding decides about the
-further course (fits, matches) are not compared.
+Bits depend on processor and packages. In the environment that was recorded, bits are compared. In any other one,
+smallest, mean and largest values and numbers are compared within a relative 1e-6, and cases in which rounding decides
+about the further course (fits, matches) are not compared.
 
 The cache of results is a temporary folder, so that no result of an earlier run is compared; --cache names another one.
 """
@@ -48,7 +48,7 @@ CERTIFICATE = ("hcss_certificate", "hcss_table_error")
 """How the names of global attributes begin whose numbers are recorded."""
 
 NOT_RECORDED = {"bytes", "seconds", "compiled"}
-"""Numbers of an answer that are no result: sizes of files, which hold text, run times, and what the cache did not have."""
+"""Numbers of an answer that are no result: sizes of files, which hold text, run times, and tables not in the cache."""
 
 
 def environment() -> dict[str, Any]:
