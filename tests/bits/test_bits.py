@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import record
 from scenes import CASES, QUICK, RANDOM_WALKS
@@ -9,6 +10,19 @@ from scenes import CASES, QUICK, RANDOM_WALKS
 
 def test_every_case_is_recorded():
     assert list(record.recorded()["cases"]) == list(CASES)
+
+
+def test_a_last_bit_is_found_where_bits_are_compared():
+    values = np.array([1.0, 2.0])
+    one, other = (
+        {"cube": {"variables": {"radiance": record.of_array(each)}, "numbers": {"error": float(each[1])}}}
+        for each in (values, np.nextafter(values, 3.0))
+    )
+    assert record.compare(one, one, exact=True) == []
+    assert len(record.compare(one, other, exact=True)) == 2
+    assert record.compare(one, other, exact=False) == []
+    other["cube"]["variables"]["radiance"]["max"] *= 1.0 + 3e-6
+    assert len(record.compare(one, other, exact=False)) == 1
 
 
 @pytest.mark.xdist_group("bits")
