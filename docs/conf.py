@@ -1,9 +1,8 @@
-"""The documentation site: ``python -m sphinx -q -W --keep-going -c docs . build/site`` (extra ``docs``).
+"""Build the documentation site: ``python -m sphinx -q -W --keep-going -c docs . build/site`` (extra ``docs``).
 
-Pages are plain Markdown that a code host shows as it is. The source folder is the repository, so that their links
-to the changes, the catalogs and the plugins are those of the checkout. The navigation is the list of links in
-docs/index.md: a new page needs one line there, and -W makes pages without one, broken links and links to missing
-headings errors.
+Pages are plain Markdown that a code host can display. The source folder is the repository, so that pages can link to
+the change log, the catalogs and the plugins. The links in docs/index.md define the navigation. With -W, unlisted
+pages, broken links and links to missing headings are errors.
 """
 
 import sys

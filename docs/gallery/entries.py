@@ -1,4 +1,4 @@
-"""What the gallery shows of each scenario: panels, and a few words on what there is to see."""
+"""Panels and caption of each gallery image."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 Panel = tuple[str, str, dict[str, int]]
-"""Title, variable and place along its axes."""
+"""Title, variable and index along its axes."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One picture."""
+    """One image."""
 
     name: str
-    words: str
+    caption: str
     panels: tuple[Panel, ...]
     columns: int | None = None
     same_scale: tuple[int, ...] = ()
-    """Number of the group of panels that share a scale, panel by panel; default: each has its own."""
+    """Group number of each panel; panels of a group share a scale. By default each panel has its own."""
 
 
 def _bands(variable: str, *titles: str) -> Iterator[Panel]:
@@ -37,56 +37,52 @@ def _layers(*panels: tuple[str, str]) -> Iterator[Panel]:
 
 
 def _named(title: str, *variables: str) -> Iterator[Panel]:
-    """The radiance under a title, and variables under their own names."""
+    """The radiance with a title, then variables with their own names."""
     yield from _layers((title, "radiance"), *((name, name) for name in variables))
 
 
 ENTRIES = (
     Entry(
         "stratus-by-day",
-        "Low water cloud over a sunlit sea. Sea in the glint outshines cloud in both short bands; in 8-14 "
-        "um cloud differs from the sea by "
-        "its temperature alone, a few kelvin. In 2.7-3.0 um water vapour lets very little through: mind "
-        "the scale.",
+        "Low water cloud over a sunlit sea. In the glint the sea is brighter than the cloud in both short "
+        "bands; in 8-14 um the cloud differs from the sea only in temperature, by a few kelvin. In 2.7-3.0 "
+        "um water vapour absorbs most of the radiance: note the scale.",
         tuple(_bands("radiance", "2.7-3.0 um", "3-5 um", "8-14 um")),
     ),
     Entry(
         "push-broom",
-        "The footprint runs east at 1 km/s; the clouds drift and change beneath it. All frames share one scale.",
+        "The field of view moves east at 1 km/s while the clouds drift and evolve. All frames share one scale.",
         tuple(_frames(0, *(f"{second} s" for second in range(8)))),
         4,
         (0,) * 8,
     ),
     Entry(
         "cumulus-with-shadows",
-        "The sun stands in the west and the sensor looks toward its glint: clouds are darker than the sea "
-        "around them, and the shadows, which "
-        "take the glint away, darker still. The masks say for each pixel what it is.",
+        "The sun is in the west and the sensor looks toward its glint. Clouds are darker than the glint, "
+        "and cloud shadows, which remove the glint, are darker still.",
         tuple(_named("radiance 3.4-4.1 um", "cloud_mask", "shadow_mask")),
     ),
     Entry(
         "waves-in-the-glint",
-        "No cloud, 600 m of sea: waves longer than two pixels are drawn, shorter ones are in the "
-        "statistics of each pixel. The slopes are "
-        "truth layers.",
+        "Cloud-free sea, 600 m wide. Waves longer than two pixels are resolved; shorter ones enter the "
+        "statistics of each pixel. The wave slopes are truth layers.",
         tuple(
             _layers(("radiance 3-5 um", "radiance"), ("slope along x", "sea_slope_x"), ("slope along y", "sea_slope_y"))
         ),
     ),
     Entry(
         "stratocumulus-by-night",
-        "No sun. Droplets emit less in 3.7 um than in 10.8 um, so the difference of both is more negative "
-        "over thick low cloud than over the sea: what "
-        "weather services use to find fog at night. Asked for with an accuracy in kelvin.",
+        "Droplets emit less at 3.7 um than at 10.8 um, so the difference is more negative over thick low "
+        "cloud than over the sea. Weather services use it to detect fog at night. The accuracy is given in "
+        "kelvin.",
         (*_bands("brightness_temperature", "3.7 um", "10.8 um"), ("3.7 um - 10.8 um", "difference", {})),
         None,
         (0, 0, 1),
     ),
     Entry(
         "sunset",
-        "Clouds are frozen, so that only the light changes. In 3.7 um sunlight on the clouds fades and "
-        "their own emission, weaker than the "
-        "sea's, is left; 10.8 um does not care. One scale per band.",
+        "The clouds are frozen, so only the light changes. At 3.7 um the scattered sunlight fades and the "
+        "weaker emission of the clouds remains; 10.8 um is unaffected. Each band has one scale.",
         tuple(
             panel
             for band, name in enumerate(("3.7 um", "10.8 um"))
@@ -97,41 +93,37 @@ ENTRIES = (
     ),
     Entry(
         "cirrus",
-        "Streaks of ice crystals. Ice absorbs more in 12.0 um than in 10.8 um, so thin cloud lets less of "
-        "the warm sea through there: the "
-        "difference tells it from the sea beneath.",
+        "Ice absorbs more at 12.0 um than at 10.8 um, so thin cloud transmits less of the warm sea's "
+        "radiance there. The difference separates cirrus from sea.",
         (*_bands("brightness_temperature", "10.8 um", "12.0 um"), ("10.8 um - 12.0 um", "difference", {})),
         None,
         (0, 0, 1),
     ),
     Entry(
         "cirrus-over-cumulus",
-        "Two cloud types, each with its own particles, and columns that hold both. A pixel is the mean of "
-        "2 x 2 points of its footprint.",
+        "Each layer has its own particles, and some columns contain both layers. Each pixel is the mean of "
+        "2 x 2 points.",
         tuple(_bands("radiance", "3-5 um", "8-14 um")),
     ),
     Entry(
         "narrow-bands",
-        "From the window at 3.7 um to the core of the CO2 band at 4.3 um, where the air hides everything "
-        "(mind the scale), and through the "
-        "ozone band at 9.7 um.",
+        "The bands range from the window at 3.7 um to the core of the CO2 band at 4.3 um, where the "
+        "atmosphere is opaque, and the ozone band at 9.7 um. Note the scales.",
         tuple(_bands("brightness_temperature", "3.7 um", "4.2-4.4 um", "4.5-4.8 um", "8.5 um", "9.7 um", "12.0 um")),
         3,
     ),
     Entry(
         "streets",
-        "From one grey picture (left, drawn by `make.py`; a satellite image serves as well) any number of "
-        "other skies with its look, "
-        "evolving in time ([surrogates](surrogate-clouds.md)).",
+        "One grey image (left; a satellite image works too) yields any number of skies with similar "
+        "texture that evolve in time ([surrogates](how-to/clouds-from-images.md)).",
         (("the picture", "template", {}), *_frames(0, "cloud at 0 min", "20 min", "40 min")),
         None,
         (0, 1, 1, 1),
     ),
     Entry(
         "terms",
-        "The radiance is a sum of seven parts; six panels show it and its five largest. Glint makes the "
-        "sea bright, scattered sun the "
-        "clouds.",
+        "The total radiance and its five largest terms out of seven. Glint dominates over the sea, "
+        "scattered sunlight over the clouds.",
         tuple(
             _layers(
                 ("total", "radiance"),
@@ -146,9 +138,8 @@ ENTRIES = (
     ),
     Entry(
         "truth",
-        "What a detection algorithm is judged against, for every pixel of every frame. White where a "
-        "temperature or an altitude does not "
-        "exist.",
+        "Reference data for testing a detection algorithm, for every pixel of every frame. White: the "
+        "temperature or altitude is undefined.",
         tuple(
             _named(
                 "radiance 8-14 um",

@@ -1,6 +1,6 @@
-"""Navigation of the site from the links of docs/index.md: each second-level heading is a part, its list the pages.
+"""Build the navigation of the site from docs/index.md: each second-level heading is a part, its list the pages.
 
-The front page stays plain Markdown, and the order of pages stands in one place.
+So the front page is plain Markdown, and the order of pages is defined once.
 """
 
 import re
@@ -12,7 +12,7 @@ LINK = re.compile(r"^\* \[(.+?)\]\((\S+?)\.md\)")
 
 
 def parts(text: str) -> Iterator[tuple[str, list[str]]]:
-    """Heading and entries of the tree, ``title <page>`` relative to the index, of each part that lists any."""
+    """Yield the heading and the entries (``title <page>``, relative to the index) of each part that lists pages."""
     heading, pages = "", list[str]()
     for line in text.splitlines():
         if match := HEADING.match(line):
@@ -26,7 +26,7 @@ def parts(text: str) -> Iterator[tuple[str, list[str]]]:
 
 
 def add_navigation(app: Any, name: str, source: list[str]) -> None:
-    """Give the front page the tree of all pages."""
+    """Append the tree of all pages to the front page."""
     if name == app.config.root_doc:
         for heading, pages in parts(source[0]):
             tree = ["", "```{toctree}", ":hidden:", f":caption: {heading}", "", *pages, "```", ""]

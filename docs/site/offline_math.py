@@ -1,4 +1,4 @@
-"""Equations as MathML, made while the site is built: browsers show it without a script or a font of ours."""
+"""Convert equations to MathML at build time, so that browsers show them without scripts or extra fonts."""
 
 from typing import Any
 
@@ -7,13 +7,13 @@ from latex2mathml.converter import convert
 
 
 def inline(translator: Any, node: Any) -> None:
-    """Write an equation within a line."""
+    """Write an inline equation."""
     translator.body.append(convert(node.astext()))
     raise nodes.SkipNode
 
 
 def block(translator: Any, node: Any) -> None:
-    """Write an equation of its own line."""
+    """Write a displayed equation."""
     translator.body.append(f'<div class="equation">{convert(node.astext(), display="block")}</div>')
     raise nodes.SkipNode
 

@@ -1,4 +1,4 @@
-"""Find what a built page would load from elsewhere: the site is read without a network."""
+"""Find resources that a built page would load from other hosts: the site must work without a network."""
 
 import re
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ LOADED_BY_STYLE = re.compile(r"(?:@import\s+|url\()\s*(?:url\()?[\"']?((?:https?
 
 
 def outside(folder: Path) -> Iterator[tuple[str, str]]:
-    """Files below a folder, and what they load from elsewhere; links that a reader may follow do not count."""
+    """Yield each file below a folder with the remote resources it loads; ordinary hyperlinks do not count."""
     for path in sorted(folder.rglob("*")):
         patterns = {".html": (LOADED, LOADED_BY_STYLE), ".css": (LOADED_BY_STYLE,)}.get(path.suffix, ())
         for pattern in patterns:
@@ -24,7 +24,7 @@ def outside(folder: Path) -> Iterator[tuple[str, str]]:
 
 
 def check(app: Any, exception: Exception | None) -> None:
-    """Warn of each, which -W makes an error."""
+    """Warn about each remote resource; -W makes this an error."""
     from sphinx.util.logging import getLogger
 
     if exception is None:

@@ -1,15 +1,15 @@
-"""Run the tutorials: every file, command and snippet of a page, in order, in an empty folder.
+"""Run the tutorials: every file, command and script of a page, in order, in an empty folder.
 
 ::
 
-    python docs/tutorials/run.py                        # all pages: says where shown and real output differ
-    python docs/tutorials/run.py student.md --write     # puts the real output into the page
+    python docs/tutorials/run.py                        # all pages: report where the output differs from the page
+    python docs/tutorials/run.py student.md --write     # write the output into the page
 
-Fences of a page mean:
+Code blocks of a page are:
 
-* after a line that ends in "`name`:" the text of that file, which is written;
-* else ``sh``: run by bash, and ``python``: run as a script;
-* ``text`` right after one that was run: what it prints, where numbers may differ by a hundredth.
+* after a line that ends in "`name`:", the content of that file;
+* otherwise ``sh``, run by bash, or ``python``, run as a script;
+* ``text`` directly after a block that was run: its expected output, with numbers to 1 %.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ TOLERANCE = 0.01
 
 @dataclass(frozen=True)
 class Block:
-    """One fence of a page: its language, text, the file it is, if any, and where its text begins."""
+    """One code block of a page: language, text, name of the file it defines, and offset of its text."""
 
     language: str
     text: str
@@ -43,13 +43,13 @@ class Block:
 
     @property
     def runs(self) -> bool:
-        """Whether it is run, not written."""
+        """Whether the block is run rather than written to a file."""
         return self.file is None and self.language in ("sh", "python")
 
 
 @dataclass(frozen=True)
 class Ran:
-    """A block that was run: what it printed, and the fence that shows it."""
+    """A block that was run, its output, and the block with the expected output."""
 
     block: Block
     printed: str
@@ -57,7 +57,7 @@ class Ran:
 
 
 def blocks(page: str) -> list[Block]:
-    """Fences of a page in order."""
+    """Return the code blocks of a page in order."""
     found = []
     for match in FENCE.finditer(page):
         before = page[: match.start()].rstrip("\n")
@@ -67,9 +67,9 @@ def blocks(page: str) -> list[Block]:
 
 
 def run(page: str, folder: Path, environment: dict[str, str]) -> Iterator[Ran]:
-    """Run a page in a folder; raises RuntimeError where a block fails."""
+    """Run a page in a folder; raise RuntimeError if a block fails."""
     every = blocks(page)
-    for name in ("docs", "plugins", "catalogs"):  # for pages that speak of the checkout
+    for name in ("docs", "plugins", "catalogs"):  # for pages that use files of the checkout
         (folder / name).symlink_to(FOLDER.parents[1] / name)
     for place, block in enumerate(every):
         if block.file is not None:
@@ -95,7 +95,7 @@ def run(page: str, folder: Path, environment: dict[str, str]) -> Iterator[Ran]:
 
 
 def same(shown: str, printed: str) -> bool:
-    """Whether two outputs agree: words exactly, numbers within a hundredth, however they are spaced."""
+    """Whether two outputs agree: words exactly, numbers to 1 %, ignoring white space."""
     if NUMBER.sub("#", " ".join(shown.split())) != NUMBER.sub("#", " ".join(printed.split())):
         return False
     pairs = zip(NUMBER.findall(shown), NUMBER.findall(printed), strict=True)
@@ -105,10 +105,10 @@ def same(shown: str, printed: str) -> bool:
 
 
 def environment(folder: Path) -> dict[str, str]:
-    """Make an environment to install into, and return its variables.
+    """Create a virtual environment to install into, and return its environment variables.
 
-    It borrows the packages of the one that runs this, and its ``pip`` takes nothing from elsewhere: a page that
-    installs a package of its own needs hatchling beside pip.
+    It sees the packages of the current environment. Its ``pip`` works offline, so a page that installs a package
+    needs hatchling in the current environment.
     """
     root = str(FOLDER.parents[1])
     home = folder / "env"
@@ -131,7 +131,7 @@ def environment(folder: Path) -> dict[str, str]:
 
 
 def refreshed(page: str, ran: list[Ran]) -> str:
-    """The page with the real output."""
+    """Return the page with the actual output."""
     for each in reversed(ran):
         if each.shown:
             end = each.shown.start + len(each.shown.text)
@@ -140,7 +140,7 @@ def refreshed(page: str, ran: list[Ran]) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Run pages; 1 where shown output is not real."""
+    """Run pages; return 1 if any output differs."""
     write = "--write" in arguments
     names = [name for name in arguments if name != "--write"] or sorted(p.name for p in FOLDER.glob("*.md"))
     failed = 0
@@ -150,7 +150,7 @@ def main(arguments: list[str]) -> int:
         with tempfile.TemporaryDirectory() as aside, tempfile.TemporaryDirectory() as folder:
             ran = list(run(page, Path(folder), environment(Path(aside))))
         different = [each for each in ran if each.shown and not same(each.shown.text, each.printed)]
-        print(f"{path.name}: {len(ran)} blocks run, {len(different)} print something else than shown")
+        print(f"{path.name}: {len(ran)} blocks run, {len(different)} outputs differ")
         if write:
             path.write_text(refreshed(page, ran), encoding="utf-8")
             continue
