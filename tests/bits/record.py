@@ -211,9 +211,7 @@ def _same_array(one: dict[str, Any], other: dict[str, Any], exact: bool) -> bool
     if any(one[name] != other[name] for name in ("type", "shape", "finite")):
         return False
     scale = max(abs(one.get("min", 0.0)), abs(one.get("max", 0.0)))
-    return all(
-        abs(one[name] - other[name]) <= TOLERANCE * scale for name in ("min", "mean", "max") if name in one
-    )
+    return all(abs(one[name] - other[name]) <= TOLERANCE * scale for name in ("min", "mean", "max") if name in one)
 
 
 def _same_number(one: float, other: float, exact: bool) -> bool:
@@ -241,9 +239,7 @@ def main() -> int:
     """Record or compare; 1 if something differs."""
     from scenes import CASES, RANDOM_WALKS
 
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cases", nargs="*", metavar="CASE")
     parser.add_argument("--write", action="store_true", help="record instead of comparing")
     parser.add_argument("--exact", action="store_true", help="compare bits whatever the environment")
@@ -277,10 +273,7 @@ def main() -> int:
             print(f"{seconds:7.2f} s  {name}: {told}", flush=True)
     if chosen.write:
         cases = (before["cases"] if chosen.cases else {}) | results
-        content = {
-            "environment": environment(),
-            "cases": {name: cases[name] for name in CASES if name in cases},
-        }
+        content = {"environment": environment(), "cases": {name: cases[name] for name in CASES if name in cases}}
         RECORDED.write_text(_text(content), encoding="utf-8")
     return 1 if failed else 0
 

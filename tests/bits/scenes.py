@@ -202,9 +202,7 @@ def surrogate_clouds(folder: Path) -> Results:
     clouds["parameters"] = {"image": "image.npy", "method": "coverage"}
     values = {"image.pixel_size": 200.0, "frames.interval": 60.0, "motion.evolution_time": 600.0}
     with inside(folder):
-        return {
-            "cube": cube(folder, SCENE | {"clouds": clouds}, **values, **CHEAP, bands=["lwir-10.8"]),
-        }
+        return {"cube": cube(folder, SCENE | {"clouds": clouds}, **values, **CHEAP, bands=["lwir-10.8"])}
 
 
 @case
@@ -286,14 +284,7 @@ def wide_field_physical(folder: Path) -> Results:
 @case
 def moving_sun(folder: Path) -> Results:
     """From the afternoon into the night."""
-    values = {
-        **CHEAP,
-        **IR,
-        "frames.count": 6,
-        "frames.interval": 1200.0,
-        "image.rows": 24,
-        "image.columns": 24,
-    }
+    values = {**CHEAP, **IR, "frames.count": 6, "frames.interval": 1200.0, "image.rows": 24, "image.columns": 24}
     scene = SCENE | {"clouds": {"type": "stratus", "coverage": 0.5}, "time": "2024-04-20T16:45:00+10:00"}
     return {"cube": cube(folder, scene, **values)}
 
@@ -426,11 +417,7 @@ def volume(folder: Path) -> Results:
 def sweep_of_three_points(folder: Path) -> Results:
     values = {**SMALL, **CHEAP, "bands": ["lwir-10.8"], "frames.count": 1}
     done = hcss_twin.sweep(
-        "stratus",
-        folder / "sweep",
-        over={"view.zenith": [0, 30, 60]},
-        overrides=values,
-        dataset=folder / "all.nc",
+        "stratus", folder / "sweep", over={"view.zenith": [0, 30, 60]}, overrides=values, dataset=folder / "all.nc"
     )
     assert not done.failed
     return {"dataset": hcss_twin.open_sweep(folder / "all.nc"), "last": done.cube(2)}
@@ -441,12 +428,7 @@ def propagation(folder: Path) -> Results:
     """`hcss run --draws` with two uncertain inputs."""
     values = {**SMALL, **CHEAP, **IR, "frames.count": 1, "output.variables": ["radiance"]}
     words = [word for key, value in values.items() for word in ("--set", f"{key}={json.dumps(value)}")]
-    uncertain = [
-        "--uncertain",
-        "sea.temperature=normal:291:0.5",
-        "--uncertain",
-        "clouds.coverage=uniform:0.2:0.8",
-    ]
+    uncertain = ["--uncertain", "sea.temperature=normal:291:0.5", "--uncertain", "clouds.coverage=uniform:0.2:0.8"]
     out = folder / "a.nc"
     answer = json.loads(hcss("run", "stratus", "--draws", 8, *uncertain, *words, "-o", out, "--json"))
     del answer["pixels"]  # in the file

@@ -40,7 +40,5 @@ def test_results_are_those_recorded(name, tmp_path):
     if name == "zarr-quantized":
         pytest.importorskip("zarr", reason="the extra 'zarr'")
     found = record.compare(content["cases"][name], record.numbers_of(CASES[name], tmp_path / name), not other)
-    how = (
-        f"smallest, mean and largest values within {record.TOLERANCE:g}, because {other}" if other else "bits"
-    )
+    how = f"smallest, mean and largest values within {record.TOLERANCE:g}, because {other}" if other else "bits"
     assert not found, "\n".join((f"compared were {how}", *found))
