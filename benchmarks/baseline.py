@@ -2,7 +2,7 @@
 
     python benchmarks/baseline.py                 # print (some minutes; 20 GB of disk for a moment)
     python benchmarks/baseline.py --check         # and fail where a ratio is worse than benchmarks/baseline.json
-    python benchmarks/baseline.py --update        # and write benchmarks/baseline.json and docs/speed-and-error.md
+    python benchmarks/baseline.py --update        # and write benchmarks/baseline.json and the page
     python benchmarks/baseline.py --parts a c     # some of them
 
 The scene is ``stratus``: 8 frames of 800 x 800 pixels, three bands, accuracy 1e-3, radiance model ``physical``. What is

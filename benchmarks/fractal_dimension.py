@@ -2,7 +2,7 @@
 
 ::
 
-    python benchmarks/fractal_dimension.py            # tables of docs/fractal-dimension.md, about 15 minutes
+    python benchmarks/fractal_dimension.py            # about 15 minutes
     python benchmarks/fractal_dimension.py --quick    # a tenth of the surfaces, sides to 256
     python benchmarks/fractal_dimension.py --speed    # the last table only
     python benchmarks/fractal_dimension.py --write    # also replaces measured.json of the package

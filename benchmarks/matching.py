@@ -1,4 +1,4 @@
-"""How near ``hcss match`` comes to real images: the tables of docs/matching.md.
+"""How near ``hcss match`` comes to real images: the tables of docs/development/clouds.md.
 
 ::
 

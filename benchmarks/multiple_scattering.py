@@ -2,7 +2,7 @@
 
 ::
 
-    python benchmarks/multiple_scattering.py            # tables of docs/multiple-scattering.md, some minutes
+    python benchmarks/multiple_scattering.py            # tables of docs/development/radiance.md, some minutes
     python benchmarks/multiple_scattering.py --quick    # a tenth of the layers
 
 Random layers: optical thickness 0.01 to 100 (evenly in its logarithm), albedo 0.3 to 1, Henyey-Greenstein

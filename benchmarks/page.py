@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-SPEED = Path(__file__).parents[1] / "docs" / "speed-and-error.md"
+SPEED = Path(__file__).parents[1] / "docs" / "development" / "accuracy-and-speed.md"
 
 
 def put(name: str, text: str, page: Path = SPEED) -> None:

@@ -2,7 +2,7 @@
 
     python benchmarks/pareto.py --write             # measures into benchmarks/pareto.json (long); page and picture anew
     python benchmarks/pareto.py --ways as-printed   # measures some anew and keeps the rest
-    python benchmarks/pareto.py --keep --write      # measures nothing: tables of docs/speed-and-error.md, and picture
+    python benchmarks/pareto.py --keep --write      # measures nothing: table of the page, and picture
 
 The scene is that of the baseline, with one provider changed. Peers: every pixel integrated by itself, one column for
 each class of pixels (with LOWTRAN7 itself where the plugin ``hcss-lowtran7`` is installed), other cloud fields (PyPI
@@ -21,7 +21,7 @@ import numpy as np
 from baseline_ratios import SCENE, scenario
 from page import put
 from pareto_peers import cloud_fields, has_lowtran, pixel_classes, wavelengths, writing
-from pareto_tables import draw, tables
+from pareto_tables import DRAWN, draw, fronts, tables
 
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.report.benchmarking.bench import bench, private_cache
@@ -108,11 +108,10 @@ def main() -> None:
                 found["ways"][way] = measure_way(way, given.rounds, given.pixels, folder)
             RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     found["ways"] = {way: found["ways"][way] for way in WAYS if way in found["ways"]}
-    for name, text in tables(found).items():
+    for text in tables(found).values():
         print(f"\n{text}")
-        if given.write:
-            put(name, text)
     if given.write:
+        put("fronts", fronts(found, DRAWN))
         draw(found, PICTURE)
 
 

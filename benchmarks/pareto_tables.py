@@ -14,7 +14,7 @@ DRAWN = ("physical", "physical-two-stream", "as-printed")
 def tables(found: dict[str, Any]) -> dict[str, str]:
     """Return the tables in Markdown, by name."""
     return {
-        "fronts": "\n".join(_fronts(found)),
+        "fronts": fronts(found, tuple(found["ways"])),
         "stages": "\n".join(_stages(found)),
         "brute force": "\n".join(_brute_force(found)),
         "peers": "\n".join(_peers(found)),
@@ -94,17 +94,18 @@ def _curves(found: dict[str, Any]) -> tuple[list[Curve], list[Reference]]:
     return curves, references
 
 
-def _fronts(found: dict[str, Any]) -> list[str]:
+def fronts(found: dict[str, Any], ways: tuple[str, ...]) -> str:
+    """Return error and cost of some of the ways at each accuracy."""
     first = next(iter(found["ways"].values()))
     heads = [power(each["accuracy"]) for each in first["accuracies"]]
     lines = ["| way | " + " | ".join(heads) + " |", "|---|" + "---|" * len(heads)]
-    for name, result in found["ways"].items():
+    for name in ways:
         cells = [
             f"{each['achieved']:.0e}, {_short(each['over_raw'][NEW_RUN])}, {_short(each['over_raw'][KEPT_RUN])}"
-            for each in result["accuracies"]
+            for each in found["ways"][name]["accuracies"]
         ]
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return lines
+    return "\n".join(lines)
 
 
 def _stages(found: dict[str, Any], accuracy: float = 1e-3) -> list[str]:

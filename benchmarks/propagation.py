@@ -26,7 +26,7 @@ import hcss_twin
 from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, read_posterior, write_posterior
 from hcss_twin.report.benchmarking.bench import private_cache
 
-PAGE = Path(__file__).parents[1] / "docs" / "uncertainty.md"
+PAGE = Path(__file__).parents[1] / "docs" / "development" / "uncertainty.md"
 SCENE: dict[str, Any] = {
     "radiance.model": "as-printed",
     "sea.model": "cox-munk",
@@ -161,7 +161,7 @@ def agreement(
         f"| {band}, {kind} | {pairs[0].told[spread, at]:.3f} | {other[spread, at]:.3f} | {first.z[spread, at]:+.1f} | "
         f"{every.z[spread, at]:+.1f} | {alike[band, kind]:.2f} |"
         for at, (output, band, kind) in enumerate(cells)
-        if output == "brightness_temperature"
+        if output == "brightness_temperature" and kind == "all"
     ]
     lines += [
         "",
@@ -173,7 +173,7 @@ def agreement(
     lines.append(_row(f"all {len(pairs)} pairs", pairs))
     lines += [
         "",
-        f"By how they scatter together the {first.z.size} differences of a pair are worth "
+        f"By their correlation the {first.z.size} differences of a pair are worth "
         f"{first.independent:.0f} independent ones.",
         "",
         "| | scenes | sets of tables | processor, s |",

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 from baseline_ratios import scenario
-from page import put
 
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.report.benchmarking.bench import private_cache
@@ -84,17 +83,13 @@ def main() -> None:
     parser.add_argument("--tables", nargs="+", choices=list(TABLES), default=list(TABLES))
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--folder", type=Path, default=Path("."), help="where cubes are written for a moment")
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/speed-and-error.md")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix=".hcss-scaling-", dir=given.folder) as name:
         folder = Path(name)
         with private_cache(folder / "cache"):
-            found = []
             for each in given.tables:
-                found.append(table(each, {"radiance.model": given.model}, given.rounds, folder))
-                print("\n" + found[-1], flush=True)
-    if given.write:
-        put("scaling", "\n\n".join(found))
+                found = table(each, {"radiance.model": given.model}, given.rounds, folder)
+                print("\n" + found, flush=True)
 
 
 if __name__ == "__main__":

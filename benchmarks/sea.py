@@ -1,4 +1,4 @@
-"""Measured figures of the rough sea: the tables of docs/sea.md.
+"""Measured figures of the rough sea: the tables of docs/development/optics-sea-and-air.md.
 
 ::
 

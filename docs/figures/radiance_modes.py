@@ -2,8 +2,8 @@
 
 ::
 
-    python docs/figures/radiance_modes.py            # prints the tables of docs/physical.md
-    python docs/figures/radiance_modes.py --write    # puts them into docs/physical.md
+    python docs/figures/radiance_modes.py            # prints the tables of docs/development/radiance.md
+    python docs/figures/radiance_modes.py --write    # puts them into docs/development/radiance.md
     python docs/figures/radiance_modes.py --check    # fails where the page differs by more than 2 percent
 
 Geometry, atmosphere, clouds and sea are those of the shipped scenario ``baseline`` (cloud top at 6 km), except that
@@ -14,7 +14,6 @@ paper's tables would hide differences.
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import sys
 from pathlib import Path
@@ -22,14 +21,11 @@ from pathlib import Path
 import numpy as np
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.catalog import catalog_root
 
-PAGE = Path(__file__).parents[1] / "physical.md"
+PAGE = Path(__file__).parents[1] / "development" / "radiance.md"
 BEGIN, END = "<!-- made by docs/figures/radiance_modes.py -->\n", "<!-- end -->\n"
 BANDS = ("swir-2.7-3.0", "mwir", "lwir")
-BAND_TITLES = ("2.7-3.0", "3-5", "8-14")
 THIN_M = 100.0
-HEADER = "| term | equations, and what is different | as-printed | physical | difference |"
 
 AS_PRINTED = {"radiance.model": "as-printed", "radiance.parameters": {}}
 PHYSICAL = {
@@ -40,18 +36,19 @@ PHYSICAL = {
     "optics.parameters": {},
 }
 
-EQUATIONS = {
-    "cloud_emission": "8, 15; 1 - R - T with multiple scattering",
-    "cloud_reflected_sun": "12-14, 16; all orders of scattering",
-    "sea_emission": "17, 20; through direct and diffuse transmission of the cloud",
-    "sea_reflected_sun": "18, 20; shadowing, light through clouds",
-    "path_emission": "19, 20; with the air below the cloud",
-    "reflected_air_emission": "not in the paper",
-    "path_scattered_sun": "not in the paper",
-}
+TERMS = (
+    "cloud_emission",
+    "cloud_reflected_sun",
+    "sea_emission",
+    "sea_reflected_sun",
+    "path_emission",
+    "reflected_air_emission",
+    "path_scattered_sun",
+)
+TERMS_AT_ZENITH_DEG = 20.0
 
 
-def columns(overrides: dict[str, object], zenith: float, night: bool = False) -> list[dict[str, np.ndarray]]:
+def columns(overrides: dict[str, object], zenith: float) -> list[dict[str, np.ndarray]]:
     """Band radiances (B,) of each term for the clear, thin and opaque column."""
     common = {
         "view.zenith": zenith,
@@ -64,7 +61,7 @@ def columns(overrides: dict[str, object], zenith: float, night: bool = False) ->
     raw["clouds"]["layers"][0].pop("temperature", None)
     del common["clouds.temperature"]
     plan = make_plan(Scenario.from_dict(raw, common | overrides))
-    sun = None if night else plan.sun_track.at(0.0)
+    sun = plan.sun_track.at(0.0)
     nu, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1.T
     thick = plan.layers[0].thickness_max_m
     cloudy = plan.model.cloudy(nu, np.array([[THIN_M], [thick]]), sun)
@@ -78,50 +75,23 @@ def cell(values: np.ndarray) -> str:
 
 
 def tables() -> str:
-    lines = []
     names = ("clear", f"cloud {THIN_M:g} m thick", "opaque cloud")
+    terms, totals = (
+        [],
+        ["### Totals", "", "| view zenith, deg | column | as-printed | physical |", "|---|---|---|---|"],
+    )
+    nothing = np.zeros(len(BANDS))
     for zenith in (0.0, 20.0, 60.0):
         printed, physical = columns(AS_PRINTED, zenith), columns(PHYSICAL, zenith)
-        lines += [f"### View zenith {zenith:g} deg, day", ""]
         for name, ours, paper in zip(names, physical, printed, strict=True):
-            lines += [f"{name}: {' / '.join(BAND_TITLES)} um, W m-2 sr-1", ""]
-            lines += [
-                "| term | equations, and what is different | as-printed | physical | difference |",
-                "|---|---|---|---|---|",
-            ]
-            for term, equations in EQUATIONS.items():
-                old = paper.get(term, np.zeros(len(BANDS)))
-                lines.append(
-                    f"| `{term}` | {equations} | {cell(old)} | {cell(ours[term])} | {cell(ours[term] - old)} |"
-                )
+            if zenith == TERMS_AT_ZENITH_DEG and name == names[1]:
+                terms += [f"### Terms at view zenith {zenith:g} deg, {name}", "", "| term | as-printed | physical |"]
+                terms += ["|---|---|---|"]
+                terms += [f"| `{term}` | {cell(paper.get(term, nothing))} | {cell(ours[term])} |" for term in TERMS]
+                terms += [""]
             old, new = (np.sum(list(each.values()), axis=0) for each in (paper, ours))
-            lines += [f"| **total** | | {cell(old)} | {cell(new)} | {cell(new - old)} |", ""]
-    lines += _beside_the_paper()
-    return "\n".join(lines) + "\n"
-
-
-def _beside_the_paper() -> list[str]:
-    paper = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
-    lines = [
-        "### Beside the paper's Table IV",
-        "",
-        "Cover .3 of opaque cloud; 2.7-3.0 / 3-5 / 8-14 um. The paper's numbers follow from a cloud at 249.2 K "
-        "without sunlight and glint scaled by .162 (`hcss run baseline` has these fits), so neither column "
-        "should agree by day.",
-        "",
-        "| view zenith | paper, ours | as-printed, day | physical, day | physical, night |",
-        "|---|---|---|---|---|",
-    ]
-    for zenith in (0.0, 20.0, 60.0):
-        place = paper["view_zenith_deg"].index(int(zenith))
-        table = np.array([paper["table_4"][key]["Ours"][place] for key in ("2.7-3.0", "3.0-5.0", "8.0-14.0")])
-        mixed = []
-        for overrides, night in ((AS_PRINTED, False), (PHYSICAL, False), (PHYSICAL, True)):
-            found = columns(overrides, zenith, night)
-            clear, opaque = (np.sum(list(found[i].values()), axis=0) for i in (0, 2))
-            mixed.append(cell(0.7 * clear + 0.3 * opaque))
-        lines.append(f"| {zenith:g} | {cell(table)} | " + " | ".join(mixed) + " |")
-    return [*lines, ""]
+            totals.append(f"| {zenith:g} | {name} | {cell(old)} | {cell(new)} |")
+    return "\n".join([*terms, *totals]) + "\n"
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""Put the verdicts of ``hcss reproduce`` into docs/reproduction.md.
+"""Put the verdicts of ``hcss reproduce`` into docs/development/reproduction.md.
 
 ::
 
@@ -20,7 +20,7 @@ from hcss_twin.paper.index import heading
 from hcss_twin.paper.item import Row
 from hcss_twin.paper.run import relative
 
-PAGE = Path(__file__).parents[1] / "reproduction.md"
+PAGE = Path(__file__).parents[1] / "development" / "reproduction.md"
 BEGIN, END = "<!-- made by docs/figures/reproduction_verdicts.py -->\n", "<!-- end -->\n"
 
 
@@ -30,12 +30,13 @@ def table(found: dict[str, Any]) -> str:
     lines = [
         f"{len(found)} items: {', '.join(f'{count} {name}' for name, count in sorted(counts.items()))}.",
         "",
-        "| item | shows | verdict | largest difference | why |",
-        "|---|---|---|---|---|",
+        "| item | verdict | largest difference | why it is not reproducible |",
+        "|---|---|---|---|",
     ]
     for name, each in found.items():
-        why = each.get("reason", each.get("error", ""))
-        cells = (heading(name), each["title"], each["verdict"], largest(each), why)
+        agrees = each["verdict"].startswith("reproduced")
+        why = "" if agrees else each.get("reason", each.get("error", ""))
+        cells = (heading(name), each["verdict"], largest(each), why)
         lines.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
     return "\n".join(lines) + "\n"
 

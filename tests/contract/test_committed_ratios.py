@@ -36,7 +36,7 @@ def test_the_page_has_a_place_for_each_table_and_keeps_the_rest(tmp_path, monkey
     import page
 
     copy = tmp_path / "page.md"
-    for name in ("fronts", "stages", "brute force", "peers", "baseline", "scaling"):
+    for name in ("fronts", "baseline"):
         before = page.SPEED.read_text(encoding="utf-8")
         copy.write_text(before, encoding="utf-8")
         page.put(name, "| new |", copy)

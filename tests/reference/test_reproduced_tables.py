@@ -76,7 +76,7 @@ def test_every_table_has_an_item():
 
 @pytest.mark.parametrize("name", VERDICTS)
 def test_the_page_has_the_verdict(name):
-    page = (catalog_root().parent / "docs" / "reproduction.md").read_text(encoding="utf-8")
+    page = (catalog_root().parent / "docs" / "development" / "reproduction.md").read_text(encoding="utf-8")
     [line] = [line for line in page.splitlines() if line.startswith(f"| {heading(name)} |")]
     assert f"| {VERDICTS[name]} |" in line
 
