@@ -198,7 +198,7 @@ def main() -> None:
         timing(Path(name))
     data = os.environ.get("HCSS_SAMPLE_DATA")
     if data:
-        measured(Path(data))
+        measured(Path(data) / "images")
 
 
 if __name__ == "__main__":

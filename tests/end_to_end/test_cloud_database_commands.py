@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import pytest
 from cheap import CHEAP, CHEAP_OPTIONS
 from click.testing import CliRunner
 from PIL import Image
+from sample_data import sample_file
 
 from hcss_twin import Scenario, open_cube
 from hcss_twin.cli.main import cli
@@ -170,11 +170,8 @@ def test_an_entry_that_is_not_there_is_named_with_the_closest(here):
     ],
 )
 def test_real_images_become_plausible_entries(here, pattern, options, coverage, clouds):
-    folder = os.environ.get("HCSS_SAMPLE_DATA")
-    found = sorted(Path(folder).glob(pattern)) if folder else []
-    if not found:
-        pytest.skip(f"HCSS_SAMPLE_DATA names no folder with {pattern}")
-    answer = json.loads(hcss("import", found[0], "--name", "real", "--json", *options).output)
+    image = sample_file(f"images/{pattern}")
+    answer = json.loads(hcss("import", image, "--name", "real", "--json", *options).output)
     assert coverage[0] < answer["coverage"] < coverage[1]
     assert clouds[0] <= answer["clouds"] <= clouds[1]
     assert 2.0 < answer["fractal_dimension"] < 3.0

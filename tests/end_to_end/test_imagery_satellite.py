@@ -1,15 +1,12 @@
-"""Real satellite images become plausible clouds.
-
-The folder of the GOES files is given by the environment variable HCSS_SAMPLE_DATA.
-"""
+"""Real satellite images become plausible clouds."""
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from sample_data import sample_file
 from scipy.stats import spearmanr
 
 from hcss_twin.core.catalog import Catalog
@@ -34,21 +31,6 @@ def seviri() -> Path:
     """Brightness temperatures at 10.8 um of the North Atlantic, 160 x 256 pixels of 35 km."""
     sample = pytest.importorskip("iris_sample_data")
     return Path(sample.path) / "toa_brightness_stereographic.nc"
-
-
-@pytest.fixture
-def goes():
-    folder = os.environ.get("HCSS_SAMPLE_DATA")
-    if not folder:
-        pytest.skip("HCSS_SAMPLE_DATA does not name a folder of GOES files")
-
-    def find(pattern: str) -> Path:
-        found = sorted(Path(folder).glob(pattern))
-        if not found:
-            pytest.skip(f"no {pattern} in HCSS_SAMPLE_DATA")
-        return found[0]
-
-    return find
 
 
 @pytest.mark.parametrize("method", ["otsu", "local", "coverage"])
@@ -85,8 +67,8 @@ def test_scene_with_another_pixel_size_is_told_what_to_set(seviri):
     assert any("are taken for pixels of 20 m" in note for note in clouds.declares.notes)
 
 
-def test_hurricane_in_the_near_infrared(goes):
-    path = goes("OR_ABI-L2-CMIPM2-M3C03_G16_s2017266134*.nc")
+def test_hurricane_in_the_near_infrared():
+    path = sample_file("images/OR_ABI-L2-CMIPM2-M3C03_G16_s2017266134*.nc")
     image = read_image(path)
     assert image.values.shape == (1000, 1000)
     assert image.bright_is_cloud
@@ -104,14 +86,14 @@ def test_hurricane_in_the_near_infrared(goes):
     assert np.mean(thickness[450:490, 350:450] > 0) > 0.99
 
 
-def test_local_threshold_adds_thin_clouds_over_the_open_sea(goes):
-    path = goes("OR_ABI-L2-CMIPM2-M3C03_G16_s2017266134*.nc")
+def test_local_threshold_adds_thin_clouds_over_the_open_sea():
+    path = sample_file("images/OR_ABI-L2-CMIPM2-M3C03_G16_s2017266134*.nc")
     otsu, local = (_clouds(path, Grid(800, 800, 1002.0), method=method) for method in ("otsu", "local"))
     assert otsu.image_coverage + 0.05 < local.image_coverage < 0.75
 
 
-def test_water_vapour_radiance_has_its_clouds_cold(goes):
-    path = goes("OR_ABI-L1b-RadC-M3C08_*.nc")
+def test_water_vapour_radiance_has_its_clouds_cold():
+    path = sample_file("images/OR_ABI-L1b-RadC-M3C08_*.nc")
     image = read_image(path)
     assert not image.bright_is_cloud
     assert image.pixel_size_m == pytest.approx(2004.0, abs=0.1)
@@ -119,16 +101,16 @@ def test_water_vapour_radiance_has_its_clouds_cold(goes):
     assert 0.1 < clouds.image_coverage < 0.9
 
 
-def test_cloud_top_height_has_clear_sky_where_nothing_was_retrieved(goes):
-    path = goes("*Cloud_Top_Height.nc")
+def test_cloud_top_height_has_clear_sky_where_nothing_was_retrieved():
+    path = sample_file("images/*Cloud_Top_Height.nc")
     image = read_image(path)
     assert np.mean(np.isfinite(image.values)) == pytest.approx(0.61712, abs=1e-4)  # good, says the file
     clouds = _clouds(path, Grid(200, 300, image.pixel_size_m), missing="clear")
     assert 0.1 < clouds.image_coverage < 0.9
 
 
-def test_colour_picture(goes):
-    path = goes("Miriam*.jpg")
+def test_colour_picture():
+    path = sample_file("images/Miriam*.jpg")
     clouds = _clouds(path, Grid(700, 700, 2000.0))
     assert 0.3 < clouds.image_coverage < 0.8
     assert any("gives no pixel size" in note for note in clouds.declares.notes)

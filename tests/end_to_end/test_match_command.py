@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
+from sample_data import sample_file
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.analysis.matching.fragment import empty_frame
@@ -195,9 +194,6 @@ def test_help_names_the_budget_of_the_search():
     ],
 )
 def test_real_images_are_matched_to_five_per_cent(here, pattern, options, limit):
-    folder = os.environ.get("HCSS_SAMPLE_DATA")
-    found = sorted(Path(folder).glob(pattern)) if folder else []
-    if not found:
-        pytest.skip(f"HCSS_SAMPLE_DATA names no folder with {pattern}")
-    answer = json.loads(hcss("match", found[0], "-o", "real.toml", "--json", *options).output)
+    image = sample_file(f"images/{pattern}")
+    answer = json.loads(hcss("match", image, "-o", "real.toml", "--json", *options).output)
     assert answer["mean_rmse"] < limit

@@ -1,12 +1,8 @@
-"""Surrogates of images in whole scenes: a made image through the engine, measured ones through the generator.
-
-The folder of the measured images is given by the environment variable HCSS_SAMPLE_DATA.
-"""
+"""Surrogates of images in whole scenes: a made image through the engine, measured ones through the generator."""
 
 from __future__ import annotations
 
 import json
-import os
 import tomllib
 from pathlib import Path
 
@@ -14,6 +10,7 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from PIL import Image
+from sample_data import sample_file
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin import Scenario, simulate
@@ -99,21 +96,18 @@ def octave_power(field):
     ],
 )
 def test_frames_have_the_amplitudes_and_the_spectrum_of_the_measured_image(pattern, limit):
-    folder = os.environ.get("HCSS_SAMPLE_DATA")
-    found = sorted(Path(folder).glob(pattern)) if folder else []
-    if not found:
-        pytest.skip(f"HCSS_SAMPLE_DATA does not name a folder with {pattern}")
-    size = min(400, *read_image(found[0]).values.shape)
+    image = sample_file(f"images/{pattern}")
+    size = min(400, *read_image(image).values.shape)
     for evolution_s in (3600.0, np.inf):
         inputs = CloudInputs(
             sample_layer(),
             Grid(size, size, 1000.0),
             Motion(0.0, (10.0, 0.0), evolution_s, 60.0),
             1,
-            Catalog(base=found[0].parent),
+            Catalog(base=image.parent),
         )
         clouds = SurrogateClouds(
-            inputs, SurrogateParameters(image=found[0].name, missing="clear", reinterpret_pixel_size=True)
+            inputs, SurrogateParameters(image=image.name, missing="clear", reinterpret_pixel_size=True)
         )
         frame = clouds.thickness_m(90.0, slice(None), slice(None))
         template = clouds.template.thickness_m

@@ -1,8 +1,6 @@
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
+from sample_data import sample_file
 from tape7_text import RADIANCE_NAMES, air, cards, radiance_rows, radiance_run, transmittance_run, write
 
 from hcss_twin.core.errors import CatalogError
@@ -172,18 +170,12 @@ def test_empty_file_is_refused(tmp_path):
 
 # --- files MODTRAN wrote ------------------------------------------------------------------------------------
 
-SAMPLES = Path(os.environ["HCSS_SAMPLE_DATA"]) / "modtran" if "HCSS_SAMPLE_DATA" in os.environ else None
-needs_samples = pytest.mark.skipif(
-    SAMPLES is None or not SAMPLES.is_dir(), reason="HCSS_SAMPLE_DATA names no folder with a folder modtran"
-)
-
 
 def sample(name):
-    (path,) = read_tape7(SAMPLES / name)
+    (path,) = read_tape7(sample_file(f"modtran/{name}"))
     return path
 
 
-@needs_samples
 @pytest.mark.parametrize(
     ("name", "iemsct", "kind"),
     [
@@ -206,10 +198,9 @@ def test_real_files_are_read_as_what_they_are(name, iemsct, kind):
     assert (path.path_radiance is None) == (iemsct in (0, 3))
 
 
-@needs_samples
 @pytest.mark.parametrize("name", ["ModTrantape7file", "tape7-01", "tape7-01b"])
 def test_real_combined_transmittance_is_below_each_of_its_parts_and_agrees_with_its_logarithm(name):
-    rows = [line.split() for line in (SAMPLES / name).read_text().splitlines()[12:-1]]
+    rows = [line.split() for line in sample_file(f"modtran/{name}").read_text().splitlines()[12:-1]]
     table = np.array(rows, dtype=float)
     path = sample(name)
     np.testing.assert_array_equal(path.transmittance, table[:, 1])
@@ -219,7 +210,6 @@ def test_real_combined_transmittance_is_below_each_of_its_parts_and_agrees_with_
     np.testing.assert_allclose(path.transmittance[~thick], np.exp(-table[~thick, 12]), atol=6e-4)
 
 
-@needs_samples
 @pytest.mark.parametrize("name", ["tape7-02c", "tape7-05", "tape7-05b"])
 def test_real_path_radiance_is_that_of_air_between_the_coldest_and_the_warmest_level(name):
     path = sample(name)
@@ -228,14 +218,12 @@ def test_real_path_radiance_is_that_of_air_between_the_coldest_and_the_warmest_l
     assert np.all(path.path_radiance >= absorbed * planck(path.wavenumber_cm1, 180.0))
 
 
-@needs_samples
 def test_real_opaque_air_radiates_like_a_black_body_of_the_air_at_the_observer():
     # Tropical model: 299.7 K at the surface; the 15 um band is opaque within metres.
     path = sample("tape7-02c")
     np.testing.assert_allclose(path.path_radiance, planck(path.wavenumber_cm1, 299.67), rtol=2e-3)
 
 
-@needs_samples
 def test_real_sunlight_obeys_the_transmittance():
     path = sample("tape7-05")
     # The path ends in space: the sun's light reaches its end unweakened.
@@ -247,16 +235,14 @@ def test_real_sunlight_obeys_the_transmittance():
     assert np.median(ratio) == pytest.approx(np.cos(np.radians(20.0)), abs=0.03)
 
 
-@needs_samples
 def test_real_solar_run_transmits_exp_of_minus_its_depth():
     path = sample("tape7-04")
-    lines = (SAMPLES / "tape7-04").read_text().splitlines()[11:-1]
+    lines = sample_file("modtran/tape7-04").read_text().splitlines()[11:-1]
     depth = np.array([float(line.split()[-1]) for line in lines])
     found = path.solar["transmitted"] / path.solar["at_top"]
     np.testing.assert_allclose(found, np.exp(-depth), rtol=0.02, atol=1e-40)
 
 
-@needs_samples
 def test_real_near_infrared_air_scatters_sunlight_and_glows_not():
     path = sample("NIRscat.fl7")
     assert path.path_radiance.max() < 1e-18

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import netCDF4
 import numpy as np
 import pytest
 from evaluation_images import FOUR, clouds, hcss, made
+from sample_data import sample_file
 
 from hcss_twin import EvaluationChoice, evaluate, open_cube
 from hcss_twin.analysis.matching.target import ImageChoice, read_target
@@ -243,11 +241,8 @@ def test_the_truth_mask_is_that_of_the_cube(cube):
 
 @pytest.mark.long
 def test_a_goes_radiance_becomes_temperature_and_finds_its_band(cube):
-    folder = os.environ.get("HCSS_SAMPLE_DATA")
-    files = sorted(Path(folder).glob("OR_ABI-L1b-RadC-M3C08*.nc")) if folder else []
-    if not files:
-        pytest.skip("HCSS_SAMPLE_DATA names no folder with a GOES L1b file")
-    found = evaluate(files[0], cube, EvaluationChoice(variable="Rad"), EvaluationChoice(band="lwir-10.8"))
+    goes = sample_file("images/OR_ABI-L1b-RadC-M3C08*.nc")
+    found = evaluate(goes, cube, EvaluationChoice(variable="Rad"), EvaluationChoice(band="lwir-10.8"))
     assert found.unit == "K"
     # Water vapour of the upper troposphere at 6.2 um.
     assert 225.0 < found.metric("mean").real < 255.0
