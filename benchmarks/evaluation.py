@@ -1,4 +1,4 @@
-"""How like real images simulated cubes are: the table of docs/evaluate.md.
+"""How like real images simulated cubes are: the table of docs/how-to/evaluate.md.
 
 ::
 

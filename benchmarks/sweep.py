@@ -27,12 +27,10 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from page import put
 
 from hcss_twin import Scenario, simulate, sweep
 from hcss_twin.report.benchmarking.bench import private_cache
 
-PAGE = Path(__file__).parents[1] / "docs" / "sweeps.md"
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
 MODELS: dict[str, Any] = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 TINY = MODELS | {"image.rows": 16, "image.columns": 16, "frames.count": 1}
@@ -211,7 +209,6 @@ def main() -> None:
         "--parts", nargs="+", choices=["overhead", "kills", "speed"], default=["overhead", "kills", "speed"]
     )
     parser.add_argument("--folder", type=Path, default=None, help="where cubes are written for a moment")
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/sweeps.md")
     given = parser.parse_args()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     with tempfile.TemporaryDirectory(prefix="hcss-sweep-", dir=given.folder) as name:
@@ -224,8 +221,6 @@ def main() -> None:
                     "speed": lambda: speed(given.seconds, given.rounds, folder),
                 }[part]()
                 print(f"\n{text}", flush=True)
-                if given.write:
-                    put(f"sweep {part}", text, PAGE)
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def row(width_km: int, what: str, overrides: dict[str, object]) -> str:
 
 
 def main() -> None:
-    """Print the table of docs/viewing-geometry.md."""
+    """Print the table of docs/how-to/viewing-geometry.md."""
     print("| width | | views | error found, of that allowed |\n|---|---|---|---|")
     for field in FIELDS:
         print(row(*field), flush=True)

@@ -19,7 +19,7 @@ def test_the_provider_api_is_the_committed_one():
     broken = broken_promises(before, now)
     new = [f"new: {line}" for line in now if line not in before]
     assert not broken, (
-        f"version {providers.API_VERSION} of the provider API is frozen (docs/provider-api.md), and this breaks "
+        f"version {providers.API_VERSION} of the provider API is frozen (docs/reference/provider-api.md), and this breaks "
         "plugins that are installed somewhere:\n"
         + "\n".join([*broken, *new])
         + "\nUndo it. If it must be, it is a new "

@@ -1,4 +1,4 @@
-"""Cubes in the hands of others, as docs/reading-cubes.md says: its examples, and what HDF5 shows."""
+"""Cubes in the hands of others, as docs/how-to/reports-and-export.md says: its examples, and what HDF5 shows."""
 
 import re
 from pathlib import Path
@@ -11,8 +11,8 @@ from cheap import CHEAP
 
 from hcss_twin import Scenario, simulate
 
-PAGE = Path(__file__).parents[2] / "docs" / "reading-cubes.md"
-EXAMPLES = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "reports-and-export.md"
+EXAMPLES = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8").split("## Read a cube")[1], re.DOTALL)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from hcss_twin.sweeps.design import Design
 from hcss_twin.sweeps.points import points_of
 
 SHIPPED = sorted(path.stem for path in (catalog_root() / "sweeps").glob("*.toml"))
-PAGE = (Path(hcss_twin.__file__).parents[1] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+PAGE = (Path(hcss_twin.__file__).parents[1] / "docs" / "how-to" / "sweeps.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", SHIPPED)

@@ -180,7 +180,7 @@ def test_help_names_the_budget_of_the_search():
     assert match._BUDGET == BUDGET
 
 
-# The goal is 5 %; cloud-top heights have two modes, which one exponent does not give (docs/matching.md).
+# The goal is 5 %; cloud-top heights have two modes, which one exponent does not give (docs/how-to/match-and-fit.md).
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("pattern", "options", "limit"),

@@ -19,7 +19,7 @@ def test_shadows_and_parallax_are_drawn(tmp_path: Path) -> None:
     environment = os.environ | {"MPLBACKEND": "Agg"}
     done = subprocess.run(command, check=True, timeout=300, capture_output=True, text=True, env=environment)
     assert target.stat().st_size > 50_000
-    page = (SCRIPT.parents[1] / "shadows-and-parallax.md").read_text(encoding="utf-8")
+    page = (SCRIPT.parents[1] / "how-to" / "layers-and-shadows.md").read_text(encoding="utf-8")
     for line in done.stdout.splitlines():
         number = line.split(": ")[1].split(" of")[0].replace("%", " %")
         assert number in page

@@ -63,8 +63,8 @@ def test_scenario_that_asks_for_tapered_edges_is_told_where(scenario):
 
 
 def test_scenario_of_the_documentation_runs(tmp_path):
-    text = (Path(__file__).parents[2] / "docs" / "surrogate-clouds.md").read_text(encoding="utf-8")
-    scenario = tomllib.loads(text.split("```toml\n")[1].split("```")[0])
+    text = (Path(__file__).parents[2] / "docs" / "how-to" / "clouds-from-images.md").read_text(encoding="utf-8")
+    scenario = tomllib.loads(text.split("## Surrogates")[1].split("```toml\n")[1].split("```")[0])
     scenario["image"].update(rows=48, columns=64)
     scenario["frames"]["count"] = 1
     scenario["clouds"]["parameters"]["image"] = str(tmp_path / "clouds.png")

@@ -134,7 +134,7 @@ def test_the_bound_of_the_plan_holds_within_three_deviations_and_is_not_idle(pla
     across = (slope_x * np.cos(wind) - slope_y * np.sin(wind)) / cross
     inside = along**2 + across**2 <= 9.0
     assert 0.95 < inside.mean() < 1.0
-    # The level of the terms moves by up to 6 percent of what changes, see docs/sea.md.
+    # The level of the terms moves by up to 6 percent of what changes, see docs/how-to/sea.md.
     assert np.all(change[:, inside] <= 1.06 * bound)
     assert change[:, inside].max() > 0.3 * bound
 

@@ -248,7 +248,7 @@ def test_a_vanishing_lower_cloud_leaves_the_upper_one_and_its_own_reflection():
 
 
 def test_a_vanishing_upper_cloud_takes_away_only_the_emission_of_the_air_below_it():
-    """As one thin cloud does over the sea (docs/as-printed.md)."""
+    """As one thin cloud does over the sea (docs/development/radiance.md)."""
     tested = model({"cloud_sun_scale": 0.0}, layers=(LOW, HIGH))
     vanishing = tested.cloudy(WAVENUMBER, np.array([[300.0, 1e-9]]), SUN)
     alone = tested.cloudy(WAVENUMBER, np.array([[300.0, 0.0]]), SUN)

@@ -1,7 +1,7 @@
 """Measures of the simulated cloud type next to those printed in Tables VIII and IX of the HCSS paper.
 
 The printed images are 800 x 800 pixels of 20 m with 256 grey levels. EV is left out: the printed values are about
-half of what eq 21 gives for clouds with the printed coverage, DP and Den (docs/fractal-dimension.md).
+half of what eq 21 gives for clouds with the printed coverage, DP and Den (docs/how-to/evaluate.md).
 """
 
 import functools

@@ -1,4 +1,4 @@
-"""Writes tape7 text in MODTRAN's layout, as described in docs/atmosphere-files.md; not a test."""
+"""Writes tape7 text in MODTRAN's layout, as described in docs/how-to/atmospheres.md; not a test."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Six small providers, one of each kind, written from docs/writing-a-plugin.md alone."""
+"""Six small providers, one of each kind, written from docs/how-to/write-a-plugin.md alone."""
 
 from hcss_twin.registry import ProviderSpec, hookimpl
 

@@ -74,7 +74,7 @@ def test_turned_clouds_exchange_their_axes_and_keep_their_values(save):
 def test_every_estimator_finds_the_known_dimension_of_a_surface(save, hurst):
     image = save("s.npy", fractional_brownian_surface(256, hurst, 4))
     found = evaluate(image, image)
-    # Spreads of single surfaces of this size are in docs/fractal-dimension.md.
+    # Spreads of single surfaces of this size are in docs/how-to/evaluate.md.
     for name, tolerance in (("variogram", 0.05), ("spectrum", 0.2), ("boxes", 0.1), ("tops", 0.1)):
         assert found.metric(name).real == pytest.approx(3.0 - hurst, abs=tolerance)
 

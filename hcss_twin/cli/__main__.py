@@ -1,0 +1,5 @@
+"""``python -m hcss_twin.cli``, for machines where the command is not on the path."""
+
+from hcss_twin.cli.main import main
+
+main()
