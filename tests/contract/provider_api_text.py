@@ -199,8 +199,8 @@ def write(path=SNAPSHOT):
         if broken:
             raise SystemExit(
                 "\n".join(broken) + f"\nnot written: version {providers.API_VERSION} promises that this stays "
-                "(docs/reference/provider-api.md). Undo it, or raise API_VERSION in hcss_twin/providers/__init__.py and "
-                "hcss_twin/providers/registry/specs.py and run this again: every version has a snapshot of its own."
+                "(docs/reference/provider-api.md). Undo it, or raise API_VERSION in hcss_twin/providers/__init__.py "
+                "and hcss_twin/providers/registry/specs.py and run this again: every version has a snapshot of its own."
             )
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -19,8 +19,8 @@ def test_the_provider_api_is_the_committed_one():
     broken = broken_promises(before, now)
     new = [f"new: {line}" for line in now if line not in before]
     assert not broken, (
-        f"version {providers.API_VERSION} of the provider API is frozen (docs/reference/provider-api.md), and this breaks "
-        "plugins that are installed somewhere:\n"
+        f"version {providers.API_VERSION} of the provider API is frozen (docs/reference/provider-api.md), and this "
+        "breaks plugins that are installed somewhere:\n"
         + "\n".join([*broken, *new])
         + "\nUndo it. If it must be, it is a new "
         f"version: raise API_VERSION in hcss_twin/providers/__init__.py and providers/registry/specs.py, then {COMMAND}"
