@@ -32,7 +32,7 @@ def test_every_contender_is_timed_or_named_as_missing():
     assert cells[3] == "1"
 
 
-@pytest.mark.exhaustive
+@pytest.mark.campaign
 def test_memory_does_not_grow_with_frames():
     rows = [line for line in run("--memory").splitlines() if line.startswith("| ") and "frames" not in line]
     assert len(rows) == 2

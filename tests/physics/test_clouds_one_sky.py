@@ -146,7 +146,7 @@ def test_clouds_change_smoothly_in_time_without_jumps_of_the_coverage():
 
 
 @pytest.mark.parametrize(
-    "frames", [pytest.param(16, marks=pytest.mark.long), pytest.param(63, marks=pytest.mark.exhaustive)]
+    "frames", [pytest.param(16, marks=pytest.mark.long), pytest.param(63, marks=pytest.mark.campaign)]
 )
 def test_hundreds_of_millions_of_samples_hold_no_hot_pixel(frames):
     """With 63 frames a thousand million."""

@@ -57,7 +57,7 @@ def many_surfaces():
     for size in (96, 256, 800):
         for hurst in (0.1, 0.25, 0.5, 0.75, 0.9):
             is_usual = size < 800 or hurst in (0.25, 0.75)
-            yield pytest.param(size, hurst, marks=pytest.mark.long if is_usual else pytest.mark.exhaustive)
+            yield pytest.param(size, hurst, marks=pytest.mark.long if is_usual else pytest.mark.campaign)
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)

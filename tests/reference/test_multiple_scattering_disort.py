@@ -110,7 +110,7 @@ def test_random_layers_agree_with_discrete_ordinates() -> None:
 
 
 @pytest.mark.parametrize(
-    "count", [pytest.param(120, marks=pytest.mark.long), pytest.param(500, marks=pytest.mark.exhaustive)]
+    "count", [pytest.param(120, marks=pytest.mark.long), pytest.param(500, marks=pytest.mark.campaign)]
 )
 def test_many_random_layers_agree_with_discrete_ordinates_and_all_but_one_with_24_streams(count) -> None:
     check(count)

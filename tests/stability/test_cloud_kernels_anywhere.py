@@ -170,7 +170,7 @@ def test_any_window_of_any_field_is_finite_and_a_part_of_the_whole(drawn, rows, 
     np.testing.assert_array_equal(part, whole[top : top + rows, left : left + columns])
 
 
-@pytest.mark.long
+@pytest.mark.campaign
 @settings(max_examples=500, deadline=None)
 @given(skies(), st.integers(1, 30), st.integers(1, 30), st.integers(0, 9), st.integers(0, 9))
 def test_many_windows_of_fields(drawn, rows, columns, top, left):

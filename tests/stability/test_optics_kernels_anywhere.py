@@ -69,7 +69,7 @@ def test_any_cloud_has_an_albedo_between_0_and_1_and_a_phase_function_of_mean_1(
         assert np.all(np.isfinite(phase_function(moments, np.linspace(-1.0, 1.0, 19))))
 
 
-@pytest.mark.long
+@pytest.mark.campaign
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(["water", "ice"]), powers(-3, 2.69), st.floats(0.01, 0.4), powers(-9, -1), st.floats(0.7, 14.3))
 def test_many_clouds(phase, radius, variance, content, micron):

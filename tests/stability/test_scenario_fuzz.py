@@ -148,7 +148,7 @@ class TestAnyAllowedScenarioGivesASoundCubeOrAClearError:
     def test_few(self, raw):
         check_cube(raw)
 
-    @pytest.mark.long
+    @pytest.mark.campaign
     @_settings(25)
     @given(scenarios())
     def test_many(self, raw):
@@ -159,7 +159,7 @@ class TestAnyAllowedScenarioGivesASoundCubeOrAClearError:
     def test_few_of_the_default_models(self, raw):
         check_cube(raw)
 
-    @pytest.mark.long
+    @pytest.mark.campaign
     @_settings(2)
     @given(scenarios(PHYSICAL))
     def test_more_of_the_default_models(self, raw):
@@ -179,13 +179,13 @@ class TestAnyAllowedSurroundingsAndShapesOfImagesDoToo:
     def test_few(self, raw, files):
         check_cube(raw, files)
 
-    @pytest.mark.long
+    @pytest.mark.campaign
     @_settings(25)
     @given(raw=wide_scenarios(PAPER, particles=True))
     def test_many(self, raw, files):
         check_cube(raw, files)
 
-    @pytest.mark.long
+    @pytest.mark.campaign
     @_settings(5)
     @given(raw=wide_scenarios(PHYSICAL, particles=True))
     def test_many_of_the_default_models(self, raw, files):
@@ -198,7 +198,7 @@ class TestAnyOtherScenarioIsRefusedWithAMessage:
     def test_few(self, raw):
         check_refusal(raw)
 
-    @pytest.mark.long
+    @pytest.mark.campaign
     @_settings(300)
     @given(mutated())
     def test_many(self, raw):

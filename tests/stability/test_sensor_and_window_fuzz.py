@@ -113,13 +113,13 @@ class TestAnySensorOnAnyPlatformMeasuresASoundCubeOrIsRefused:
     def test_few(self, raw, files):
         check_measured(raw, files)
 
-    @pytest.mark.long
+    @pytest.mark.campaign
     @_settings(25)
     @given(raw=seen_scenarios())
     def test_many(self, raw, files):
         check_measured(raw, files)
 
-    @pytest.mark.long
+    @pytest.mark.campaign
     @_settings(3)
     @given(raw=seen_scenarios(PHYSICAL))
     def test_many_of_the_default_models(self, raw, files):
@@ -132,7 +132,7 @@ class TestAnyWindowIsThatPartOfTheImageToTheBit:
     def test_few(self, drawn, files):
         check_window(*drawn, files)
 
-    @pytest.mark.long
+    @pytest.mark.campaign
     @_settings(15)
     @given(drawn=windowed(seen_scenarios()))
     def test_many_measured(self, drawn, files):

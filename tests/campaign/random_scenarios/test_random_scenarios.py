@@ -1,43 +1,16 @@
 """Twenty random valid scenarios: pixels of their cubes, computed again without tables, keep the accuracy asked for."""
 
-import importlib
 import statistics
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
-
-import hcss_twin
-
-FOLDER = Path(hcss_twin.__file__).parents[1] / "benchmarks"
-pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="not in an installed package")
+import random_scenario_checks as checks
+import random_scenario_draws as draws
+import random_scenario_rows as rows_file
 
 NUMBERS = tuple(range(20))
 CHEAP_NUMBERS = (0, 1, 2, 5, 6, 8, 10, 11, 12, 14, 15, 18, 19)
 """Those of the model that compiles in a fraction of a second."""
-
-
-@pytest.fixture(scope="module")
-def benchmark():
-    """The modules of the benchmark, which find each other as they do beside the script that is run."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(FOLDER))
-        yield {part: importlib.import_module(f"random_scenario_{part}") for part in ("draws", "checks", "rows")}
-
-
-@pytest.fixture(scope="module")
-def draws(benchmark):
-    return benchmark["draws"]
-
-
-@pytest.fixture(scope="module")
-def checks(benchmark):
-    return benchmark["checks"]
-
-
-@pytest.fixture(scope="module")
-def rows_file(benchmark):
-    return benchmark["rows"]
 
 
 @pytest.fixture
@@ -56,29 +29,29 @@ def require_kept(rows):
         assert row.agrees, row
 
 
-def test_scenarios_are_the_same_each_time_and_unlike_each_other(draws, folder):
+def test_scenarios_are_the_same_each_time_and_unlike_each_other(folder):
     made = [draws.scenario(number, 1e-3, folder) for number in (1, 5)]
     assert made == [draws.scenario(number, 1e-3, folder) for number in (1, 5)]
     assert made[0] != made[1]
 
 
 @pytest.mark.parametrize("number", CHEAP_NUMBERS)
-def test_cheap_scenarios_keep_a_thousandth(number, checks, folder):
+def test_cheap_scenarios_keep_a_thousandth(number, folder):
     rows = checks.check(number, [1e-3], folder)
     assert rows[0].model == "as-printed"
     require_kept(rows)
 
 
-@pytest.mark.long
+@pytest.mark.campaign
 @pytest.mark.parametrize("number", NUMBERS)
-def test_twenty_scenarios_keep_their_accuracies(number, draws, checks, folder):
+def test_twenty_scenarios_keep_their_accuracies(number, folder):
     # the dear ones at one accuracy, the cheap ones at those at which they are not run above: all three of all
     # scenarios are in the committed run
     wanted = [each for each in draws.ACCURACIES if (each == 1e-3) is (number not in CHEAP_NUMBERS)]
     require_kept(checks.check(number, wanted, folder))
 
 
-def test_an_error_in_the_tables_is_seen(checks, folder, monkeypatch):
+def test_an_error_in_the_tables_is_seen(folder, monkeypatch):
     """What recomputes the pixels is not what made them."""
     from dataclasses import replace
 
@@ -99,7 +72,7 @@ def test_an_error_in_the_tables_is_seen(checks, folder, monkeypatch):
     assert row.agrees
 
 
-def test_the_committed_run_kept_every_accuracy_and_its_cost_grew_slowly(draws, rows_file):
+def test_the_committed_run_kept_every_accuracy_and_its_cost_grew_slowly():
     rows = rows_file.read_rows(rows_file.RESULTS)
     assert rows_file.read_failed(rows_file.RESULTS) == {}
     numbers = {row.scenario for row in rows}

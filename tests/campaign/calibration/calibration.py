@@ -4,7 +4,7 @@ Parameters are drawn from the prior, an image is made from each by the fractal g
 given the image is sampled with the same prior. If all is right the rank of the true value among the draws is
 uniform, and a 90 % interval holds it nine times of ten (S. Talts et al., arXiv:1804.06788).
 
-    python benchmarks/calibration.py --images 200 --workers 2 -o benchmarks/results/calibration.json
+    python tests/campaign/calibration/calibration.py --images 200 --workers 2 -o results.json
 
 A run that was interrupted goes on where it was: rows that the output has are not computed again.
 """
@@ -141,7 +141,7 @@ def main() -> None:
     with multiprocessing.get_context("spawn").Pool(given.workers) as pool:
         for row in pool.imap_unordered(work, left):
             rows = sorted([*rows, row], key=lambda each: each["index"])
-            command = f"python benchmarks/calibration.py --images {given.images} --size {given.size}"
+            command = f"python tests/campaign/calibration/calibration.py --images {given.images} --size {given.size}"
             content = {
                 "command": f"{command} --seed {given.seed} --workers {given.workers}",
                 "asked": asked,

@@ -1,15 +1,15 @@
 """Random valid scenarios: is the error of each cube within the accuracy asked for, and what does accuracy cost?
 
-    python benchmarks/random_scenarios.py                       # 300 scenarios at three accuracies: hours
-    python benchmarks/random_scenarios.py --scenarios 20        # the first 20
-    python benchmarks/random_scenarios.py --summary             # only what the file of results says
+    python tests/campaign/random_scenarios/run.py                       # 300 scenarios at three accuracies: hours
+    python tests/campaign/random_scenarios/run.py --scenarios 20        # the first 20
+    python tests/campaign/random_scenarios/run.py --summary             # only what the file of results says
 
 Scenario number i is always the same. Its cubes are made with random pixels of 48 x 48 and a few frames; random pixels
 of them are computed again here: the radiance model is asked for their very columns at every wavenumber of the scene's
 grid, and the spectra are summed over the bands, with code that shares nothing with the certificate's. Clouds do not
 depend on the accuracy (which is checked), so that these columns are computed once for all accuracies.
 
-Rows go to ``benchmarks/results/random-scenarios.json`` as they are found; those that are there are not computed again.
+Rows go to ``results.json beside this file`` as they are found; those that are there are not computed again.
 """
 
 from __future__ import annotations

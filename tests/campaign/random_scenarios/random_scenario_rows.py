@@ -11,7 +11,7 @@ from pathlib import Path
 
 from random_scenario_draws import ACCURACIES, MODELS
 
-RESULTS = Path(__file__).parent / "results" / "random-scenarios.json"
+RESULTS = Path(__file__).with_name("results.json")
 
 
 @dataclass(frozen=True)
