@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.sea.parameters import RoughSeaParameters
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.models.sea.wave_contrast import glint_contrast_bound, resolved_slope, thermal_contrast_bound
 from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s

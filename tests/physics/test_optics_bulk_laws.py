@@ -6,9 +6,9 @@ import pytest
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics.bulk import bulk_efficiencies, bulk_properties
 from hcss_twin.models.optics.mie import MieOptics
-from hcss_twin.models.optics.parameters import MieParameters
 from hcss_twin.models.optics.size_distribution import gamma_distribution, projected_area_m1
 from hcss_twin.models.optics.spheres import mie_efficiencies
+from hcss_twin.models.parameters import MieParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index
 from hcss_twin.providers import Microphysics, Optics, OpticsInputs
 

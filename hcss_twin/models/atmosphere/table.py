@@ -16,9 +16,9 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.native_grid import native_nodes, native_window
-from hcss_twin.models.atmosphere.parameters import TableParameters
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable, read_atmosphere_table
+from hcss_twin.models.parameters import TableParameters
 from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_start
 from hcss_twin.physics.paths import SPACE, Path
 from hcss_twin.physics.profile import Profile

@@ -14,11 +14,11 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.optics.bulk_table import VALID_UM, Accuracy, BulkTable
+from hcss_twin.models.optics.bulk import VALID_UM, Accuracy, BulkTable
 from hcss_twin.models.optics.ice_crystals import CrystalRatios, load_crystals
-from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
 from hcss_twin.models.optics.size_distribution import effective_radius_um
 from hcss_twin.models.optics.table_store import TableStore
+from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index, load_water_at
 from hcss_twin.providers import Declares, Microphysics, OpticsInputs, SingleScattering
 from hcss_twin.providers.common import Note

@@ -19,7 +19,7 @@ from hcss_twin.core.cache import OPTICS, cache_root
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
-from hcss_twin.models.optics.bulk_table import BulkTable
+from hcss_twin.models.optics.bulk import BulkTable
 
 FORMAT, VERSION = "hcss-bulk-optics", 1
 

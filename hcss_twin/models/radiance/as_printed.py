@@ -16,7 +16,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
-from hcss_twin.models.radiance.parameters import AsPrintedParameters
+from hcss_twin.models.parameters import AsPrintedParameters
 from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, scattering_cosine_literal, wind_azimuths
 from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 from hcss_twin.physics.paths import to_space

@@ -12,9 +12,9 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.models.parameters import CoxMunkParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.facets import facet_weights, incidence_nodes
-from hcss_twin.models.sea.parameters import CoxMunkParameters
 from hcss_twin.models.sea.pierson_moskowitz import significant_wave_height_m
 from hcss_twin.models.sea.slope_statistics import (
     MEASURED_WIND_M_S,

@@ -7,9 +7,9 @@ from typing import Self, TypeVar
 
 import numpy as np
 
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.cox_munk import bearings, directions, mirror_facet, reflectance_at, relative_azimuths
 from hcss_twin.models.sea.facets import both_seen, incidence_nodes, smith_lambda
-from hcss_twin.models.sea.parameters import RoughSeaParameters
 from hcss_twin.models.sea.reflection import (
     INCIDENCE_COUNT,
     Basis,

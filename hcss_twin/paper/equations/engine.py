@@ -23,7 +23,7 @@ ENGINE: dict[str, tuple[Equation, ...]] = {
         Equation(
             "Brightness temperature",
             r"\int R(\lambda)\, B(\lambda, T_B)\, d\lambda = L_{band}",
-            ("models.radiance.brightness.BrightnessTemperature",),
+            ("models.radiance.spectral_grid.BrightnessTemperature",),
             "definition",
         ),
         Equation(

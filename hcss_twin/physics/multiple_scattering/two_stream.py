@@ -22,10 +22,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.multiple_scattering.checks import checked_cosines, checked_layers, checked_sun
 from hcss_twin.physics.multiple_scattering.directions import gauss_streams
 from hcss_twin.physics.multiple_scattering.forward_peak import once_back, once_through, path_back, path_through
-from hcss_twin.physics.multiple_scattering.layer import LayerOperators
+from hcss_twin.physics.multiple_scattering.layer import LayerOperators, checked_cosines, checked_layers, checked_sun
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, extended_moments
 
 
@@ -77,10 +76,11 @@ def solve_sun_two_stream(
     relative_azimuth: ArrayLike,
     streams: int,
 ) -> tuple[Array, Array]:
-    """Reflectance and transmittance as :func:`hcss_twin.physics.multiple_scattering.sun.solve_sun`, in closed form.
+    """Reflectance and transmittance (T, V, P) of sunlight, sr-1, in closed form.
 
-    Single scattering and forward peak as there, and the part that :func:`solve_layers_two_stream`
-    spreads over all directions, which does not depend on azimuth. Parameters, result and errors as there.
+    Single scattering and forward peak as in :func:`hcss_twin.physics.multiple_scattering.sunlight.solve_sun`, plus the
+    part that :func:`solve_layers_two_stream` spreads over all directions, which does not depend on azimuth.
+    Parameters, result and errors are those of ``solve_sun``.
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     view, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)

@@ -13,10 +13,10 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.band_model.absorber_density import level_state
 from hcss_twin.models.atmosphere.band_model.absorption import TRACE_GASES, Absorption, read_coefficients
-from hcss_twin.models.atmosphere.band_model.path_amounts import LayeredAir
+from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, SingleScattering
 from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
-from hcss_twin.models.atmosphere.parameters import BandModelParameters
+from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs, Declares

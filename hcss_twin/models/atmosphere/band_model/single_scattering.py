@@ -21,7 +21,7 @@ from hcss_twin.models.atmosphere.band_model.aerosol import (
     boundary_optics,
     wavelength_weights,
 )
-from hcss_twin.models.atmosphere.band_model.path_amounts import LayeredAir
+from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.physics.paths import Leg
 
 Nodes = NDArray[np.intp]

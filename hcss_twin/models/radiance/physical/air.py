@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.physical.crossed import Crossing, PathAmounts
+from hcss_twin.models.radiance.physical.composite_paths import Crossing, PathAmounts
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile

@@ -14,7 +14,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights, LegView
 from hcss_twin.models.radiance.physical.columns import Columns
-from hcss_twin.models.radiance.physical.crossed import PathAmounts
+from hcss_twin.models.radiance.physical.composite_paths import PathAmounts
 from hcss_twin.models.radiance.physical.directions import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS, VIEW
 from hcss_twin.physics.paths import Leg, Path
 

@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.parameters import PhysicalParameters
+from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.directions import VIEW, Directions
 from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, solve_layers
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
-from hcss_twin.physics.multiple_scattering.sunlit_layers import solve_sunlit_layers, transmit_beams
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers, transmit_beams
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 from hcss_twin.providers import CloudLayer, Optics
 

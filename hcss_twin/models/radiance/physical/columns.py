@@ -15,7 +15,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Air, Heights
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab
-from hcss_twin.models.radiance.physical.crossed import PathAmounts
+from hcss_twin.models.radiance.physical.composite_paths import PathAmounts
 from hcss_twin.models.radiance.physical.directions import Directions
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space

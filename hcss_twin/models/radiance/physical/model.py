@@ -20,7 +20,7 @@ from typing import Any, ClassVar, ParamSpec, TypeVar
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.parameters import PhysicalParameters
+from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, SlabMaker, stacked, turned_modes
 from hcss_twin.models.radiance.physical.columns import Columns

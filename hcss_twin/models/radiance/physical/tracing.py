@@ -17,7 +17,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.closure import Closure, close
 from hcss_twin.models.radiance.physical.columns import Columns
-from hcss_twin.models.radiance.physical.crossed import PathAmounts
+from hcss_twin.models.radiance.physical.composite_paths import PathAmounts
 from hcss_twin.models.radiance.physical.directions import (
     AIR,
     CLOUD,
