@@ -33,8 +33,8 @@ def unpolarised_reflectance(
 
     Notes
     -----
-    M. Born and E. Wolf, Principles of Optics, 7th ed., section 1.5.2, eqs (20) and (21), with the
-    refracted cosine eliminated by Snell's law: u = sqrt(m^2 - sin^2) is m times that cosine.
+    M. Born and E. Wolf, Principles of Optics, 7th ed., section 1.5.2, eqs (20) and (21), with the refracted cosine
+    eliminated by Snell's law: u = sqrt(m^2 - sin^2) is m times that cosine.
     """
     m2 = np.square(np.asarray(index, dtype=np.complex128))
     mu = np.asarray(cos_incidence, dtype=np.float64)

@@ -10,9 +10,9 @@ any distance. The direct problem converges everywhere, poles included.
 
 The image plane on the globe.
 
-x points east and y north on the plane of the azimuthal equidistant projection of the ellipsoid WGS 84 about the
-image centre at the start: every point of it lies at its distance and bearing from the centre along a geodesic
-(J. P. Snyder, "Map Projections: A Working Manual", USGS Professional Paper 1395, 1987, pp 197-202).
+x points east and y north on the plane of the azimuthal equidistant projection of the ellipsoid WGS 84 about the image
+centre at the start: every point of it lies at its distance and bearing from the centre along a geodesic (J. P. Snyder,
+"Map Projections: A Working Manual", USGS Professional Paper 1395, 1987, pp 197-202).
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ def relative_azimuth_rad(view_azimuth_deg: float, sun_azimuth_deg: float) -> flo
 def wind_azimuths(sensor_azimuth_deg: float, sun_azimuth_deg: float, wind_from_deg: float) -> tuple[float, float]:
     """Return (relative_azimuth, wind_azimuth) in radians for bearings in degrees clockwise from north.
 
-    The slopes are mirror-symmetric about the wind, so that the sense of counting may be turned until the sun
-    lies at wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
+    The slopes are mirror-symmetric about the wind, so that the sense of counting may be turned until the sun lies at
+    wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
     """
     difference = _turn_deg(sensor_azimuth_deg, sun_azimuth_deg)
     bearing = wind_sense(sensor_azimuth_deg, sun_azimuth_deg) * (sensor_azimuth_deg - wind_from_deg)
@@ -68,9 +68,9 @@ def scattering_cosine(mu: float, mu0: float, relative_azimuth: float) -> float:
 
     Notes
     -----
-    From the direction vectors: the sunbeam travels along -s, the light seen along v, so
-    cos(scattering) = -s.v. Equation 14 of the HCSS paper has the opposite sign of the first
-    product; :func:`scattering_cosine_literal` keeps that form.
+    From the direction vectors: the sunbeam travels along -s, the light seen along v, so cos(scattering) = -s.v.
+    Equation 14 of the HCSS paper has the opposite sign of the first product; :func:`scattering_cosine_literal` keeps
+    that form.
     """
     return _cosine(-mu * mu0 - math.sqrt(1 - mu * mu) * math.sqrt(1 - mu0 * mu0) * math.cos(relative_azimuth))
 

@@ -2,9 +2,8 @@
 
 Fewer nodes than four are taken all: three give the cubic of three nodes, two a straight line, one its value.
 
-``scipy.interpolate.PchipInterpolator`` builds coefficients for every interval before it evaluates
-one; here each row has its own nodes and its own point, and only the interval in question is worked
-out. The result is the same.
+``scipy.interpolate.PchipInterpolator`` builds coefficients for every interval before it evaluates one; here each row
+has its own nodes and its own point, and only the interval in question is worked out. The result is the same.
 """
 
 from __future__ import annotations
@@ -51,8 +50,8 @@ def pchip_in_window(nodes: Array, values: Array, x: Array) -> Array:
 
     References
     ----------
-    F. N. Fritsch and J. Butland, "A method for constructing local monotone piecewise cubic
-    interpolants", SIAM J. Sci. Stat. Comput. 5, 300 (1984).
+    F. N. Fritsch and J. Butland, "A method for constructing local monotone piecewise cubic interpolants", SIAM J. Sci.
+    Stat. Comput. 5, 300 (1984).
     """
     count = nodes.shape[1]
     if count == 1:

@@ -43,8 +43,8 @@ def sun_position(
 
     References
     ----------
-    I. Reda and A. Andreas, "Solar position algorithm for solar radiation applications",
-    NREL/TP-560-34302 (2008), as implemented by pvlib.
+    I. Reda and A. Andreas, "Solar position algorithm for solar radiation applications", NREL/TP-560-34302 (2008), as
+    implemented by pvlib.
     """
     if any(time.tzinfo is None for time in times):
         raise ValueError("time without zone: give an offset, for example +00:00")

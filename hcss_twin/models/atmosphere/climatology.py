@@ -1,7 +1,7 @@
 """Monthly climatology of the sea surface and the air above it, by place and date (COADS, 1946-1989).
 
-Linear in time between the middles of the months, bilinear in space over the cells that have reports.
-Linear interpolation flattens the extremes of the year by up to a tenth of the seasonal range.
+Linear in time between the middles of the months, bilinear in space over the cells that have reports. Linear
+interpolation flattens the extremes of the year by up to a tenth of the seasonal range.
 """
 
 from __future__ import annotations

@@ -23,9 +23,8 @@ MASS_RATIO = MOLAR_MASS_WATER / MOLAR_MASS_DRY_AIR
 LARGEST_RELATIVE_HUMIDITY = 1.05
 """Relative humidity over liquid water above which a profile is refused.
 
-Over liquid water at all temperatures, as radiosondes report it: vapour above an ice cloud may exceed ice
-saturation by half, but below about -38 degC drops freeze on their own before water saturation is reached.
-"""
+Over liquid water at all temperatures, as radiosondes report it: vapour above an ice cloud may exceed ice saturation by
+half, but below about -38 degC drops freeze on their own before water saturation is reached. """
 
 COLDEST_SATURATION_K = 123.0
 """Below, the formula of saturation is not valid."""

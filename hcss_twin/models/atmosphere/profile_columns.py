@@ -15,7 +15,7 @@ Unit = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ProfileQuantity:
     """One quantity of a profile.
 
     Attributes
@@ -109,30 +109,30 @@ _GAS_NAMES = {
 HUMIDITIES = ("h2o", "mixing_ratio", "specific_humidity", "dewpoint", "relative_humidity")
 """Ways of giving water vapour; the first one present is used."""
 
-QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
+QUANTITIES: Mapping[str, ProfileQuantity] = MappingProxyType(
     {
         quantity.name: quantity
         for quantity in (
-            Quantity("altitude", ("altitude", "height", "geometric_altitude", "z"), _LENGTH, 0.0, 1e6),
-            Quantity(
+            ProfileQuantity("altitude", ("altitude", "height", "geometric_altitude", "z"), _LENGTH, 0.0, 1e6),
+            ProfileQuantity(
                 "geopotential_height",
                 ("geopotential_height", "geopotential_altitude", "gph"),
                 {**_LENGTH, "gpm": (1.0, 0.0)},
                 0.0,
                 1e6,
             ),
-            Quantity("pressure", ("pressure", "air_pressure", "pressure_level", "p"), _PRESSURE, 0.0, 1.1e5),
-            Quantity("temperature", ("temperature", "air_temperature", "ta", "t"), _TEMPERATURE, 100.0, 1500.0),
-            Quantity("relative_humidity", ("relative_humidity", "rh", "hur"), _RELATIVE, 0.0, 2.0),
-            Quantity(
+            ProfileQuantity("pressure", ("pressure", "air_pressure", "pressure_level", "p"), _PRESSURE, 0.0, 1.1e5),
+            ProfileQuantity("temperature", ("temperature", "air_temperature", "ta", "t"), _TEMPERATURE, 100.0, 1500.0),
+            ProfileQuantity("relative_humidity", ("relative_humidity", "rh", "hur"), _RELATIVE, 0.0, 2.0),
+            ProfileQuantity(
                 "dewpoint",
                 ("dewpoint", "dew_point", "dewpoint_temperature", "dew_point_temperature", "td"),
                 _TEMPERATURE,
                 123.0,
                 332.0,
             ),
-            Quantity("specific_humidity", ("specific_humidity", "hus", "q"), _MASS_RATIO, 0.0, 0.2),
-            Quantity(
+            ProfileQuantity("specific_humidity", ("specific_humidity", "hus", "q"), _MASS_RATIO, 0.0, 0.2),
+            ProfileQuantity(
                 "mixing_ratio",
                 ("mixing_ratio", "humidity_mixing_ratio", "water_vapour_mixing_ratio"),
                 _MASS_RATIO,
@@ -140,7 +140,7 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
                 0.2,
             ),
             *(
-                Quantity(
+                ProfileQuantity(
                     gas,
                     (gas, _GAS_NAMES[gas], f"mole_fraction_of_{_GAS_NAMES[gas]}_in_air"),
                     _MOLE_FRACTION,
@@ -184,7 +184,7 @@ def folded(unit: str) -> str:
     return re.sub(r"[\s/·_]+", "_", unit.strip().lower())
 
 
-def recognised(header: str) -> tuple[Quantity, Unit] | None:
+def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
     """Tell from the head of a CSV column what it holds and in which unit.
 
     Parameters
@@ -218,8 +218,8 @@ def recognised(header: str) -> tuple[Quantity, Unit] | None:
     raise ValueError(f"column '{header}' is not known; allowed: {', '.join(QUANTITIES)}{hint}")
 
 
-def named(names: Iterable[str]) -> Quantity | None:
-    """Quantity that one of a NetCDF variable's names stands for, None where none does."""
+def named(names: Iterable[str]) -> ProfileQuantity | None:
+    """ProfileQuantity that one of a NetCDF variable's names stands for, None where none does."""
     for name in names:
         for quantity in QUANTITIES.values():
             if _folded_name(name) in quantity.spellings:
@@ -227,7 +227,7 @@ def named(names: Iterable[str]) -> Quantity | None:
     return None
 
 
-def unit_of(quantity: Quantity, unit: str, label: str) -> Unit:
+def unit_of(quantity: ProfileQuantity, unit: str, label: str) -> Unit:
     """Look up a unit.
 
     Raises
@@ -254,7 +254,7 @@ def _folded_name(name: str) -> str:
     return folded(name).replace("-", "_")
 
 
-def _by_length() -> list[tuple[str, Quantity]]:
+def _by_length() -> list[tuple[str, ProfileQuantity]]:
     """Every spelling, the longest first, so that 'temperature_K' is not taken for 't'."""
     pairs = [(spelling, quantity) for quantity in QUANTITIES.values() for spelling in quantity.spellings]
     return sorted(pairs, key=lambda pair: -len(pair[0]))

@@ -375,8 +375,8 @@ WARM_MONTHS = range(4, 10)
 def candidates(latitude_deg: float) -> tuple[str, ...]:
     """Model atmospheres that occur in a belt of latitude.
 
-    Tropical and midlatitude summer up to 23.5 degrees; all but the subarctic ones up to 50; beyond that
-    all but the tropical and the midlatitude summer one.
+    Tropical and midlatitude summer up to 23.5 degrees; all but the subarctic ones up to 50; beyond that all but the
+    tropical and the midlatitude summer one.
     """
     if abs(latitude_deg) <= TROPIC_DEG:
         return ("tropical", "midlatitude-summer")

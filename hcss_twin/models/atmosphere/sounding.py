@@ -15,7 +15,7 @@ from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.profile_columns import (
     HUMIDITIES,
     QUANTITIES,
-    Quantity,
+    ProfileQuantity,
     Unit,
     named,
     recognised,
@@ -37,7 +37,7 @@ class Sounding:
     where : tuple of str (L,)
         Where each level stands in the file, for messages: ``line 12`` or ``level 3``.
     columns : mapping of str to ndarray (L,)
-        Quantity (``profile_columns``) to values; every value finite and within its physical limits.
+        ProfileQuantity (``profile_columns``) to values; every value finite and within its physical limits.
     notes : tuple of str
         What was left aside.
     """
@@ -61,8 +61,7 @@ def read_sounding(path: Path, name: str) -> Sounding:
     Raises
     ------
     CatalogError
-        If the file is malformed, a quantity is missing, or a value is missing or impossible; with the
-        line or level.
+        If the file is malformed, a quantity is missing, or a value is missing or impossible; with the line or level.
     """
     read = _read_netcdf if path.suffix.lower() in NETCDF_SUFFIXES else _read_csv
     where, columns = read(path, name)
@@ -86,7 +85,7 @@ def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]
     number, header = next(lines, (0, None))
     if header is None:
         raise CatalogError(f"{name}: no row of column names")
-    kept: dict[int, tuple[Quantity, Unit, str]] = {}
+    kept: dict[int, tuple[ProfileQuantity, Unit, str]] = {}
     for index, head in enumerate(header):
         try:
             found = recognised(head)
@@ -143,7 +142,7 @@ def _read_netcdf(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Arra
         dataset = netCDF4.Dataset(path)
     except OSError as error:
         raise CatalogError(f"{name}: not a readable NetCDF file: {error}") from error
-    found: dict[int, tuple[Quantity, Unit, str]] = {}
+    found: dict[int, tuple[ProfileQuantity, Unit, str]] = {}
     arrays: dict[str, Array] = {}
     with dataset:
         for index, (label, variable) in enumerate(dataset.variables.items()):
@@ -186,14 +185,16 @@ def _one_column(variable: Any, label: str, name: str) -> Array:
     return squeezed
 
 
-def _refuse_twice(kept: Mapping[int, tuple[Quantity, Unit, str]], quantity: Quantity, label: str, place: str) -> None:
+def _refuse_twice(
+    kept: Mapping[int, tuple[ProfileQuantity, Unit, str]], quantity: ProfileQuantity, label: str, place: str
+) -> None:
     for other, _, first in kept.values():
         if other.name == quantity.name:
             raise CatalogError(f"{place}: '{first}' and '{label}' both hold {quantity.name}; keep one")
 
 
 def _in_si(
-    values: Array, quantity: Quantity, unit: Unit, label: str, where: tuple[str, ...] | list[str], name: str
+    values: Array, quantity: ProfileQuantity, unit: Unit, label: str, where: tuple[str, ...] | list[str], name: str
 ) -> Array:
     factor, offset = unit
     result = factor * values + offset

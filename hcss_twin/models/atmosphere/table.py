@@ -1,8 +1,8 @@
 """Transmittance provider ``table``: interpolation of tabulated transmittance and path radiance.
 
-A composite path is looked up by its *total* air mass above its lowest point: absorber amounts
-add along the legs, so sun -> sea -> sensor is one long path, not the product of two
-transmittances (which would be too small wherever lines are saturated).
+A composite path is looked up by its *total* air mass above its lowest point: absorber amounts add along the legs, so
+sun -> sea -> sensor is one long path, not the product of two transmittances (which would be too small wherever lines
+are saturated).
 """
 
 from __future__ import annotations
@@ -56,11 +56,10 @@ class TableTransmittance:
 
     Notes
     -----
-    ln(-ln T) and path radiance / (1 - T) by monotone cubics: first in ln(pressure) of the target at
-    the table's zenith angles, then in ln(air mass). Between the nodes of the shipped table this is
-    within 4e-4 of LOWTRAN7 at every wavenumber and 2e-4 in band means; path radiance within 0.25 %.
-    A path that crosses the air above its lowest point with a height-dependent slant (two legs of
-    different zenith) is treated as the slant path of equal air mass.
+    ln(-ln T) and path radiance / (1 - T) by monotone cubics: first in ln(pressure) of the target at the table's zenith
+    angles, then in ln(air mass). Between the nodes of the shipped table this is within 4e-4 of LOWTRAN7 at every
+    wavenumber and 2e-4 in band means; path radiance within 0.25 %. A path that crosses the air above its lowest point
+    with a height-dependent slant (two legs of different zenith) is treated as the slant path of equal air mass.
     """
 
     def __init__(self, inputs: AtmosphereInputs, parameters: TableParameters) -> None:

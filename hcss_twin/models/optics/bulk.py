@@ -8,8 +8,8 @@ wavenumber does not depend on which others are asked for; they are computed when
 
 Bulk properties of one size distribution of spheres, tabulated over wavelength.
 
-Nothing but wavelength is interpolated. Everything that a value depends on enters the table's key, so that tables can
-be kept in files and found again by content.
+Nothing but wavelength is interpolated. Everything that a value depends on enters the table's key, so that tables can be
+kept in files and found again by content.
 """
 
 from __future__ import annotations
@@ -88,9 +88,9 @@ def bulk_properties(
 
     Notes
     -----
-    Eq 9 of the HCSS paper, pi * integral of r^2 Q n(r) dr, for absorption and extinction alike. Eq 10
-    multiplies 1 - albedo with a bare efficiency; a coefficient per length needs the number density
-    too, so ice is integrated as eq 9 is.
+    Eq 9 of the HCSS paper, pi * integral of r^2 Q n(r) dr, for absorption and extinction alike. Eq 10 multiplies 1 -
+    albedo with a bare efficiency; a coefficient per length needs the number density too, so ice is integrated as eq 9
+    is.
     """
     wavelength = np.asarray(wavelength_um, dtype=np.float64)
     refractive = index.at(1e4 / wavelength)
@@ -157,8 +157,8 @@ def bulk_efficiencies(
 ) -> tuple[Array, Array, Array]:
     """Extinction, scattering and absorption efficiencies (V,) of the particles together.
 
-    Fig 6 of the HCSS paper shows them. They are the volume coefficients divided by the
-    geometric cross section per volume.
+    Fig 6 of the HCSS paper shows them. They are the volume coefficients divided by the geometric cross section per
+    volume.
     """
     bulk = bulk_properties(cloud, index, wavelength_um, radius_nodes)
     area = projected_area_m1(cloud)

@@ -1,9 +1,9 @@
 """Size distribution of cloud particles: the modified gamma distribution.
 
-n(r) = a r^alpha exp(-b r^nu) between two radii, D. Deirmendjian, Electromagnetic Scattering on
-Spherical Polydispersions (1969); the form below eq 9 of the HCSS paper. Radii are in
-micrometres, as b is; ``a`` follows from the number density. All moments have closed forms in
-incomplete gamma functions, because t = b r^nu turns them into gamma integrals.
+n(r) = a r^alpha exp(-b r^nu) between two radii, D. Deirmendjian, Electromagnetic Scattering on Spherical
+Polydispersions (1969); the form below eq 9 of the HCSS paper. Radii are in micrometres, as b is; ``a`` follows from the
+number density. All moments have closed forms in incomplete gamma functions, because t = b r^nu turns them into gamma
+integrals.
 """
 
 from __future__ import annotations
@@ -172,10 +172,9 @@ def gamma_distribution(
 def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
     """Radii and number densities that replace the integral over n(r).
 
-    Gauss-Legendre in the square root of r, a compromise between small spheres, which want equal
-    steps of ln r, and large ones, whose resonances want equal steps of r. It covers the part of the
-    radius range that matters: outside lies a fraction below 1e-7 of the area (small radii) and of
-    the sixth moment (large radii).
+    Gauss-Legendre in the square root of r, a compromise between small spheres, which want equal steps of ln r, and
+    large ones, whose resonances want equal steps of r. It covers the part of the radius range that matters: outside
+    lies a fraction below 1e-7 of the area (small radii) and of the sixth moment (large radii).
 
     Parameters
     ----------

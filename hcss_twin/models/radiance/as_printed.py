@@ -1,9 +1,8 @@
 """Radiance model ``as-printed``: equations 8 and 12-20 of the HCSS paper.
 
-Where the paper's own tables exclude a printed form, the corrected form is the default and the
-printed one stands behind a ``literal_...`` switch. The model breaks Kirchhoff's law on purpose
-(its cloud reflects sunlight without regard to thickness); docs/as-printed.md lists every
-difference from physics.
+Where the paper's own tables exclude a printed form, the corrected form is the default and the printed one stands behind
+a ``literal_...`` switch. The model breaks Kirchhoff's law on purpose (its cloud reflects sunlight without regard to
+thickness); docs/as-printed.md lists every difference from physics.
 """
 
 from __future__ import annotations
@@ -93,8 +92,8 @@ class AsPrinted:
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Terms (N, V) of cloudy columns, eq 20: tau_c L_c + tau_sc L_s + L_atm (above the highest cloud top).
 
-        The paper has one layer. With several, each cloud sends what eqs 15 and 16 give it through the clouds
-        above, which transmit 1 - emissivity as they do in eq 20 for the sea.
+        The paper has one layer. With several, each cloud sends what eqs 15 and 16 give it through the clouds above,
+        which transmit 1 - emissivity as they do in eq 20 for the sea.
         """
         layers = self._inputs.layers
         if thickness_m.ndim != 2 or thickness_m.shape[1] != len(layers):

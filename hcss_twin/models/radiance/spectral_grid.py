@@ -267,8 +267,8 @@ NODES = 4096
 class BrightnessTemperature:
     """Temperature of the black body with a given band radiance, for each band of a grid.
 
-    Tabulated evenly in 1/T and interpolated as 1/T against ln(radiance), which is nearly a straight
-    line: within 1e-5 K over 150-350 K.
+    Tabulated evenly in 1/T and interpolated as 1/T against ln(radiance), which is nearly a straight line: within 1e-5 K
+    over 150-350 K.
     """
 
     def __init__(self, grid: SpectralGrid, names: Sequence[str]) -> None:

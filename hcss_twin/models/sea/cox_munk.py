@@ -114,10 +114,9 @@ def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array
 class CoxMunkSea:
     """Directional emissivity and BRDF of a wind-roughened sea, isotropic, first reflection only.
 
-    Facets do not hide one another, and light they reflect toward other facets counts as lost from the
-    BRDF and as reflected in the emissivity. Toward grazing views the emissivity is therefore too low.
-    The wind direction and the water temperature have no influence: slopes are isotropic, and the index
-    is tabulated at one temperature.
+    Facets do not hide one another, and light they reflect toward other facets counts as lost from the BRDF and as
+    reflected in the emissivity. Toward grazing views the emissivity is therefore too low. The wind direction and the
+    water temperature have no influence: slopes are isotropic, and the index is tabulated at one temperature.
 
     Parameters
     ----------
@@ -204,9 +203,9 @@ class CoxMunkSea:
 
         Notes
         -----
-        Cox and Munk 1954 for P; the geometry of one facet that mirrors the source into the sensor follows
-        from its normal, the bisector of the two directions. mu_n is the cosine of its tilt, chi half the
-        angle between the directions.
+        Cox and Munk 1954 for P; the geometry of one facet that mirrors the source into the sensor follows from its
+        normal, the bisector of the two directions. mu_n is the cosine of its tilt, chi half the angle between the
+        directions.
         """
         out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
         azimuth = relative_azimuths(relative_azimuth)
@@ -237,8 +236,8 @@ def mirror_facet(
 
     Notes
     -----
-    Both come from the sum of the two unit vectors, whose length is 2 cos(chi). That is symmetric in the
-    directions and keeps its digits near the specular direction, where 1 + cos(2 chi) would lose them.
+    Both come from the sum of the two unit vectors, whose length is 2 cos(chi). That is symmetric in the directions and
+    keeps its digits near the specular direction, where 1 + cos(2 chi) would lose them.
     """
     sin_out = np.sqrt((1.0 - mu_out) * (1.0 + mu_out))
     sin_in = np.sqrt((1.0 - mu_in) * (1.0 + mu_in))

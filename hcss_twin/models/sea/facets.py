@@ -1,29 +1,27 @@
 """Averages over the wave facets that a viewer sees.
 
-A facet of slope (zx, zy), tilted by theta_n, is met by the line of sight under the angle chi. Seen from
-the zenith angle theta it takes the share P(zx, zy) cos(chi) / (cos(theta) cos(theta_n)) of the view
-(K. Masuda, T. Takashima and Y. Takayama, Emissivity of pure and sea waters for the model sea surface in
-the infrared window regions, Remote Sens. Environ. 24, 313-329, 1988). Facets with cos(chi) <= 0 are not
-seen; facets do not hide one another. With the x axis pointing toward the viewer and zx = dz/dx,
-cos(chi) / cos(theta_n) = cos(theta) - zx sin(theta).
+A facet of slope (zx, zy), tilted by theta_n, is met by the line of sight under the angle chi. Seen from the zenith
+angle theta it takes the share P(zx, zy) cos(chi) / (cos(theta) cos(theta_n)) of the view (K. Masuda, T. Takashima and
+Y. Takayama, Emissivity of pure and sea waters for the model sea surface in the infrared window regions, Remote Sens.
+Environ. 24, 313-329, 1988). Facets with cos(chi) <= 0 are not seen; facets do not hide one another. With the x axis
+pointing toward the viewer and zx = dz/dx, cos(chi) / cos(theta_n) = cos(theta) - zx sin(theta).
 
 How far waves hide one another (Smith 1967).
 
-B. G. Smith, Geometrical shadowing of a random rough surface, IEEE Trans. Antennas Propag. 15, 668-671
-(1967): of the facets turned toward a direction, 1 / (1 + Lambda) are seen from it, whatever their slope. The
-factor normalises: the projected areas of the facets turned toward the direction sum to 1 + Lambda times the
-area of the sea. With two directions, heights being common to both, 1 / (1 + Lambda_out + Lambda_in) are
-seen from both (V. Ross and D. Dion, Sea surface slope statistics derived from Sun glint radiance
-measurements and their apparent dependence on sensor elevation, J. Geophys. Res. 112, C09015 (2007), use this
-form for the sea).
+B. G. Smith, Geometrical shadowing of a random rough surface, IEEE Trans. Antennas Propag. 15, 668-671 (1967): of the
+facets turned toward a direction, 1 / (1 + Lambda) are seen from it, whatever their slope. The factor normalises: the
+projected areas of the facets turned toward the direction sum to 1 + Lambda times the area of the sea. With two
+directions, heights being common to both, 1 / (1 + Lambda_out + Lambda_in) are seen from both (V. Ross and D. Dion, Sea
+surface slope statistics derived from Sun glint radiance measurements and their apparent dependence on sensor elevation,
+J. Geophys. Res. 112, C09015 (2007), use this form for the sea).
 
 Quadratures over the facets a ray meets: cosine of incidence, and where the mirror image of the ray goes.
 
-Seen along a ray, a facet of slope z has the share P(z) max(-n.d, 0) of the view, n the facet's normal over
-its vertical part and d the ray's direction away from the viewer (K. Masuda, T. Takashima and Y. Takayama,
-Remote Sens. Environ. 24, 313-329, 1988, for the first facet). The same holds for a ray that a first facet
-sent toward a second one, be it downward or, close above the horizon, upward (X. Wu and W. L. Smith, Appl.
-Opt. 36, 2609-2619, 1997): the second facet's slope is taken as independent of the first one's.
+Seen along a ray, a facet of slope z has the share P(z) max(-n.d, 0) of the view, n the facet's normal over its vertical
+part and d the ray's direction away from the viewer (K. Masuda, T. Takashima and Y. Takayama, Remote Sens. Environ. 24,
+313-329, 1988, for the first facet). The same holds for a ray that a first facet sent toward a second one, be it
+downward or, close above the horizon, upward (X. Wu and W. L. Smith, Appl. Opt. 36, 2609-2619, 1997): the second facet's
+slope is taken as independent of the first one's.
 """
 
 from __future__ import annotations
@@ -75,9 +73,9 @@ def facet_weights(
 
     Notes
     -----
-    Measured with the optical constants of water at 0.25 to 190 um, mu 0.001 to 1 and winds of 0 to 60 m/s:
-    doubling the nodes changes the emissivity by less than 1e-12, and half the slope nodes by 1e-11. The
-    truncation of the slopes leaves 2e-9.
+    Measured with the optical constants of water at 0.25 to 190 um, mu 0.001 to 1 and winds of 0 to 60 m/s: doubling the
+    nodes changes the emissivity by less than 1e-12, and half the slope nodes by 1e-11. The truncation of the slopes
+    leaves 2e-9.
     """
     mu = np.asarray(mu, dtype=np.float64)
     limit = _SLOPE_LIMIT_SIGMA * np.sqrt(0.5 * mean_square_slope)
@@ -202,9 +200,9 @@ def seen_facets(
 
     Notes
     -----
-    Rays just above and just below the horizon fare so differently that the quadrature converges slowly: with
-    96 nodes emissivity is within 4e-5, and the light from the sky within 2e-4, of 512 nodes (winds of 0 to 40
-    m/s, views to 89 degrees).
+    Rays just above and just below the horizon fare so differently that the quadrature converges slowly: with 96 nodes
+    emissivity is within 4e-5, and the light from the sky within 2e-4, of 512 nodes (winds of 0 to 40 m/s, views to 89
+    degrees).
     """
     sine = float(np.sqrt((1.0 - mu) * (1.0 + mu)))
     along, across, weight, density = _nodes(mu, sine, wind_azimuth, slopes, count, mean)

@@ -2,9 +2,9 @@
 
 Light that reaches a viewer by reflection: from which part of the sky, and how much after two hits.
 
-The integral over slopes is linear in the reflectance as a function of the cosine of incidence and in the sky
-as a function of its zenith cosine. It is folded once onto the interpolation nodes of both, so that the
-wavelengths cost a matrix product (as in :mod:`hcss_twin.models.sea.facets`).
+The integral over slopes is linear in the reflectance as a function of the cosine of incidence and in the sky as a
+function of its zenith cosine. It is folded once onto the interpolation nodes of both, so that the wavelengths cost a
+matrix product (as in :mod:`hcss_twin.models.sea.facets`).
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ def checked_nodes(mu_nodes: NDArray[np.float64]) -> NDArray[np.float64]:
 def basis_values(mu: NDArray[np.float64], nodes: NDArray[np.float64], basis: Basis) -> NDArray[np.float64]:
     """Return the weights (P, N) that interpolate a function from the nodes to ``mu`` (P,); rows sum to 1.
 
-    ``linear`` holds the outermost values beyond the nodes; ``lagrange`` is the polynomial through all nodes,
-    which suits the nodes of a Gauss rule only.
+    ``linear`` holds the outermost values beyond the nodes; ``lagrange`` is the polynomial through all nodes, which
+    suits the nodes of a Gauss rule only.
     """
     if nodes.size == 1:
         return np.ones((mu.size, 1))

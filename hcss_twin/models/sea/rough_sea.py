@@ -150,8 +150,7 @@ class RoughSea:
         mu : ndarray (M,)
             Cosines of the view zenith angle, in (0, 1].
         wind_azimuth : ndarray (M,), optional
-            Bearing of the sensor minus the bearing the wind comes from, radians; without it the mean over
-            all bearings.
+            Bearing of the sensor minus the bearing the wind comes from, radians; without it the mean over all bearings.
 
         Raises
         ------
@@ -226,9 +225,8 @@ class RoughSea:
 
         Notes
         -----
-        Cox and Munk 1954 for P, Smith 1967 for the share S of facets that both directions see. Exactly
-        reciprocal: exchanged directions are those of the mirror image, wind_azimuth becoming
-        -(wind_azimuth + relative_azimuth).
+        Cox and Munk 1954 for P, Smith 1967 for the share S of facets that both directions see. Exactly reciprocal:
+        exchanged directions are those of the mirror image, wind_azimuth becoming -(wind_azimuth + relative_azimuth).
         """
         out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
         azimuth = relative_azimuths(relative_azimuth)

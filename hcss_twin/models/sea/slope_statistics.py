@@ -4,17 +4,16 @@ The measurements (sun glitter off Hawaii) span winds of 1 to 14 m/s at 12.5 m (4
 
 Joint statistics of the upwind and crosswind slopes of the sea (Cox and Munk 1954).
 
-Slopes are counted in a frame whose first axis points toward where the wind comes from and whose second is
-at right angles to it. All laws are those of C. Cox and W. Munk, Measurement of the roughness of the sea
-surface from photographs of the sun's glitter, J. Opt. Soc. Am. 44, 838-850 (1954), clean surface, winds at
-12.5 m.
+Slopes are counted in a frame whose first axis points toward where the wind comes from and whose second is at right
+angles to it. All laws are those of C. Cox and W. Munk, Measurement of the roughness of the sea surface from photographs
+of the sun's glitter, J. Opt. Soc. Am. 44, 838-850 (1954), clean surface, winds at 12.5 m.
 
 A part of the sea that a resolved wave tilts: the mean slope of its facets, and what is left around it.
 
-A Gaussian sea is the sum of independent waves, so that their variances add: slopes of the resolved waves with one
-part of the variance, and about each of them the facets below the pixel with the rest, together have the density of
-the whole sea. Seen from one direction a tilted part has another cross-section; weighted with it, what the parts
-send adds up to what the sea sends as a whole, exactly.
+A Gaussian sea is the sum of independent waves, so that their variances add: slopes of the resolved waves with one part
+of the variance, and about each of them the facets below the pixel with the rest, together have the density of the whole
+sea. Seen from one direction a tilted part has another cross-section; weighted with it, what the parts send adds up to
+what the sea sends as a whole, exactly.
 """
 
 from __future__ import annotations
@@ -55,8 +54,8 @@ def mean_square_slope(wind_speed_m_s: float) -> float:
 
     Notes
     -----
-    C. Cox and W. Munk, Measurement of the roughness of the sea surface from photographs of the sun's
-    glitter, J. Opt. Soc. Am. 44, 838-850 (1954), clean surface.
+    C. Cox and W. Munk, Measurement of the roughness of the sea surface from photographs of the sun's glitter, J. Opt.
+    Soc. Am. 44, 838-850 (1954), clean surface.
     """
     low, high = ALLOWED_WIND_M_S
     if not low <= wind_speed_m_s <= high:
@@ -139,8 +138,8 @@ class SlopeStatistics:
 
         Notes
         -----
-        Cox and Munk 1954, eq 18, with xi the crosswind and eta the upwind slope over their deviations. The
-        series is negative far out; there the density is 0.
+        Cox and Munk 1954, eq 18, with xi the crosswind and eta the upwind slope over their deviations. The series is
+        negative far out; there the density is 0.
         """
         eta2 = upwind**2 / self.variance_upwind
         xi2 = crosswind**2 / self.variance_crosswind
@@ -230,8 +229,8 @@ class Tilt:
     def cross_section(self, mu: Array, wind_azimuth: Array) -> Array:
         """Return the area (M,) that the facets turned toward views show, per horizontal area; above 0.
 
-        The mean of max(mu - z sin(zenith), 0) over Gaussian slopes z along the view. For the sea as a whole it is
-        mu (1 + Lambda), see :func:`hcss_twin.models.sea.facets.smith_lambda`.
+        The mean of max(mu - z sin(zenith), 0) over Gaussian slopes z along the view. For the sea as a whole it is mu (1
+        + Lambda), see :func:`hcss_twin.models.sea.facets.smith_lambda`.
         """
         sine = np.sqrt((1.0 - mu) * (1.0 + mu))
         middle = mu - self.turned(wind_azimuth)[0] * sine

@@ -1,7 +1,7 @@
 """How much the resolved waves can change the radiance of a pixel, so that they may be left out.
 
-A resolved wave tilts the whole population of facets in a pixel by its slope. Tilts of three standard
-deviations are considered; waves of a Gaussian sea exceed them in 0.3 % of the pixels.
+A resolved wave tilts the whole population of facets in a pixel by its slope. Tilts of three standard deviations are
+considered; waves of a Gaussian sea exceed them in 0.3 % of the pixels.
 """
 
 from __future__ import annotations
@@ -116,8 +116,8 @@ def tilted_glint_bound(
 
     Notes
     -----
-    All tilts within the ellipse of three standard deviations: the Gaussian density of what is left at the mirror
-    slope, over the area the part shows, of which at least a tenth remains.
+    All tilts within the ellipse of three standard deviations: the Gaussian density of what is left at the mirror slope,
+    over the area the part shows, of which at least a tenth remains.
     """
     radius, angle = np.meshgrid(np.linspace(0.0, SIGMAS, 25), np.linspace(0.0, 2.0 * np.pi, 97))
     upwind, crosswind = radius * np.cos(angle) * rms[0], radius * np.sin(angle) * rms[1]

@@ -57,8 +57,8 @@ def spectrum_m2_s(omega_rad_s: NDArray[np.float64], wind_speed_m_s: float, fetch
 
     Notes
     -----
-    alpha = 0.076 (U^2 / (g F))^0.22, r = exp(-(omega / omega_p - 1)^2 / (2 s^2)), s = 0.07 below the peak and
-    0.09 above.
+    alpha = 0.076 (U^2 / (g F))^0.22, r = exp(-(omega / omega_p - 1)^2 / (2 s^2)), s = 0.07 below the peak and 0.09
+    above.
     """
     wind, fetch = _checked(wind_speed_m_s, fetch_m)
     omega = np.asarray(omega_rad_s, dtype=np.float64)
@@ -86,7 +86,7 @@ def _checked(wind_speed_m_s: float, fetch_m: float) -> tuple[float, float]:
     return float(wind_speed_m_s), float(fetch_m)
 
 
-Spectrum = Literal["pierson-moskowitz", "jonswap"]
+SpectrumName = Literal["pierson-moskowitz", "jonswap"]
 _STEPS = 4000
 
 
@@ -104,7 +104,7 @@ class WaveSpectrum:
         Used by JONSWAP only.
     """
 
-    name: Spectrum
+    name: SpectrumName
     wind_speed_m_s: float
     fetch_m: float = 100e3
 

@@ -74,7 +74,7 @@ SAME = 1e-12
 
 
 @dataclass(frozen=True)
-class Chains:
+class DoublingChains:
     """Layers in the order in which chains pass through them: thin to thick, chain after chain.
 
     Attributes
@@ -101,7 +101,7 @@ class Chains:
     wavenumber: NDArray[np.int64]
 
 
-def chains(thickness: Array, wanted: NDArray[np.bool_]) -> Chains:
+def chains(thickness: Array, wanted: NDArray[np.bool_]) -> DoublingChains:
     """Sort layers into chains: of one wavenumber, and thicker than another by a power of 2.
 
     Thicknesses are written m 2^e, m from 0.5 to 1: a chain has one m, to ``SAME`` from one to the next.
@@ -129,4 +129,4 @@ def chains(thickness: Array, wanted: NDArray[np.bool_]) -> Chains:
     begins = np.diff(chain, prepend=-1) > 0
     doublings = np.where(begins, 0, np.diff(e, prepend=0))
     first = np.append(np.flatnonzero(begins), cell.size)
-    return Chains(cell[order], column[order], tau[order], doublings, first, wavenumber)
+    return DoublingChains(cell[order], column[order], tau[order], doublings, first, wavenumber)

@@ -77,8 +77,8 @@ def normalised_legendre(mu: Array, order: int, degrees: int) -> Array:
 
     References
     ----------
-    Recurrence over the degree at constant order: J. V. Dave and B. H. Armstrong, J. Quant. Spectrosc.
-    Radiat. Transfer 10, 557 (1970), whose stability for all l the bound |value| <= 1 keeps.
+    Recurrence over the degree at constant order: J. V. Dave and B. H. Armstrong, J. Quant. Spectrosc. Radiat. Transfer
+    10, 557 (1970), whose stability for all l the bound |value| <= 1 keeps.
     """
     m = order
     result = np.zeros((degrees, mu.size))

@@ -5,13 +5,12 @@ Between both, for light from above that enters along a column: D diffuse down, U
 
     D = T + R U,   U = R E + R D,   and so   (1 - R R) D = T + R R E,
 
-and of both R' = R + (E + T) U, T' = E D + T E + T D. Where the Planck radiance is 0 at the top and
-1 at the base, linear between, e (emissivity) and f (far share) give u = (e + f) / 2 toward the upper and
-d = (e - f) / 2 toward the lower layer, U = u + R D, D = d + R U and f' = f / 2 + (E + T) U. Nothing is
-subtracted that is not small; H. C. van de Hulst, "Multiple Light Scattering", Academic Press 1980,
-chapter 4; extra directions of weight 0 as J. F. de Haan, P. B. Bosma and J. W. Hovenier, Astron.
-Astrophys. 183, 371-391 (1987); linear sources after W. J. Wiscombe, J. Quant. Spectrosc. Radiat.
-Transfer 16, 477-489 (1976).
+and of both R' = R + (E + T) U, T' = E D + T E + T D. Where the Planck radiance is 0 at the top and 1 at the base,
+linear between, e (emissivity) and f (far share) give u = (e + f) / 2 toward the upper and d = (e - f) / 2 toward the
+lower layer, U = u + R D, D = d + R U and f' = f / 2 + (E + T) U. Nothing is subtracted that is not small; H. C. van de
+Hulst, "Multiple Light Scattering", Academic Press 1980, chapter 4; extra directions of weight 0 as J. F. de Haan, P. B.
+Bosma and J. W. Hovenier, Astron. Astrophys. 183, 371-391 (1987); linear sources after W. J. Wiscombe, J. Quant.
+Spectrosc. Radiat. Transfer 16, 477-489 (1976).
 
 One azimuth mode of layers, solved for pairs of directions.
 """
@@ -26,7 +25,7 @@ import numpy as np
 from numba import njit
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.multiple_scattering.chains import Chains, Team
+from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, scattering_kernels
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering
 from hcss_twin.physics.multiple_scattering.starting_layer import accumulate, eliminate, halvings, inner, starting_layer
@@ -60,7 +59,7 @@ def solve_chains(
         mu and scale.
     chains
         ``cell``, ``column``, ``thickness``, ``doublings`` and ``first`` of
-        :class:`hcss_twin.physics.multiple_scattering.chains.Chains`. Where the layer before is so much thinner
+        :class:`hcss_twin.physics.multiple_scattering.chains.DoublingChains`. Where the layer before is so much thinner
         that a new start costs less, the chain starts anew.
     whole : (int, int)
         Beams, and 1 where the kernels are means over azimuth, whose rows with direct transmission and
@@ -200,9 +199,9 @@ def _double(
 def _close(reflection: Any, transmission: Any, direct: Any, scale: Any, beams: int, columns: int) -> None:
     """Give back the rounding errors by which the rows of a layer just doubled miss 1.
 
-    Energy lost to rounding is absorption: it would double with every doubling and take 1e-6 of the light
-    in conservative layers of thickness 1e6. It goes to the diagonal of R and to the emissivity in
-    proportion to what was reflected and transmitted, and emitted.
+    Energy lost to rounding is absorption: it would double with every doubling and take 1e-6 of the light in
+    conservative layers of thickness 1e6. It goes to the diagonal of R and to the emissivity in proportion to what was
+    reflected and transmitted, and emitted.
     """
     for i in range(beams, columns):
         through = direct[i] * direct[i]
@@ -241,7 +240,7 @@ class SolvedMode:
 def solve_mode(
     where: Directions,
     scaled: ScaledScattering,
-    found: Chains,
+    found: DoublingChains,
     mode: int,
     team: Team,
     toward: int | None = None,

@@ -6,12 +6,11 @@ Reflected light is repaired by the TMS method of T. Nakajima and M. Tanaka, J. Q
 Transfer 40, 51-69 (1988): what the scaled problem scattered once by its truncated phase function is
 replaced by single scattering with the full one, w / (1 - w f) P over the scaled thickness.
 
-For transmitted light that method counts the forward peak as scattered once whatever the thickness, too
-much by far in thick layers; its authors correct the second order (IMS). Here all orders of scattering
-through small angles are summed: over a slant path y = tau / mu the moment of degree l of all light,
-direct and scattered, is exp(-y (1 - w chi_l)) (H. C. van de Hulst, "Multiple Light Scattering", 1980,
-section 14.1.2). The scaled problem has that for l < L, its peak with the direct light, and
-exp(-y (1 - w f)) from L on. Missing among the scattered light are, with y' = y (1 - w f),
+For transmitted light that method counts the forward peak as scattered once whatever the thickness, too much by far in
+thick layers; its authors correct the second order (IMS). Here all orders of scattering through small angles are summed:
+over a slant path y = tau / mu the moment of degree l of all light, direct and scattered, is exp(-y (1 - w chi_l)) (H.
+C. van de Hulst, "Multiple Light Scattering", 1980, section 14.1.2). The scaled problem has that for l < L, its peak
+with the direct light, and exp(-y (1 - w f)) from L on. Missing among the scattered light are, with y' = y (1 - w f),
 
     C_l = exp(-y') - exp(-y),  l < L;     C_l = exp(-y) (exp(w chi_l y) - 1),  l >= L,
 
@@ -93,8 +92,8 @@ def once_through(
 def _aureole(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, onward: Array) -> Array:
     """Btdf (T, V, P) that the scaled problem counts as direct light or loses; ``onward`` (P,) are cosines.
 
-    Where both cosines differ y is made with the mean of their inverses, and the whole is multiplied by
-    what that mistakes in single scattering.
+    Where both cosines differ y is made with the mean of their inverses, and the whole is multiplied by what that
+    mistakes in single scattering.
     """
     count = scaled.moments.shape[0]
     if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:

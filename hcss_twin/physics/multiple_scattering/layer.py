@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.multiple_scattering.chains import Chains, Team, chains
+from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team, chains
 from hcss_twin.physics.multiple_scattering.directions import Directions, directions, gauss_streams
 from hcss_twin.physics.multiple_scattering.doubling import SolvedMode, solve_mode
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, delta_m
@@ -115,8 +115,7 @@ def _nearest(values: Array, low: float, high: float) -> tuple[float]:
 class LayerOperators:
     """What layers reflect, transmit and emit: T thicknesses, V wavenumbers, D directions.
 
-    Directions are the extra ones first, then the streams. A homogeneous layer looks the same from both
-    faces.
+    Directions are the extra ones first, then the streams. A homogeneous layer looks the same from both faces.
 
     Attributes
     ----------
@@ -189,7 +188,9 @@ def solve_layers(
     return mean_over_azimuth(where, scaled, found, solved)
 
 
-def mean_over_azimuth(where: Directions, scaled: ScaledScattering, found: Chains, solved: SolvedMode) -> LayerOperators:
+def mean_over_azimuth(
+    where: Directions, scaled: ScaledScattering, found: DoublingChains, solved: SolvedMode
+) -> LayerOperators:
     """Return mode 0 of all layers (T, V), which ``found`` has in another order, as operators."""
     shape, size = scaled.thickness.shape, where.mu.size
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.multiple_scattering.chains import Chains, Team, chains
+from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team, chains
 from hcss_twin.physics.multiple_scattering.directions import Directions, directions, gauss_streams
 from hcss_twin.physics.multiple_scattering.doubling import solve_mode
 from hcss_twin.physics.multiple_scattering.forward_peak import once_back, once_through, path_back, path_through
@@ -40,7 +40,7 @@ class AzimuthSeries:
 
     Attributes
     ----------
-    chains : Chains
+    chains : DoublingChains
         Of the layers that still need a mode.
     """
 
@@ -110,8 +110,7 @@ def solve_sun(
     Raises
     ------
     ValueError
-        If a value is outside its range or shapes do not fit, or if a Henyey-Greenstein function has |g|
-        above 0.995.
+        If a value is outside its range or shapes do not fit, or if a Henyey-Greenstein function has |g| above 0.995.
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     mu, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)
@@ -142,7 +141,7 @@ def solve_sun(
 
 
 def _more_than_once(
-    where: Directions, scaled: ScaledScattering, mode: int, found: Chains, team: Team
+    where: Directions, scaled: ScaledScattering, mode: int, found: DoublingChains, team: Team
 ) -> tuple[Array, Array]:
     """Solve one mode of the layers of ``found``, in their order.
 

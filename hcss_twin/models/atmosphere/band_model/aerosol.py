@@ -1,8 +1,8 @@
 """Aerosol of LOWTRAN7: four regions of height, each with extinction relative to 0.55 um and a profile of it.
 
 E. P. Shettle and R. W. Fenn, *Models for the Aerosols of the Lower Atmosphere and the Effects of Humidity Variations on
-Their Optical Properties*, AFGL-TR-79-0214 (1979). As in LOWTRAN7 (subroutines AERPRF, EXABIN, AEREXT)
-only the aerosol of the lowest 2 km depends on humidity, through one mean over the path.
+Their Optical Properties*, AFGL-TR-79-0214 (1979). As in LOWTRAN7 (subroutines AERPRF, EXABIN, AEREXT) only the aerosol
+of the lowest 2 km depends on humidity, through one mean over the path.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.band_model.absorber_density import level_state
 from hcss_twin.models.atmosphere.band_model.absorption import TRACE_GASES, Absorption, read_coefficients
 from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
-from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, SingleScattering
+from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, ScatteredSunlight
 from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
 from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
@@ -58,7 +58,7 @@ class BandModelTransmittance:
         state = level_state(inputs.profile, coefficients, parameters)
         self._air = LayeredAir(state, parameters.earth_radius_m)
         self._absorption = Absorption(coefficients, parameters.aerosol)
-        self._scattering = SingleScattering(self._air, self._absorption, coefficients, parameters.aerosol)
+        self._scattering = ScatteredSunlight(self._air, self._absorption, coefficients, parameters.aerosol)
         self._wavenumber = coefficients.wavenumber_cm1
         whole = np.unique(self._air.between(0.0, SPACE).temperature_K)
         self._planck = dict(zip(whole.tolist(), planck(self._wavenumber, whole[:, None]), strict=True))
@@ -118,9 +118,9 @@ class BandModelTransmittance:
 
         Notes
         -----
-        Each layer is a black body at its density-weighted mean temperature T_n, so that with the transmittance t_n
-        from the upper end to the bottom of layer n the radiance is sum_n B(T_n) (t_n+1 - t_n); an isothermal
-        atmosphere gives (1 - t) B.
+        Each layer is a black body at its density-weighted mean temperature T_n, so that with the transmittance t_n from
+        the upper end to the bottom of layer n the radiance is sum_n B(T_n) (t_n+1 - t_n); an isothermal atmosphere
+        gives (1 - t) B.
         """
         return self._emission(wavenumber_cm1, paths, from_above=True)
 

@@ -38,7 +38,7 @@ class Illumination:
     relative_azimuth: float
 
 
-class SingleScattering:
+class ScatteredSunlight:
     """Scattered sunlight of one profile.
 
     Parameters

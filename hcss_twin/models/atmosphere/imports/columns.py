@@ -1,7 +1,7 @@
 """MODTRAN's columns, by whatever name a version and a file format give them, as one :class:`SpectralPath`.
 
-The same quantities appear as ``PTH_THRML`` (tape7 of MODTRAN 5), ``PTH THRML`` (MODTRAN 3 and 4), ``THRML_EM``
-(tape7 and JSON of MODTRAN 6) and ``path emission`` (its CSV). Names are compared without case and punctuation.
+The same quantities appear as ``PTH_THRML`` (tape7 of MODTRAN 5), ``PTH THRML`` (MODTRAN 3 and 4), ``THRML_EM`` (tape7
+and JSON of MODTRAN 6) and ``path emission`` (its CSV). Names are compared without case and punctuation.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, RadianceUnit, SpectralPath, radiance_factor
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, RadianceUnit, SpectralPath, radiance_factor
 from hcss_twin.physics.planck import planck
 
 AxisUnit = Literal["cm1", "um", "nm"]
@@ -85,7 +85,7 @@ class Run:
     lines: Sequence[int]
     code: str
     source: str
-    geometry: Geometry | None = None
+    geometry: PathGeometry | None = None
     model: int | None = None
     resolution_cm1: float | None = None
     notes: tuple[str, ...] = ()
@@ -135,8 +135,8 @@ def path_from_columns(
 
     Notes
     -----
-    Whether the thermal and solar columns include their scattered part differs between versions; the file is
-    asked: TOTAL_RAD must be the sum of its parts in one of the two readings.
+    Whether the thermal and solar columns include their scattered part differs between versions; the file is asked:
+    TOTAL_RAD must be the sum of its parts in one of the two readings.
     """
     found = _by_meaning(columns)
     wavenumber, order = _wavenumber(axis, unit, run)

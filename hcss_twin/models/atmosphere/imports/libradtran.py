@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, RadianceUnit, SpectralPath, radiance_factor
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, RadianceUnit, SpectralPath, radiance_factor
 
 TOP_M = 120_000.0
 """Altitude given to uvspec's ``toa``: the top of its standard atmospheres."""
@@ -127,7 +127,7 @@ def _solar(
             wavenumber_cm1=wavenumber,
             transmittance=np.minimum(transmittance, 1.0),
             path_radiance=None,
-            geometry=Geometry(ground_m, TOP_M, zenith, refracted=False),
+            geometry=PathGeometry(ground_m, TOP_M, zenith, refracted=False),
             code="libRadtran uvspec, solar",
             source=path.name,
             line=lines[0],
@@ -169,7 +169,7 @@ def _thermal(
                 wavenumber_cm1=wavenumber,
                 transmittance=None,
                 path_radiance=None,
-                geometry=Geometry(TOP_M, ground_m, angle, refracted=False),
+                geometry=PathGeometry(TOP_M, ground_m, angle, refracted=False),
                 code="libRadtran uvspec, thermal",
                 source=f"{path.name} umu {cosine:g}",
                 line=lines[0],

@@ -5,8 +5,8 @@ where the file carries it, ``MODTRAN[n].MODTRANINPUT`` (GEOMETRY, SPECTRAL, ATMO
 
 MODTRAN 6 CSV output (``CSVPRNT``), also its ``_scan.csv``.
 
-Lines of description, a row of column names (found by its names, not by its place), at most two rows of units, rows
-of numbers, and possibly a footer. A CSV file does not carry the geometry; it has to be given.
+Lines of description, a row of column names (found by its names, not by its place), at most two rows of units, rows of
+numbers, and possibly a footer. A CSV file does not carry the geometry; it has to be given.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.models.atmosphere.imports.columns import AxisUnit, Run, axis_unit, is_known, path_from_columns
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, RadianceUnit, SpectralPath
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, RadianceUnit, SpectralPath
 
 _KINDS = ("RADIANCE", "TRANSMITTANCE", "IRRADIANCE")
 
@@ -137,7 +137,7 @@ def _array(path: Path, text: str, name: str, values: list[Any], number: int) -> 
         raise CatalogError(f"{path}, line {line}: '{name}' is not an array of numbers: {error}") from error
 
 
-def _geometry(card: Any) -> Geometry | None:
+def _geometry(card: Any) -> PathGeometry | None:
     if not isinstance(card, dict) or card.get("MLOS"):
         sights = card.get("MLOS") if isinstance(card, dict) else None
         if not sights or len(sights) != 1:
@@ -147,7 +147,7 @@ def _geometry(card: Any) -> Geometry | None:
     if not all(isinstance(value, (int, float)) for value in values):
         return None
     height, end, angle = (float(value) for value in values)
-    return Geometry(height * 1e3, end * 1e3, angle, horizontal=card.get("ITYPE") == 1)
+    return PathGeometry(height * 1e3, end * 1e3, angle, horizontal=card.get("ITYPE") == 1)
 
 
 def _resolution(spectral: dict[str, Any]) -> float | None:
@@ -175,14 +175,14 @@ _UNIT_WORDS: dict[str, AxisUnit] = {
 }
 
 
-def read_modtran6_csv(path: Path, geometry: Geometry | None = None) -> list[SpectralPath]:
+def read_modtran6_csv(path: Path, geometry: PathGeometry | None = None) -> list[SpectralPath]:
     """Read the one run of a MODTRAN 6 CSV file.
 
     Parameters
     ----------
     path : Path
         The file.
-    geometry : Geometry, optional
+    geometry : PathGeometry, optional
         Line of sight, which the file does not tell.
 
     Raises

@@ -16,7 +16,7 @@ from hcss_twin.models.atmosphere.imports.combine import combine
 from hcss_twin.models.atmosphere.imports.libradtran import read_libradtran, read_settings
 from hcss_twin.models.atmosphere.imports.modtran6 import read_modtran6_csv, read_modtran6_json
 from hcss_twin.models.atmosphere.imports.modtran_tape7 import read_tape7
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, SpectralPath
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, SpectralPath
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import write_atmosphere_table
 
@@ -35,18 +35,18 @@ class ReadOptions:
     ----------
     format : str
         One of :data:`FORMATS`, or ``auto``.
-    geometry : mapping of str to Geometry
+    geometry : mapping of str to PathGeometry
         Line of sight by file name; the key ``*`` holds for every file.
     settings : sequence of str
         Lines of a uvspec input file; they replace those of a file ``NAME.inp`` beside the output.
     """
 
     format: str = "auto"
-    geometry: Mapping[str, Geometry] = field(default_factory=dict)
+    geometry: Mapping[str, PathGeometry] = field(default_factory=dict)
     settings: Sequence[str] = ()
 
 
-def parse_geometry(text: str) -> tuple[str, Geometry]:
+def parse_geometry(text: str) -> tuple[str, PathGeometry]:
     """Parse ``[FILE=]H1_km,H2_km,ANGLE_deg`` into a key for :attr:`ReadOptions.geometry` and the geometry.
 
     Raises
@@ -61,7 +61,7 @@ def parse_geometry(text: str) -> tuple[str, Geometry]:
         raise ValueError(f"'{text}': expected [FILE=]H1_km,H2_km,ANGLE_deg, for example 100,0,160") from error
     if not 0 <= angle <= 180 or height < 0 or end < 0:
         raise ValueError(f"'{text}': allowed H1_km, H2_km >= 0 and 0 <= ANGLE_deg <= 180 (above 90: downwards)")
-    return name or "*", Geometry(height * 1e3, end * 1e3, angle)
+    return name or "*", PathGeometry(height * 1e3, end * 1e3, angle)
 
 
 def detect_format(path: Path) -> str:

@@ -16,7 +16,7 @@ RadianceUnit = Literal["per_cm1", "per_um", "per_nm"]
 
 
 @dataclass(frozen=True)
-class Geometry:
+class PathGeometry:
     """Line of sight of a run.
 
     Attributes
@@ -80,13 +80,12 @@ class SpectralPath:
         Thermal emission of the air towards the observer, scattered part included, without surface and
         sunlight, W m-2 sr-1 (cm-1)-1; None where the file has none.
     solar : mapping of str to ndarray (V,)
-        Sunlight, where the file has it. ``scattered`` (of which ``single_scattered``) and
-        ``ground_reflected`` (thermal and solar; of which ``sun_reflected``) are radiances,
-        W m-2 sr-1 (cm-1)-1; ``at_top``, ``at_observer``, ``via_end`` (sun to the path's far end to the
-        observer) and ``transmitted`` are irradiances, W m-2 (cm-1)-1.
+        Sunlight, where the file has it. ``scattered`` (of which ``single_scattered``) and ``ground_reflected`` (thermal
+        and solar; of which ``sun_reflected``) are radiances, W m-2 sr-1 (cm-1)-1; ``at_top``, ``at_observer``,
+        ``via_end`` (sun to the path's far end to the observer) and ``transmitted`` are irradiances, W m-2 (cm-1)-1.
     total_radiance, surface_emission : ndarray (V,) or None
         All that reaches the observer, and the part the surface emits, W m-2 sr-1 (cm-1)-1.
-    geometry : Geometry or None
+    geometry : PathGeometry or None
         None where the file does not tell.
     code : str
         Code and kind of file.
@@ -108,7 +107,7 @@ class SpectralPath:
     wavenumber_cm1: Array
     transmittance: Array | None
     path_radiance: Array | None
-    geometry: Geometry | None
+    geometry: PathGeometry | None
     code: str
     source: str
     line: int

@@ -222,8 +222,8 @@ class Air:
     def _make_sources(self, edges: tuple[float, ...]) -> Array:
         """Planck radiance (N, V) of each layer between edges at its pressure-weighted mean temperature.
 
-        For a temperature linear in height and a density exponential in it, that is the mean of the ends plus a
-        twelfth of their difference times ln(p below / p above), to first order. 0 where there is no layer.
+        For a temperature linear in height and a density exponential in it, that is the mean of the ends plus a twelfth
+        of their difference times ln(p below / p above), to first order. 0 where there is no layer.
         """
         altitude = np.asarray(edges)
         temperature = self._profile.temperature_at(altitude)

@@ -1,8 +1,8 @@
 """Multiple reflections between interfaces, with the gas in front of them frozen: one linear solve.
 
-Legs count with the transmittance they have behind the view's path to the lower end of their gap, because
-transmittances of a spectral interval do not multiply. Rows of the matrix and the weights of the sources still sum
-to one, so that an isothermal enclosure closes exactly.
+Legs count with the transmittance they have behind the view's path to the lower end of their gap, because transmittances
+of a spectral interval do not multiply. Rows of the matrix and the weights of the sources still sum to one, so that an
+isothermal enclosure closes exactly.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights, LegView
-from hcss_twin.models.radiance.physical.columns import Columns
+from hcss_twin.models.radiance.physical.columns import CloudColumns
 from hcss_twin.models.radiance.physical.composite_paths import PathAmounts
 from hcss_twin.models.radiance.physical.directions import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS, VIEW
 from hcss_twin.physics.paths import Leg, Path
@@ -57,7 +57,7 @@ class FrozenLegs:
     sun_sea: Array
 
 
-def close(columns: Columns) -> Closure:
+def close(columns: CloudColumns) -> Closure:
     """Solve u = P u + S for the radiances along the streams in all gaps."""
     frozen = _freeze(columns)
     gaps, count = len(columns.slabs) + 1, columns.directions.count
@@ -105,7 +105,7 @@ def _behind(leg: LegView, beyond: Array) -> Array:
 
 
 def _looking_down(
-    columns: Columns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
+    columns: CloudColumns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
     leg = frozen.down[gap - 1]
     row = 2 * gap - 1
@@ -124,7 +124,7 @@ def _looking_down(
 
 
 def _looking_up(
-    columns: Columns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
+    columns: CloudColumns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
     leg = frozen.up[gap]
     row = 2 * gap
@@ -141,7 +141,7 @@ def _looking_up(
 
 
 def _pass_through(
-    columns: Columns,
+    columns: CloudColumns,
     index: int,
     streams: list[int],
     leg: LegView,
@@ -159,7 +159,7 @@ def _pass_through(
     source[:, SCATTERED_AIR] += leg.transmittance * np.einsum("kjv,jv->kv", kernel, inside.emission)
 
 
-def _freeze(columns: Columns) -> FrozenLegs:
+def _freeze(columns: CloudColumns) -> FrozenLegs:
     air, where = columns.air, columns.directions
     view = where.zenith_deg[VIEW]
     zeniths = [where.zenith_deg[index] for index in where.stream_indices]

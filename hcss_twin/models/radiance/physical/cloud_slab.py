@@ -16,7 +16,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Heights
-from hcss_twin.models.radiance.physical.directions import VIEW, Directions
+from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, solve_layers
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers, transmit_beams
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
@@ -163,7 +163,7 @@ class SlabMaker:
     parameters : PhysicalParameters
         Streams and azimuth modes.
     wavenumber_cm1 : ndarray (V,)
-    directions : Directions
+    directions : ColumnDirections
     sun_share : ndarray (V,)
         Sunlight on a white plane over the Planck radiance of the sea.
     closed_form : bool
@@ -175,7 +175,7 @@ class SlabMaker:
         optics: Optics,
         parameters: PhysicalParameters,
         wavenumber_cm1: Array,
-        directions: Directions,
+        directions: ColumnDirections,
         sun_share: Array,
         closed_form: bool,
     ) -> None:
@@ -257,8 +257,8 @@ class SlabMaker:
     def _solved(self, depth: Array, albedo: Array, moments: Array) -> tuple[LayerOperators, Array, Array, Array]:
         """Diffuse light; brdf and btdf (T, V) toward the view; and modes (T, M, 2, N, V).
 
-        The latter are what view and sun become along the streams. Sunlight is 0 without a sun, and its modes where
-        it is faint.
+        The latter are what view and sun become along the streams. Sunlight is 0 without a sun, and its modes where it
+        is faint.
         """
         where, parameters, closed = self._directions, self._parameters, self._closed_form
         brdf, btdf = np.zeros((2, *depth.shape))

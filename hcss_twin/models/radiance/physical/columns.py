@@ -16,13 +16,13 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Air, Heights
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab
 from hcss_twin.models.radiance.physical.composite_paths import PathAmounts
-from hcss_twin.models.radiance.physical.directions import Directions
+from hcss_twin.models.radiance.physical.directions import ColumnDirections
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 
 
 @dataclass(frozen=True)
-class Columns:
+class CloudColumns:
     """Everything that sends light in C columns with the same layers.
 
     Gap m is the air above cloud m (counted from the top, from 0) or above the sea.
@@ -32,7 +32,7 @@ class Columns:
     count : int
         C.
     air : Air
-    directions : Directions
+    directions : ColumnDirections
     slabs : tuple of CloudSlab
         From the highest to the lowest.
     sea : SeaSurface
@@ -46,7 +46,7 @@ class Columns:
 
     count: int
     air: Air
-    directions: Directions
+    directions: ColumnDirections
     slabs: tuple[CloudSlab, ...]
     sea: SeaSurface
     sea_source: Array

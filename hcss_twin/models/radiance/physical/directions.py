@@ -39,7 +39,7 @@ VIEW = 0
 
 
 @dataclass(frozen=True)
-class Directions:
+class ColumnDirections:
     """The view first, then the streams.
 
     Attributes
@@ -79,7 +79,7 @@ class Directions:
         return range(1, 1 + self.count)
 
 
-def make_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: int) -> Directions:
+def column_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: int) -> ColumnDirections:
     """Return the directions of a column; a sun below the horizon is none."""
     gauss = gauss_streams(streams)
     mu_view = math.cos(math.radians(view.zenith_deg))
@@ -87,7 +87,7 @@ def make_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: 
     up = sun if sun is not None and sun.is_up else None
     sun_azimuth_deg = view.azimuth_deg if up is None else up.azimuth_deg
     relative, wind = wind_azimuths(view.azimuth_deg, sun_azimuth_deg, wind_from_deg)
-    return Directions(
+    return ColumnDirections(
         mu=np.concatenate(([mu_view], gauss.mu)),
         zenith_deg=zenith,
         streams=gauss,

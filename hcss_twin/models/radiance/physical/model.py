@@ -23,7 +23,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, SlabMaker, stacked, turned_modes
-from hcss_twin.models.radiance.physical.columns import Columns
+from hcss_twin.models.radiance.physical.columns import CloudColumns
 from hcss_twin.models.radiance.physical.directions import (
     AIR_SUN,
     CLOUD_SUN,
@@ -32,8 +32,8 @@ from hcss_twin.models.radiance.physical.directions import (
     SOLAR_TERMS,
     TERMS,
     VIEW,
-    Directions,
-    make_directions,
+    ColumnDirections,
+    column_directions,
 )
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface, sunlit, unlit_sea_surface
@@ -101,7 +101,7 @@ class _Shared:
     """
 
     air: Air
-    directions: Directions
+    directions: ColumnDirections
     sea: SeaSurface
     received: Array
     modes: Callable[[], SeaModes | None]
@@ -192,7 +192,7 @@ class Physical:
     def _make_scene(self, wavenumbers: bytes, sun: Sun | None) -> _Shared:
         wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
         inputs = self._inputs
-        directions = make_directions(inputs.view, sun, inputs.wind_from_deg, self._parameters.streams)
+        directions = column_directions(inputs.view, sun, inputs.wind_from_deg, self._parameters.streams)
         air = self._air(wavenumbers)
         received = np.zeros_like(wavenumber)
         if directions.sun is not None:
@@ -227,7 +227,7 @@ class Physical:
             self.closed_form,
         )
 
-    def _scattered_in_air(self, wavenumber: Array, where: Directions) -> Callable[[float], Array]:
+    def _scattered_in_air(self, wavenumber: Array, where: ColumnDirections) -> Callable[[float], Array]:
         """Sunlight (V,) scattered once into the view above an altitude, sr-1, where the provider knows it; else 0."""
         own, sun = getattr(self._inputs.transmittance, "solar_path_radiance", None), where.sun
         if own is None or sun is None or self._sun_is_too_low(sun, where):
@@ -243,12 +243,12 @@ class Physical:
 
     def _make_sea_modes(self, wavenumbers: bytes) -> SeaModes:
         inputs, wavenumber = self._inputs, np.frombuffer(wavenumbers, dtype=np.float64)
-        directions = make_directions(inputs.view, None, inputs.wind_from_deg, self._parameters.streams)
+        directions = column_directions(inputs.view, None, inputs.wind_from_deg, self._parameters.streams)
         return unlit_sea_modes(inputs.sea, wavenumber, directions, turned_modes(self._parameters))
 
     def _make_sea(self, wavenumbers: bytes, wind_azimuth: float) -> SeaSurface:
         inputs, wavenumber = self._inputs, np.frombuffer(wavenumbers, dtype=np.float64)
-        directions = make_directions(inputs.view, None, inputs.wind_from_deg, self._parameters.streams)
+        directions = column_directions(inputs.view, None, inputs.wind_from_deg, self._parameters.streams)
         return unlit_sea_surface(inputs.sea, wavenumber, replace(directions, wind_azimuth=wind_azimuth))
 
     def _make_air(self, wavenumbers: bytes) -> Air:
@@ -270,10 +270,10 @@ class Physical:
         made = maker.make(layer, thickness, top, base)
         return {float(h): slab for h, slab in zip(thickness, made, strict=True)}
 
-    def _columns(self, shared: _Shared, slabs: tuple[CloudSlab, ...], count: int) -> Columns:
+    def _columns(self, shared: _Shared, slabs: tuple[CloudSlab, ...], count: int) -> CloudColumns:
         space = self._parameters.space_temperature
         black = shared.air.black_body
-        return Columns(
+        return CloudColumns(
             count=count,
             air=shared.air,
             directions=shared.directions,
@@ -284,7 +284,7 @@ class Physical:
             received=np.tile(shared.received, count),
         )
 
-    def _terms(self, shared: _Shared, columns: Columns) -> dict[str, Array]:
+    def _terms(self, shared: _Shared, columns: CloudColumns) -> dict[str, Array]:
         found = Tracer(columns, self._parameters.closure_order).radiance()
         found[AIR_SUN] += _seen_scattered(columns, shared.scattered)
         modes = shared.modes() if len(columns.slabs) == 1 else None
@@ -299,7 +299,7 @@ class Physical:
             result[name] = np.zeros_like(result[name])
         return result
 
-    def _sun_is_too_low(self, sun: Sun, where: Directions) -> bool:
+    def _sun_is_too_low(self, sun: Sun, where: ColumnDirections) -> bool:
         """Whether it is near the horizon of any point between sea and sensor: slant paths reach far."""
         top_m = float(self._inputs.profile.altitude_m[-1])
         highest = sun_zenith_along(
@@ -318,7 +318,7 @@ def _with_the_same_layers(thickness_m: Array, slabs: list[dict[float, CloudSlab]
     return found
 
 
-def _seen_scattered(columns: Columns, scattered: Callable[[float], Array]) -> Array:
+def _seen_scattered(columns: CloudColumns, scattered: Callable[[float], Array]) -> Array:
     """Sunlight (S,) scattered once into the view; what the air below a cloud scatters passes it directly, twice."""
     result = np.zeros_like(columns.received)
     if columns.directions.sun is None:

@@ -2,9 +2,9 @@
 
 At each wavenumber -ln T = (sum over layers of air mass x w)^a. The layers' amounts w follow from vertical paths to
 space, so that these are reproduced; the exponent a, from a vertical and a slant path at the surface, tells how far
-absorption saturates. Errors of slant paths are below those of the product of legs, but stay a few percent of band
-means for paths up and down again; a provider with any path is better. What the provider says of the path from the sun
-down to a target and up again is taken from it, and continued by the law where the sun is too low for it.
+absorption saturates. Errors of slant paths are below those of the product of legs, but stay a few percent of band means
+for paths up and down again; a provider with any path is better. What the provider says of the path from the sun down to
+a target and up again is taken from it, and continued by the law where the sun is too low for it.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.models.radiance.physical.directions import VIEW, Directions
+from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.providers import SeaModel
 
 LARGEST_DEFECT = 0.1
@@ -52,12 +52,12 @@ class SeaSurface:
         )
 
 
-def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
+def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaSurface:
     """Return a surface with the sunlight that it sends under the sun of ``directions``."""
     return replace(surface, sun=_sunlight(sea, wavenumber_cm1, directions))
 
 
-def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
+def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaSurface:
     """Ask a sea model for what it emits and reflects of the sky, whatever the sun; sunlight is left 0.
 
     A provider may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes) -> (M, N, V)``, the share of the light
@@ -105,7 +105,7 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directio
     return SeaSurface(emissivity, weights, np.zeros_like(emissivity), defect)
 
 
-def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> Array:
+def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> Array:
     """Integral of BRDF x cosine over the sky, folded onto the streams by linear weights, (D, N, V)."""
     nodes, node_weights = np.polynomial.legendre.leggauss(_COSINES)
     mu_in, d_mu = 0.5 * (nodes + 1.0), 0.5 * node_weights
@@ -132,7 +132,7 @@ def _hats(mu: Array, nodes: Array) -> Array:
     return weights
 
 
-def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> Array:
+def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> Array:
     result = np.zeros((directions.mu.size, wavenumber_cm1.size))
     if directions.sun is None:
         return result
@@ -152,6 +152,6 @@ def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> A
     return result
 
 
-def _wind(sea: SeaModel, directions: Directions) -> dict[str, Array]:
+def _wind(sea: SeaModel, directions: ColumnDirections) -> dict[str, Array]:
     """Return the view's bearing to the wind for a sea that depends on it; streams get the mean over bearings."""
     return {"wind_azimuth": np.array([directions.wind_azimuth])} if getattr(sea, "anisotropic", False) else {}

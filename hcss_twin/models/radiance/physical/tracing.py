@@ -1,8 +1,8 @@
 """From the sensor into the scene: gas exact along every path with a given number of changes of direction.
 
-A ray is followed through the gaps. Where an interface scatters, it goes on along every stream, with the whole
-composite path behind it; after ``order`` changes of direction the closure stands for the rest. Light that crosses a
-cloud directly does not change direction.
+A ray is followed through the gaps. Where an interface scatters, it goes on along every stream, with the whole composite
+path behind it; after ``order`` changes of direction the closure stands for the rest. Light that crosses a cloud
+directly does not change direction.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.closure import Closure, close
-from hcss_twin.models.radiance.physical.columns import Columns
+from hcss_twin.models.radiance.physical.columns import CloudColumns
 from hcss_twin.models.radiance.physical.composite_paths import PathAmounts
 from hcss_twin.models.radiance.physical.directions import (
     AIR,
@@ -58,12 +58,12 @@ class Tracer:
 
     Parameters
     ----------
-    columns : Columns
+    columns : CloudColumns
     order : int
         Changes of direction with exact gas, 0 or more.
     """
 
-    def __init__(self, columns: Columns, order: int) -> None:
+    def __init__(self, columns: CloudColumns, order: int) -> None:
         self._columns = columns
         self._order = order
 

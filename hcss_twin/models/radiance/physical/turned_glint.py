@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.physical.columns import Columns
-from hcss_twin.models.radiance.physical.directions import VIEW, Directions
+from hcss_twin.models.radiance.physical.columns import CloudColumns
+from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.providers import SeaModel
 
@@ -50,7 +50,7 @@ class SeaModes:
         return SeaModes(*(np.tile(each, columns) for each in (self.view, self.sun, self.between)))
 
 
-def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: Directions, modes: int) -> SeaModes:
+def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections, modes: int) -> SeaModes:
     """Ask a sea model for the modes of its BRDF from 1 to ``modes`` - 1, whatever the sun; its own are left 0."""
     streams = directions.streams.mu
     count = streams.size
@@ -60,7 +60,7 @@ def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: Directions
     return SeaModes(view, np.zeros_like(view), between.reshape(modes - 1, count, count, -1))
 
 
-def sunlit_modes(unlit: SeaModes, sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaModes:
+def sunlit_modes(unlit: SeaModes, sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaModes:
     """Return modes with those toward the streams from the sun of ``directions``."""
     streams = directions.streams.mu
     toward_sun = np.full(streams.size, directions.mu_sun)
@@ -78,7 +78,7 @@ def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array,
     return result
 
 
-def turned_glint(columns: Columns, modes: SeaModes) -> tuple[Array, Array]:
+def turned_glint(columns: CloudColumns, modes: SeaModes) -> tuple[Array, Array]:
     """Return what is to be added to sunlight sent by the cloud and by the sea, both (S,), in columns with one cloud.
 
     By the cloud: what it scatters on the way down; by the sea: what reaches it directly. ``modes`` (..., S) are those
