@@ -327,7 +327,7 @@ STANDARD = "us-standard-1976"
 
 
 def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
-    """Read a profile by catalog name or from a user's CSV or NetCDF file (docs/atmosphere-profiles.md).
+    """Read a profile by catalog name or from a user's CSV or NetCDF file (docs/how-to/atmospheres.md).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Reader of a user's profile or radiosonde ascent, CSV or NetCDF; docs/atmosphere-profiles.md."""
+"""Reader of a user's profile or radiosonde ascent, CSV or NetCDF; docs/how-to/atmospheres.md."""
 
 from __future__ import annotations
 

@@ -156,7 +156,7 @@ OWN_ERRORS = (
     "sea: emissivity within 0.0004 to 75 deg and 0.004 to 85 deg of rays followed over random surfaces (10.8 um, "
     "winds to 30 m/s)",
 )
-"""With shadowing and second reflection (docs/sea.md)."""
+"""With shadowing and second reflection (docs/development/optics-sea-and-air.md)."""
 
 
 def notes(inputs: SeaInputs, parameters: RoughSeaParameters, foam: float) -> tuple[str, ...]:

@@ -101,7 +101,7 @@ def solve_sun(
     mode_tolerance : float
         The series of a layer ends after two modes in succession whose amplitudes are both at most this
         share of brdf and btdf so far, in every direction asked for. At least 0 and below 1; 0 sums all
-        ``modes``. The error is a few times this share (docs/multiple-scattering.md).
+        ``modes``. The error is a few times this share (docs/development/radiance.md).
 
     Returns
     -------

@@ -141,7 +141,7 @@ class CloudSlab:
     beam_transmission: Array
 
 
-def stacked(slabs: Sequence[CloudSlab]) -> CloudSlab:
+def side_by_side(slabs: Sequence[CloudSlab]) -> CloudSlab:
     """Put columns beside each other."""
     first, *others = slabs
     if not others:
@@ -154,7 +154,7 @@ def stacked(slabs: Sequence[CloudSlab]) -> CloudSlab:
     return CloudSlab(**together)
 
 
-class SlabMaker:
+class SlabSolver:
     """Solves layers of one optics provider for one set of directions.
 
     Parameters
@@ -188,7 +188,7 @@ class SlabMaker:
         self._wavenumber = wavenumber_cm1
         self._directions = directions
 
-    def make(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
+    def solve(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
         """Return ``layer`` at every thickness, each a column by itself.
 
         Operators are solved once, on a grid of thicknesses that double, and interpolated in ln(thickness); rows
