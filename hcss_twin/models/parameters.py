@@ -1,12 +1,6 @@
-"""Parameters of the transmittance providers.
+"""Parameters of the atmosphere, sea, optics and radiance providers: what a scenario can set under ``parameters``.
 
-Parameters of the ``band-model`` provider.
-
-Parameter models of the sea providers; imports nothing heavy.
-
-Parameters of the optics providers; light enough to import for a list of what there is.
-
-Parameters of the radiance models.
+Imports nothing heavy, so that listing the providers stays fast.
 """
 
 from __future__ import annotations

@@ -45,12 +45,12 @@ class Climate:
 
 
 class Climatology:
-    """Reads the shipped climatology once and interpolates in it.
+    """Interpolates in the shipped climatology, which is read once.
 
     Parameters
     ----------
     catalog : Catalog
-        Finds and records the file; it is opened at the first question.
+        Finds and records the file, which is opened when first needed.
     """
 
     def __init__(self, catalog: Catalog) -> None:
@@ -95,7 +95,7 @@ class Climatology:
             raise CatalogError(f"{where} is on land, and the climatology knows the sea only; give a value")
         months = 12.0 * _year_fraction(time) - 0.5
         month, share = math.floor(months), months - math.floor(months)
-        found = []
+        climates = []
         for each in (month % 12, (month + 1) % 12):
             climate = self._in_month(quantity, each, latitude_deg, longitude_deg)
             if climate is None:
@@ -103,8 +103,8 @@ class Climatology:
                     f"the climatology has no {quantity.replace('_', ' ')} within {FURTHEST_KM:g} km of {where} in "
                     f"month {each + 1} (ice, or no ships); give a value"
                 )
-            found.append(climate)
-        before, after = found
+            climates.append(climate)
+        before, after = climates
         value = (1.0 - share) * before.value + share * after.value
         return Climate(value, max(before.distance_km, after.distance_km))
 

@@ -1,7 +1,4 @@
-"""Water vapour: saturation, conversions to mole fraction, column amount and its scaling.
-
-Altitudes and pressures of air at rest.
-"""
+"""Moist air: saturation, forms of humidity, the column of water vapour and its scaling, and hydrostatic balance."""
 
 from __future__ import annotations
 

@@ -20,10 +20,10 @@ def path_radiance(
     target_m: Sequence[float],
     zenith_deg: float,
 ) -> Array:
-    """Path radiance seen from space, L_atm of eqs 19 and 20 of the HCSS paper.
+    """Path radiance seen from space, L_atm in eq 19 and eq 20 of the HCSS paper.
 
-    A provider that brings its own path radiance is asked for it; for every other one the layers'
-    Planck radiances are weighted with differences of transmittance,
+    A provider may compute its own path radiance. For every other one the layers' Planck radiances are weighted with
+    differences of transmittance,
 
         L = sum_n B(T_n) [T(top of n -> space) - T(bottom of n -> space)],
 

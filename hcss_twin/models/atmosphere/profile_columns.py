@@ -1,4 +1,4 @@
-"""What a column of a profile file may be called, and the units it may come in."""
+"""Names and units of the columns of a profile file."""
 
 from __future__ import annotations
 
@@ -180,12 +180,12 @@ _BRACKETS = re.compile(r"(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]")
 
 
 def folded(unit: str) -> str:
-    """Write a unit as the tables here do: lower case, blanks and slashes as underscores."""
+    """Return a unit in the form of these tables: lower case, blanks and slashes as underscores."""
     return re.sub(r"[\s/·_]+", "_", unit.strip().lower())
 
 
 def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
-    """Tell from the head of a CSV column what it holds and in which unit.
+    """Return quantity and unit of a CSV column from its name.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
         if bracket is not None and text == spelling:
             return quantity, unit_of(quantity, bracket["unit"], header)
         if bracket is None and (text == spelling or text.startswith(f"{spelling}_")):
-            # The unit is cut from the text as typed: in it a hyphen is a minus sign.
+            # The unit is taken from the text before hyphens became underscores: there a hyphen is a minus sign.
             return quantity, unit_of(quantity, folded(header)[len(spelling) + 1 :], header)
     if any(text == each or text.startswith(f"{each}_") for each in PASSED_OVER):
         return None

@@ -1,10 +1,6 @@
-"""Fewer levels for soundings that have thousands, without losing what matters.
+"""Profiles from files or the catalog: levels checked, completed from the sea to space, and thinned.
 
-From the levels of a sounding to a profile that reaches from the sea to space.
-
-Profiles by catalog name or from a user's file.
-
-Which of the six AFGL model atmospheres suits a place and date.
+Also which of the six AFGL model atmospheres suits a place and date.
 """
 
 from __future__ import annotations

@@ -1,15 +1,9 @@
-"""Optical properties of a volume of particles: Mie efficiencies summed over the size distribution.
+"""Optical properties of a volume of particles: Mie efficiencies summed over sizes, and tabulated over wavelength.
 
-Piecewise quadratic interpolation over wavelength on nodes that do not depend on the request.
-
-The panels end at the rows of the refractive-index table, where bulk properties have kinks, and
-are subdivided to a widest relative step. Nodes belong to the table alone, so the value at a
-wavenumber does not depend on which others are asked for; they are computed when first needed.
-
-Bulk properties of one size distribution of spheres, tabulated over wavelength.
-
-Nothing but wavelength is interpolated. Everything that a value depends on enters the table's key, so that tables can be
-kept in files and found again by content.
+Tables interpolate over wavelength alone, piecewise quadratically. Panels end at the rows of the refractive-index table,
+where bulk properties have kinks, and are subdivided to a widest relative step. Nodes depend on the table alone, so that
+the value at a wavenumber does not depend on which others are requested; they are computed when first needed. Everything
+that a value depends on enters the table's key, so that tables can be stored in files and found by content.
 """
 
 from __future__ import annotations
@@ -24,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.optics.size_distribution import check, projected_area_m1, quadrature
+from hcss_twin.models.optics.size_distribution import check, quadrature
 from hcss_twin.models.optics.spheres import MomentSums, mie_efficiencies
 from hcss_twin.models.refractive_index import RefractiveIndex
 from hcss_twin.providers import Microphysics
@@ -35,7 +29,7 @@ RESONANCES = ((0.0015, 16), (0.005, 8), (0.02, 4), (np.inf, 1))
 _SPHERES_AT_ONCE = 65536
 
 MAX_MOMENT_RADII = 2
-"""Times the radii at most for the phase function, whose resonances a wavelength's neighbours average out."""
+"""Largest multiple of the radii for the phase function, whose resonances average out between wavelengths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +55,7 @@ class BulkProperties:
 
     @property
     def albedo(self) -> Array:
-        """Single-scattering albedo (V,), eq 11 of the HCSS paper."""
+        """Single-scattering albedo (V,) (HCSS paper, eq 11)."""
         return self.scattering_m1 / self.extinction_m1
 
 
@@ -88,13 +82,13 @@ def bulk_properties(
 
     Notes
     -----
-    Eq 9 of the HCSS paper, pi * integral of r^2 Q n(r) dr, for absorption and extinction alike. Eq 10 multiplies 1 -
-    albedo with a bare efficiency; a coefficient per length needs the number density too, so ice is integrated as eq 9
-    is.
+    HCSS paper, eq 9: pi * integral of r^2 Q n(r) dr, for absorption and extinction alike. The paper's eq 10 for ice
+    multiplies 1 - albedo with a bare efficiency; a coefficient per length needs the number density too, so that ice is
+    integrated as in eq 9.
     """
     wavelength = np.asarray(wavelength_um, dtype=np.float64)
     refractive = index.at(1e4 / wavelength)
-    factor = _times(refractive)
+    factor = _radius_multiple(refractive)
     sums = np.empty((3, wavelength.size))
     for many in np.unique(factor):
         chosen = factor == many
@@ -124,15 +118,15 @@ def bulk_moments(
     refractive = index.at(1e4 / wavelength)
     sums = MomentSums(count)
     result = np.empty((count, wavelength.size))
-    for column, many in enumerate(np.minimum(_times(refractive), MAX_MOMENT_RADII)):
+    for column, many in enumerate(np.minimum(_radius_multiple(refractive), MAX_MOMENT_RADII)):
         radius, number = quadrature(cloud, int(many) * radius_nodes)
         size = 2.0 * np.pi * radius / wavelength[column]
         result[:, column] = sums(complex(refractive[column]), size, number)
     return result
 
 
-def _times(refractive: NDArray[np.complex128]) -> NDArray[np.int64]:
-    """How many times the radii each wavelength (V,) takes."""
+def _radius_multiple(refractive: NDArray[np.complex128]) -> NDArray[np.int64]:
+    """Multiple of the radii that each wavelength (V,) needs."""
     below = [refractive.imag < limit for limit, _ in RESONANCES]
     return np.asarray(np.select(below, [many for _, many in RESONANCES]), dtype=np.int64)
 
@@ -152,19 +146,6 @@ def _integrate(cloud: Microphysics, refractive: NDArray[np.complex128], waveleng
     return result
 
 
-def bulk_efficiencies(
-    cloud: Microphysics, index: RefractiveIndex, wavelength_um: Array, radius_nodes: int
-) -> tuple[Array, Array, Array]:
-    """Extinction, scattering and absorption efficiencies (V,) of the particles together.
-
-    Fig 6 of the HCSS paper shows them. They are the volume coefficients divided by the geometric cross section per
-    volume.
-    """
-    bulk = bulk_properties(cloud, index, wavelength_um, radius_nodes)
-    area = projected_area_m1(cloud)
-    return bulk.extinction_m1 / area, bulk.scattering_m1 / area, bulk.absorption_m1 / area
-
-
 def panel_edges(kinks: Array, step: float) -> Array:
     """Split the intervals between ``kinks`` (T,), ascending ln wavelengths, into panels of at most ``step``.
 
@@ -181,7 +162,7 @@ def panel_edges(kinks: Array, step: float) -> Array:
 
 
 class PanelTable:
-    """Functions of position that are known at some nodes and interpolated between them.
+    """Functions of position with values at nodes, interpolated between them.
 
     Parameters
     ----------
@@ -195,7 +176,7 @@ class PanelTable:
     nodes : ndarray (2 P + 1,)
         Positions: the edges and the middles of the panels.
     values : ndarray (C, 2 P + 1)
-        Values there, NaN where they are not yet known.
+        Values there, NaN where they are not computed yet.
     """
 
     def __init__(self, edges: Array, components: int) -> None:
@@ -236,7 +217,7 @@ class PanelTable:
 
 
 Progress = Callable[[Iterable[NDArray[np.intp]], int], Iterator[NDArray[np.intp]]]
-"""Wraps an iteration over pieces of work, whose sizes add up to the number given."""
+"""Wraps an iteration over pieces of work, given their total size."""
 
 VALID_UM = (0.3, 16.0)
 """Wavelengths inside which the errors of quadrature and interpolation were measured."""
@@ -245,7 +226,7 @@ COMPUTATION = 1
 """Version of the computation; raised whenever the same input gives other numbers."""
 
 _MOMENT_STEP = 2.0
-"""Widest panel of the moments, in widest panels of the other properties: they vary less."""
+"""Widest panel of the moments over that of the other properties: moments vary less."""
 
 _NODES_AT_ONCE = 16
 
@@ -326,7 +307,7 @@ class BulkTable:
         return np.exp(log_extinction), np.exp(log_absorption), asymmetry, moments
 
     def complete(self, position: Array, progress: Progress) -> bool:
-        """Compute what ``position`` (V,) needs and is not yet known; True if there was anything to compute."""
+        """Compute the missing values that ``position`` (V,) needs; return whether there were any."""
         wanted = self.properties.missing(position)
         wanted_moments = self.moments.missing(position) if self.has_moments else np.empty(0, dtype=np.intp)
         pieces = [(self.properties, part, self._properties) for part in _pieces(wanted)]
@@ -347,7 +328,7 @@ class BulkTable:
     def _moments(self, position: Array) -> Array:
         accuracy = self._accuracy
         moments = bulk_moments(self._cloud, self._index, np.exp(position), accuracy.radius_nodes, accuracy.moments)
-        # As files keep them, so that a result does not depend on where its table came from.
+        # Single precision as in files, so that a result does not depend on where its table came from.
         return moments.astype(np.float32).astype(np.float64)
 
 

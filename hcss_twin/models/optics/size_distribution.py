@@ -1,7 +1,7 @@
 """Size distribution of cloud particles: the modified gamma distribution.
 
-n(r) = a r^alpha exp(-b r^nu) between two radii, D. Deirmendjian, Electromagnetic Scattering on Spherical
-Polydispersions (1969); the form below eq 9 of the HCSS paper. Radii are in micrometres, as b is; ``a`` follows from the
+n(r) = a r^alpha exp(-b r^nu) between two radii (D. Deirmendjian, Electromagnetic Scattering on Spherical
+Polydispersions, 1969), the form below eq 9 of the HCSS paper. Radii are in micrometres, as b is; ``a`` follows from the
 number density. All moments have closed forms in incomplete gamma functions, because t = b r^nu turns them into gamma
 integrals.
 """

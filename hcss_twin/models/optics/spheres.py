@@ -1,10 +1,8 @@
-"""Mie efficiencies of many homogeneous spheres at once.
+"""Mie theory for many homogeneous spheres at once: efficiencies, amplitudes and Legendre moments of phase functions.
 
 The bulk properties of one cloud in three bands need about 1e5 spheres. A loop over spheres costs 0.1 ms each in
-interpreted Python; compiled loops are fast but pay seconds of compilation. Here the loop runs over multipole orders and
-every order handles all spheres that still need it, which costs about 2 us per sphere and needs no compiler.
-
-Phase functions of homogeneous spheres: scattering amplitudes, and Legendre moments of many spheres together.
+interpreted Python; compiled loops are fast but take seconds to compile. Here the loop runs over multipole orders, and
+every order handles all spheres that still need it: about 2 us per sphere without a compiler.
 
 The intensity that a sphere scatters is a polynomial of the cosine of the scattering angle, of twice the degree of its
 last multipole. Gauss-Legendre quadrature with enough nodes therefore gives its moments exactly, and sums over

@@ -1,20 +1,7 @@
-"""A spectral band with its response.
+"""Spectral bands: their response, the wavenumbers at which spectra are computed, and integration over them.
 
-Extraterrestrial solar irradiance from the catalog.
-
-The dense spectral grid: where spectra are evaluated and how they sum to bands.
-
-Few weighted wavenumbers whose sums are the band radiances of all columns of a scene.
-
-Spectra of one scene are alike: gas lines, clouds and sun change with thickness and time in few independent ways.
-A band therefore needs few wavenumbers, if they and their weights are chosen for the scene's own spectra. Weights that
-cannot be negative keep radiances positive and make sums of weights that partition a spectrum partition its band.
-
-The method is an empirical quadrature: wavenumbers are added greedily, and their weights follow by non-negative least
-squares (C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23), until every spectrum is
-summed within the tolerance.
-
-Brightness temperature: invert the band-integrated Planck function.
+A band radiance is the sum of spectral radiance times weights over a dense grid, or over few wavenumbers chosen for the
+scene (:func:`choose_nodes`). :class:`BrightnessTemperature` inverts it for black bodies.
 """
 
 from __future__ import annotations
@@ -33,14 +20,14 @@ from hcss_twin.physics.planck import planck, wavenumber_from_um
 
 @dataclass(frozen=True)
 class SpectralBand:
-    """A band with its response.
+    """A spectral band.
 
     Attributes
     ----------
     name : str
         Name in the cube.
     wavelength_um : ndarray (N,)
-        Ascending wavelengths at which the response is known; linear between, 0 outside.
+        Ascending; the response is linear between them and 0 outside.
     response : ndarray (N,)
         Relative response, 0 to 1.
     """
@@ -68,7 +55,7 @@ class SpectralBand:
     def central_um(self) -> float:
         """Centroid over wavelength of the response, which is linear between its nodes."""
         step, left, right = np.diff(self.wavelength_um), self.response[:-1], self.response[1:]
-        # From the shortest wavelength: relative to it the moments of narrow bands keep their digits.
+        # Relative to the shortest wavelength, so that the moments of narrow bands keep their digits.
         start = self.wavelength_um[:-1] - self.wavelength_um[0]
         area = step * (left + right) / 2.0
         moment = start * area + step**2 * (left + 2.0 * right) / 6.0
@@ -108,7 +95,7 @@ class SolarSpectrum:
 
 
 DEFAULT_STEP_CM1 = 5.0
-"""Step where no provider has a grid of its own: that of LOWTRAN7."""
+"""Step where the transmittance provider has no grid of its own: that of LOWTRAN7."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +121,7 @@ class SpectralGrid:
 
 
 def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None) -> SpectralGrid:
-    """Return every native wavenumber inside the bands, their edges, and their response's own nodes.
+    """Return the grid of all native wavenumbers inside the bands, the band edges, and the nodes of the responses.
 
     Parameters
     ----------
@@ -164,7 +151,7 @@ def _band_nodes(band: SpectralBand, native_cm1: Array | None) -> Array:
         native_cm1 = np.arange(first, high, DEFAULT_STEP_CM1)
     inside = native_cm1[(native_cm1 > low) & (native_cm1 < high)]
     nodes = np.unique(np.concatenate((edges, inside)))
-    # A native node that rounding puts beside an edge would make a panel of no width.
+    # Rounding may put a native node next to an edge, with no width between.
     keep = np.concatenate(([True], np.diff(nodes) > 1e-9 * high))
     result: Array = nodes[keep]
     return result
@@ -200,7 +187,15 @@ def all_nodes(grid: SpectralGrid) -> SpectralNodes:
 
 
 def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> SpectralNodes:
-    """Choose wavenumbers that sum given spectra to their band radiances.
+    """Choose few wavenumbers whose weighted sums are the band radiances of given spectra.
+
+    Spectra of one scene are alike: gas lines, clouds and sun change with thickness and time in few independent ways.
+    A band therefore needs few wavenumbers, if they and their weights are chosen for the scene's own spectra. Weights
+    that cannot be negative keep radiances positive, and a spectrum's terms still sum to its total.
+
+    The method is an empirical quadrature: wavenumbers are added greedily, and their weights follow by non-negative
+    least squares (C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23), until every
+    spectrum is summed within the tolerance.
 
     Parameters
     ----------
@@ -226,7 +221,7 @@ def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> Spectr
 
 def _factors(summands: Array, tolerance: float) -> Array:
     """Factors (V,), most of them 0, of summands (S, K, V) that leave their sums unchanged within the tolerance."""
-    # imported here: runs that find their tables should not wait for it
+    # Imported here: a run that reads its tables from the cache should not wait for it.
     from scipy.optimize import nnls
 
     total = np.sum(summands, axis=(1, 2))
@@ -261,7 +256,7 @@ def _factors(summands: Array, tolerance: float) -> Array:
 
 
 COLDEST_K, HOTTEST_K = 60.0, 3000.0
-NODES = 4096
+_TEMPERATURES = 4096
 
 
 class BrightnessTemperature:
@@ -273,7 +268,7 @@ class BrightnessTemperature:
 
     def __init__(self, grid: SpectralGrid, names: Sequence[str]) -> None:
         self._names = tuple(names)
-        self._inverse_temperature = np.linspace(1 / COLDEST_K, 1 / HOTTEST_K, NODES)
+        self._inverse_temperature = np.linspace(1 / COLDEST_K, 1 / HOTTEST_K, _TEMPERATURES)
         radiance = planck(grid.wavenumber_cm1[None, :], 1 / self._inverse_temperature[:, None]) @ grid.weights_cm1.T
         self._ln_radiance = np.log(np.maximum(radiance, np.finfo(float).tiny)).T
 
@@ -283,7 +278,7 @@ class BrightnessTemperature:
         Raises
         ------
         ProviderError
-            If a radiance is that of no black body between 60 and 3000 K.
+            If no black body between 60 and 3000 K has that radiance.
         """
         result = np.empty_like(radiance)
         for band, table in enumerate(self._ln_radiance):
@@ -298,11 +293,11 @@ class BrightnessTemperature:
 
     @property
     def highest_radiance(self) -> Array:
-        """Radiance of each band that is hotter than all known temperatures, (B,)."""
+        """Radiance (B,) of the hottest tabulated black body."""
         return np.exp(self._ln_radiance[:, -1])
 
     def where_known(self, radiance: Array) -> Array:
-        """Return kelvin for ``radiance`` (B, N), NaN where it is that of no black body between 60 and 3000 K."""
+        """Return kelvin for ``radiance`` (B, N), NaN where no black body between 60 and 3000 K has it."""
         result = np.full(radiance.shape, np.nan)
         for values, kelvin, table in zip(radiance, result, self._ln_radiance, strict=True):
             known = (values >= np.exp(table[0])) & (values <= np.exp(table[-1]))

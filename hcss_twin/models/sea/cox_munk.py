@@ -1,9 +1,4 @@
-"""Arguments of sea models: cosines and bearings.
-
-Fresnel's reflectance at many angles of incidence: a Chebyshev series in its cosine, where that is as good.
-
-The default sea: Fresnel reflection by facets with Cox-Munk slopes.
-"""
+"""Sea model ``cox-munk``: Fresnel reflection by facets with Cox-Munk slopes; and geometry shared by the sea models."""
 
 from __future__ import annotations
 
@@ -75,8 +70,8 @@ def relative_azimuths(relative_azimuth: Array) -> Array:
 
 TERMS = 32
 
-LARGEST_TAIL = 1e-12
-"""Of the last terms of a series, relative to its largest; those of water are below 1e-13."""
+MAX_TAIL = 1e-12
+"""Largest last terms of a Chebyshev series relative to its largest one; those of water are below 1e-13."""
 
 
 def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array:
@@ -99,14 +94,16 @@ def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array
         If a cosine is outside (0, 1].
     """
     few = cos_incidence.size <= 2 * TERMS
-    if few or not (np.min(cos_incidence) > 0.0 and np.max(cos_incidence) <= 1.0):  # NaN, too, is refused there
+    if few or not (
+        np.min(cos_incidence) > 0.0 and np.max(cos_incidence) <= 1.0
+    ):  # unpolarised_reflectance also refuses NaN
         return unpolarised_reflectance(index, cos_incidence[:, None])
     nodes = incidence_nodes(TERMS)
     at_nodes = unpolarised_reflectance(index, nodes[:, None])
     # Chebyshev polynomials are orthogonal over their points.
     terms = (2.0 / TERMS) * chebyshev.chebvander(2.0 * nodes - 1.0, TERMS - 1).T @ at_nodes
     terms[0] *= 0.5
-    if np.any(np.max(np.abs(terms[-2:]), axis=0) > LARGEST_TAIL * np.max(np.abs(terms), axis=0)):
+    if np.any(np.max(np.abs(terms[-2:]), axis=0) > MAX_TAIL * np.max(np.abs(terms), axis=0)):
         return unpolarised_reflectance(index, cos_incidence[:, None])
     return np.asarray(chebyshev.chebvander(2.0 * cos_incidence - 1.0, TERMS - 1) @ terms)
 

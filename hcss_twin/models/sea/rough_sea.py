@@ -1,4 +1,4 @@
-"""The rough sea: shadowed facets with a second reflection, sea water, foam."""
+"""Sea model ``rough-sea``: facets that hide one another, with a second reflection, sea water and foam."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from hcss_twin.providers import Array, Declares, Grid, Motion, SeaInputs
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
 _WIND_AZIMUTHS = 16
-_FOLDED_VIEWS = 64
-"""Views and sets of nodes whose reflection is kept: a column asks for a view and its streams, with two sets."""
+_MAX_VIEWS = 64
+"""Views and sets of nodes whose reflection stays in memory; a column needs a view and its streams, with two sets."""
 
 
 class RoughSea:
@@ -258,7 +258,7 @@ class RoughSea:
         own = smith_lambda(out, self._slopes.variance_along(bearing))
         if self._tilt is not None:
             up, across = -upwind / vertical - self._tilt.upwind, -crosswind / vertical - self._tilt.crosswind
-            # Shown to the sensor, the part has another area than the sea as a whole has on average.
+            # Toward the sensor the tilted part has another area than the sea as a whole has on average.
             area = out * (1.0 + own) / self._tilt.cross_section(out, bearing)
             density = area * self._tilt.rest.density(up, across)
         elif self._slopes.isotropic:
@@ -286,7 +286,7 @@ class RoughSea:
         return np.asarray((1.0 - self._foam) * water + self._foam * foam[None], dtype=np.float64)
 
     def _folded(self, mu: Array, nodes: Array, basis: Basis, bearing: Array | None) -> tuple[list[FirstHit], Array]:
-        """Return the folded reflection of each view, kept for the last ones: they repeat band after band."""
+        """Return the reflection of each view at the nodes; remembered, because views repeat band after band."""
         kept = (nodes.tobytes(), basis)
         second = self._seconds.get(kept)
         if second is None:
@@ -309,7 +309,7 @@ class RoughSea:
         return first, second
 
     def _any_fold(self, view: float, turn: float | None) -> FirstHit | None:
-        """Return a kept fold of a view, whatever its nodes."""
+        """Return the reflection of a view from memory, whatever its nodes."""
         for (own_view, own_turn, *_), fold in list(self._folds.items()):
             if (own_view, own_turn) == (view, turn):
                 return fold
@@ -317,7 +317,7 @@ class RoughSea:
 
 
 def _keep(store: dict[_Key, _Value], key: _Key, value: _Value) -> None:
-    """Remember a value; where there are many, forget the others (one step, so that threads may share it)."""
-    if len(store) >= _FOLDED_VIEWS:
+    """Remember a value; forget all others where there are too many (in one step, so that threads may share it)."""
+    if len(store) >= _MAX_VIEWS:
         store.clear()
     store[key] = value

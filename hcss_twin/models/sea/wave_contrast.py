@@ -1,4 +1,4 @@
-"""How much the resolved waves can change the radiance of a pixel, so that they may be left out.
+"""How much the resolved waves can change the radiance of a pixel, so that they may be neglected.
 
 A resolved wave tilts the whole population of facets in a pixel by its slope. Tilts of three standard deviations are
 considered; waves of a Gaussian sea exceed them in 0.3 % of the pixels.
@@ -12,8 +12,6 @@ from typing import Protocol
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.sea.wave_field import cutoff_frequency_rad_s
-from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 
 SIGMAS = 3.0
 _STEEPEST_VIEW = np.radians(89.9)
@@ -21,20 +19,6 @@ _STEEPEST_VIEW = np.radians(89.9)
 
 class _Emitter(Protocol):
     def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array: ...
-
-
-def resolved_slope(spectrum: WaveSpectrum, pixel_size_m: float) -> float:
-    """Return the standard deviation of the resolved slope along the steepest direction, the wind's.
-
-    Directions scatter with the density 2/pi cos^2, which puts three quarters of the variance along the wind.
-
-    Raises
-    ------
-    ValueError
-        If the pixel size is not above 0.
-    """
-    total = spectrum.resolved_mean_square_slope(cutoff_frequency_rad_s(pixel_size_m))
-    return float(np.sqrt(0.75 * total))
 
 
 def thermal_contrast_bound(
@@ -51,7 +35,7 @@ def thermal_contrast_bound(
     mu : ndarray (M,)
         Cosines of the view zenith angle.
     slope : float
-        Standard deviation of the resolved slope, from :func:`resolved_slope`.
+        Standard deviation of the resolved slope.
     sky_share : float
         Radiance of the sky over that of a black sea; 0 is the sky of greatest contrast.
 
@@ -71,30 +55,6 @@ def thermal_contrast_bound(
     # A sea that sends nothing, as under foam of emissivity 0, changes by nothing or by infinitely much.
     black = np.where(change > 0.0, np.inf, 0.0)
     return np.asarray(np.divide(change, whole, out=black, where=whole > 0.0), dtype=np.float64)
-
-
-def glint_contrast_bound(mirror_slope: Array, mean_square_slope: float, slope: float) -> Array:
-    """Return the greatest relative change of the glint.
-
-    Parameters
-    ----------
-    mirror_slope : ndarray
-        Slope of the facets that mirror the sun into the sensor (0 in the centre of the glint); any shape.
-    mean_square_slope : float
-        Of the facets below the pixel.
-    slope : float
-        Standard deviation of the resolved slope.
-
-    Returns
-    -------
-    ndarray
-        Same shape: change of the Gaussian density where its centre moves toward the mirror slope.
-    """
-    shift = SIGMAS * slope
-    nearer = np.maximum(np.abs(mirror_slope) - shift, 0.0)
-    gain = (mirror_slope**2 - nearer**2) / mean_square_slope
-    loss = ((np.abs(mirror_slope) + shift) ** 2 - mirror_slope**2) / mean_square_slope
-    return np.asarray(np.maximum(np.expm1(gain), -np.expm1(-loss)), dtype=np.float64)
 
 
 def tilted_glint_bound(

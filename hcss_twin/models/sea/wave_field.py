@@ -1,10 +1,8 @@
-"""Slopes of the waves that pixels are small enough to see, and what is left below the pixel.
+"""Resolved waves of an image: waves longer than two pixels, as slopes at the pixels while the platform moves.
 
-A sum of plane waves of random phase: unbounded, so that any window of any frame is the same part of one
-sea; it repeats nowhere that matters (the waves' lengths have no common multiple). Waves longer than two
-pixels are resolved. The rest of Cox and Munk's mean-square slope stays below the pixel.
-
-The resolved waves of an image: their slopes at its pixels, as the platform moves.
+A sum of plane waves of random phase. It is unbounded, so that any window of any frame is the same part of one sea, and
+has no visible period (the lengths of the waves have no common multiple). The rest of Cox and Munk's mean-square slope
+stays below the pixel.
 """
 
 from __future__ import annotations
@@ -77,22 +75,6 @@ class WaveField:
         self._slope = math.sqrt(2.0 * self.resolved_mean_square_slope / max(components, 1))
         self._wavenumber = wavenumber
 
-    def subpixel_mean_square_slope(self, total: float) -> float:
-        """Return what the resolved waves leave of a total mean-square slope.
-
-        Raises
-        ------
-        ValueError
-            If the resolved waves are already rougher than the total.
-        """
-        rest = total - self.resolved_mean_square_slope
-        if rest < 0.0:
-            raise ValueError(
-                f"total mean-square slope {total:g}: the waves longer than {2 * self.pixel_size_m:g} m alone "
-                f"have {self.resolved_mean_square_slope:g}"
-            )
-        return rest
-
     def slopes(self, time_s: float, rows: slice, columns: slice, x_m: float = 0.0) -> tuple[Array, Array]:
         """Return the slopes (y, x) along columns and along rows at the pixel centres of a window.
 
@@ -109,9 +91,9 @@ class WaveField:
         along = -self._slope * self._unit(self._k_x)
         down = -self._slope * self._unit(self._k_y)
         row, column = self._plane_waves(time_s, rows, columns, x_m)
-        found = np.zeros((2, row.shape[0], column.shape[1]))
-        _add_slopes(found, row, column, along, down)
-        return found[0], found[1]
+        slopes = np.zeros((2, row.shape[0], column.shape[1]))
+        _add_slopes(slopes, row, column, along, down)
+        return slopes[0], slopes[1]
 
     def elevation_m(self, time_s: float, rows: slice, columns: slice) -> Array:
         """Return the elevation (y, x) of the resolved waves, in metres; see :meth:`slopes`."""
@@ -134,12 +116,12 @@ class WaveField:
 
 
 @njit(cache=True, nogil=True)
-def _add_slopes(found, row, column, along, down):  # type: ignore[no-untyped-def]
-    """Add both slopes to ``found`` (2, y, x), wave by wave: a product of matrices would round by the window's shape."""
+def _add_slopes(slopes, row, column, along, down):  # type: ignore[no-untyped-def]
+    """Add both slopes to ``slopes`` (2, y, x), wave by wave: a matrix product would round by the window's shape."""
     waves, width = row.shape[1], column.shape[1]
     real, imaginary = column.real.copy(), column.imag.copy()
     for y in range(row.shape[0]):
-        of_x, of_y = found[0, y], found[1, y]
+        of_x, of_y = slopes[0, y], slopes[1, y]
         for n in range(waves):
             a, b = row[y, n].real, row[y, n].imag
             for x in range(width):

@@ -1,11 +1,9 @@
-"""The JONSWAP spectrum of a sea that grows over a limited fetch.
+"""Frequency spectra of wave height: JONSWAP, and one interface for it and Pierson-Moskowitz.
 
-K. Hasselmann et al., Measurements of wind-wave growth and swell decay during the Joint North Sea Wave
-Project (JONSWAP), Ergaenzungsheft zur Deutschen Hydrographischen Zeitschrift A8, no. 12 (1973), with winds
-at 10 m: the spectrum of Pierson and Moskowitz with a peak that is higher by gamma = 3.3, and a level and a
-peak frequency that depend on the dimensionless fetch g F / U^2.
-
-Frequency spectra of wave height as one interface: heights, resolved slopes, equal shares of slope.
+JONSWAP describes a sea that grows over a limited fetch: K. Hasselmann et al., Measurements of wind-wave growth and
+swell decay during the Joint North Sea Wave Project (JONSWAP), Ergaenzungsheft zur Deutschen Hydrographischen
+Zeitschrift A8, no. 12 (1973), with winds at 10 m. It is the spectrum of Pierson and Moskowitz with a peak that is
+higher by gamma = 3.3, and a level and a peak frequency that depend on the dimensionless fetch g F / U^2.
 """
 
 from __future__ import annotations

@@ -1,10 +1,6 @@
-"""Azimuth series of layers, each of which ends where the rest is negligible.
+"""Sunlight reflected and transmitted by homogeneous layers: adding-doubling over azimuth modes.
 
-Sunlight reflected and transmitted by homogeneous layers: adding-doubling over azimuth modes.
-
-What homogeneous layers make of beams: diffuse transmission along the streams, by azimuth modes.
-
-Layers under the sun, solved once: operators, sunlight toward the view, and beams along the streams.
+The Fourier series over azimuth of each layer ends where the remaining terms are negligible.
 """
 
 from __future__ import annotations
@@ -31,7 +27,7 @@ from hcss_twin.physics.multiple_scattering.phase_function import ScaledScatterin
 
 
 class AzimuthSeries:
-    """Layers whose series have not ended: one does where two modes in succession are small.
+    """Layers whose Fourier series still need terms: a series ends after two small modes in succession.
 
     Parameters
     ----------
@@ -47,12 +43,12 @@ class AzimuthSeries:
     def __init__(self, thickness: Array) -> None:
         self._thickness = thickness
         self._going = np.ones(thickness.shape, dtype=np.bool_)
-        # Whose mode before was small.
+        # Layers whose previous mode was small.
         self._quiet = np.zeros(thickness.size, dtype=np.bool_)
         self.chains = chains(thickness, self._going)
 
     def end_where(self, small: NDArray[np.bool_]) -> bool:
-        """Say of which layers of ``chains`` (n,) a mode was small, and return whether all series have ended."""
+        """Record for which layers of ``chains`` (n,) this mode was small; return whether all series have ended."""
         cells = self.chains.cell
         ended = small & self._quiet[cells]
         self._quiet[cells] = small
@@ -125,15 +121,15 @@ def solve_sun(
     series = AzimuthSeries(scaled.thickness)
     with Team(threads) as team:
         for mode in range(modes):
-            found = series.chains
-            back, through = _more_than_once(where, scaled, mode, found, team)
+            ordered = series.chains
+            back, through = _more_than_once(where, scaled, mode, ordered, team)
             # The sunbeam travels away from the sun: its azimuth difference is the supplement.
             term = np.cos(mode * (np.pi - azimuth))
-            small = np.full(found.cell.size, mode_tolerance > 0.0)
+            small = np.full(ordered.cell.size, mode_tolerance > 0.0)
             for total, part in ((brdf, back), (btdf, through)):
                 amplitude = ((1.0 if mode == 0 else 2.0) * part)[:, of_view]
-                total[found.cell] += amplitude * term
-                small &= np.all(np.abs(amplitude) <= mode_tolerance * np.abs(total[found.cell]), axis=1)
+                total[ordered.cell] += amplitude * term
+                small &= np.all(np.abs(amplitude) <= mode_tolerance * np.abs(total[ordered.cell]), axis=1)
             if series.end_where(small):
                 break
     shape = (*thickness.shape, mu.size)
@@ -141,19 +137,19 @@ def solve_sun(
 
 
 def _more_than_once(
-    where: Directions, scaled: ScaledScattering, mode: int, found: DoublingChains, team: Team
+    where: Directions, scaled: ScaledScattering, mode: int, ordered: DoublingChains, team: Team
 ) -> tuple[Array, Array]:
-    """Solve one mode of the layers of ``found``, in their order.
+    """Solve one mode of ``ordered`` layers (n,).
 
     Returns
     -------
     back, through : ndarray (n, views)
-        Kernels from the sun without what they hold of light scattered once.
+        Kernels from the sun, without light scattered once.
     """
     views = where.mu.size - where.columns
-    solved = solve_mode(where, scaled, found, mode, team, toward=views, sources=1)
-    tau, sun, view = found.thickness[:, np.newaxis], where.mu[0], where.mu[where.columns :]
-    once = np.s_[found.column, where.columns :, 0]
+    solved = solve_mode(where, scaled, ordered, mode, team, toward=views, sources=1)
+    tau, sun, view = ordered.thickness[:, np.newaxis], where.mu[0], where.mu[where.columns :]
+    once = np.s_[ordered.column, where.columns :, 0]
     return (
         solved.reflection[:, :, 0] - solved.other[once] * path_back(tau, view, sun),
         solved.transmission[:, :, 0] - solved.same[once] * path_through(tau, view, sun),
@@ -201,12 +197,12 @@ def transmit_beams(
         raise ValueError(f"modes {modes}: allowed 1 to {2 * streams}, twice the streams")
     where = directions(beams, gauss_streams(streams), np.empty(0))
     scaled = delta_m(thickness, w, chi, 2 * streams)
-    found = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
+    ordered = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
     result = np.empty((modes - 1, thickness.size, streams, beams.size))
     with Team(threads) as team:
         for mode in range(1, modes):
-            solved = solve_mode(where, scaled, found, mode, team, toward=streams, sources=beams.size)
-            result[mode - 1, found.cell] = solved.transmission
+            solved = solve_mode(where, scaled, ordered, mode, team, toward=streams, sources=beams.size)
+            result[mode - 1, ordered.cell] = solved.transmission
     return result.reshape(modes - 1, *thickness.shape, streams, beams.size)
 
 
@@ -215,16 +211,16 @@ VIEW, SUN = 0, 1
 
 @dataclass(frozen=True)
 class SunlitLayers:
-    """What one solution gives: T thicknesses, V wavenumbers, N streams.
+    """Layers solved for diffuse light, sunlight and beams: T thicknesses, V wavenumbers, N streams.
 
     Attributes
     ----------
     layers : LayerOperators
         As :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers` with view and sun as extra directions.
     brdf, btdf : ndarray (T, V)
-        As :func:`hcss_twin.physics.multiple_scattering.sunlight.solve_sun` for the view.
+        As :func:`solve_sun` for the view.
     beams : ndarray (M - 1, T, V, N, 2)
-        As :func:`hcss_twin.physics.multiple_scattering.sunlight.transmit_beams` for beams of view and sun.
+        As :func:`transmit_beams` for beams of view and sun.
     """
 
     layers: LayerOperators
@@ -248,8 +244,8 @@ def solve_sunlit_layers(
 ) -> SunlitLayers:
     """Solve layers for diffuse light, for sunlight toward one view, and for both beams, from the same modes.
 
-    Each azimuth mode is solved once, where ``solve_layers``, ``solve_sun`` and ``transmit_beams`` solve some of them
-    each. Results are theirs, but for where the series of a layer ends.
+    Each azimuth mode is solved once, while ``solve_layers``, ``solve_sun`` and ``transmit_beams`` would each solve some
+    of them. Results equal theirs, except that the series of a layer may end at another mode.
 
     Parameters
     ----------
@@ -288,12 +284,12 @@ def solve_sunlit_layers(
         layers = mean_over_azimuth(where, scaled, series.chains, solved)
         onward = np.max(np.abs(layers.transmission[..., 2:, :2]), axis=(2, 3)).ravel()
         for mode in range(modes):
-            found = series.chains
+            ordered = series.chains
             if mode > 0:
-                solved = solve_mode(where, scaled, found, mode, team)
-            cells, tau = found.cell, found.thickness
+                solved = solve_mode(where, scaled, ordered, mode, team)
+            cells, tau = ordered.cell, ordered.thickness
             small = np.full(cells.size, mode_tolerance > 0.0)
-            once = np.s_[found.column, VIEW, SUN]
+            once = np.s_[ordered.column, VIEW, SUN]
             # The sunbeam travels away from the sun: its azimuth difference is the supplement.
             term = np.cos(mode * (np.pi - azimuth[0]))
             for total, all_orders, once_scattered in (

@@ -9,7 +9,7 @@ The radiance that leaves toward mu is the integral of the source function made o
 w' (s / 2 +- 3/4 g' mu d), as O. B. Toon, C. P. McKay, T. P. Ackerman and K. Santhanam, J. Geophys. Res.
 94, 16287-16301 (1989), proposed. In isothermal surroundings s = 2, d = 0 solve the equations: rows close.
 
-Light from all sides at once says how much goes toward mu, not whence it came. The kernels are that of single
+Light from all sides at once says how much goes toward mu, not where it came from. The kernels are that of single
 scattering, S, and the rest of each row, m_i, spread over all directions: K_ij = S_ij + (m_i + m_j - mean of m) / pi,
 symmetric, with the right row sums.
 """
@@ -44,8 +44,8 @@ def solve_layers_two_stream(
 ) -> LayerOperators:
     """Operators as :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`, approximate and in closed form.
 
-    Parameters, result and errors as there. ``streams`` is the number of directions only: results at a direction hardly
-    depend on it. ``direct`` is scaled by delta-Eddington, thus larger than there.
+    Parameters, result and errors are those of ``solve_layers``. ``streams`` is the number of directions only: results
+    at a direction hardly depend on it. ``direct`` is scaled by delta-Eddington, thus larger than there.
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     extra = checked_cosines("mu_extra", mu_extra)

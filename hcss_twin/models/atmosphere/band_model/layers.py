@@ -1,20 +1,16 @@
-"""Layers between levels: vertical absorber amounts, mean temperatures and the refraction of each.
+"""Layers between levels: absorber amounts, mean temperatures and refracted rays, and amounts along composite paths.
 
 Between levels densities that fall with height are exponential, all others linear (subroutines FILL and LAYER of
 LOWTRAN7). A layer consists of one or more *cells* thin enough for one slant factor each.
 
-Part of a layer has the densities and the cells of the whole, cut off at its ends, so that amounts do not jump with its
-ends. LOWTRAN7 makes a layer of its own of it: one that thickens gets a cell more at once, and haze that fades linearly
-to nothing at a level would fade exponentially as soon as the layer ends somewhat below.
+A part of a layer has the densities and the cells of the whole, cut off at its ends, so that amounts do not jump with
+its ends. LOWTRAN7 treats the part as a layer of its own: one that thickens gets a further cell at once, and haze that
+fades linearly to zero at a level would fade exponentially as soon as the layer ends somewhat below.
 
-Refracted rays through spherical layers (subroutines RFPATH and LAYER of LOWTRAN7).
-
-W. O. Gallery, F. X. Kneizys and S. A. Clough, *Air Mass Computer Program for Atmospheric Transmittance/Radiance
-Calculation: FSCATM*, AFGL-TR-83-0065 (1983): with x = r cos(zenith), the length of a ray is the integral of
-1 / (1 - (r / rho) sin^2(zenith)) over x, rho being the radius of curvature of a horizontal ray, and n r sin(zenith)
-stays constant along the ray.
-
-Absorber amounts of composite paths: layers times slant factors, summed over the legs.
+Rays are refracted in spherical layers (subroutines RFPATH and LAYER of LOWTRAN7; W. O. Gallery, F. X. Kneizys and S. A.
+Clough, *Air Mass Computer Program for Atmospheric Transmittance/Radiance Calculation: FSCATM*, AFGL-TR-83-0065, 1983):
+with x = r cos(zenith), the length of a ray is the integral of 1 / (1 - (r / rho) sin^2(zenith)) over x, rho being the
+radius of curvature of a horizontal ray, and n r sin(zenith) stays constant along the ray.
 """
 
 from __future__ import annotations
@@ -223,14 +219,14 @@ def slant_factors(layers: Layers, invariant_m: Array) -> Array:
     return result
 
 
-_KEPT_PARTS = 1024
-"""Parts of the profile that are kept: legs of many paths are alike."""
+_MAX_PARTS = 1024
+"""Parts of the profile in memory: many paths share their legs."""
 
 _SAME_ALTITUDE_M = 1e-3
 """Altitudes are compared through distances from the Earth's centre, which round to about 1e-9 m."""
 
 _NOTHING_M = 1e-6
-"""Pieces of a layer as thin as this are left out: rounding is a thousandth of them."""
+"""Thinner pieces of a layer are neglected: rounding is a thousandth of them."""
 
 
 class LayeredAir:
@@ -249,15 +245,15 @@ class LayeredAir:
         self._limit_m = cell_limits_m(state.altitude_m)
         self._layers = make_layers(state, earth_radius_m, self._limit_m)
         self.columns = state.density.shape[1]
-        self._kept = lru_cache(maxsize=_KEPT_PARTS)(self._between)
-        self.amounts_upwards = lru_cache(maxsize=_KEPT_PARTS)(self._amounts_upwards)
+        self._parts = lru_cache(maxsize=_MAX_PARTS)(self._between)
+        self.amounts_upwards = lru_cache(maxsize=_MAX_PARTS)(self._amounts_upwards)
         self._level_m = state.altitude_m
         self._level_set = frozenset(state.altitude_m.tolist())
         self._sums = LegSums(self.columns, self._compute)
 
     def between(self, lower_m: float, upper_m: float) -> Layers:
         """Layers from one altitude to another; of one that an end lies in, the part between."""
-        return self._kept(lower_m, upper_m)
+        return self._parts(lower_m, upper_m)
 
     def _between(self, lower_m: float, upper_m: float) -> Layers:
         levels = self._state.altitude_m
@@ -300,9 +296,9 @@ class LayeredAir:
         return self._sums.of(paths)
 
     def _compute(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
-        """Add the absorber amounts (K,) of single legs to those known.
+        """Store the absorber amounts (K,) of single legs in ``known``.
 
-        Rays from one altitude to levels of the profile are followed once, to space: the levels are on their way.
+        A ray to space passes all levels of the profile, so that one ray serves all legs from one altitude to levels.
         """
         groups: dict[tuple[float, float | None], list[Leg]] = {}
         for leg in legs:

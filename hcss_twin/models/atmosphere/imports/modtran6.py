@@ -1,12 +1,10 @@
-"""MODTRAN 6 JSON output (``JSONOPT`` with WRT_OUTPUT).
+"""MODTRAN 6 output in JSON (``JSONOPT`` with WRT_OUTPUT) and CSV (``CSVPRNT``, also ``_scan.csv``).
 
-Read are ``MODTRAN[n].MODTRANOUTPUT.SPECTRA.RADIANCE | TRANSMITTANCE | IRRADIANCE`` (one array per column) and,
-where the file carries it, ``MODTRAN[n].MODTRANINPUT`` (GEOMETRY, SPECTRAL, ATMOSPHERE).
+JSON: ``MODTRAN[n].MODTRANOUTPUT.SPECTRA.RADIANCE | TRANSMITTANCE | IRRADIANCE`` (one array per column) and, where the
+file has it, ``MODTRAN[n].MODTRANINPUT`` (GEOMETRY, SPECTRAL, ATMOSPHERE).
 
-MODTRAN 6 CSV output (``CSVPRNT``), also its ``_scan.csv``.
-
-Lines of description, a row of column names (found by its names, not by its place), at most two rows of units, rows of
-numbers, and possibly a footer. A CSV file does not carry the geometry; it has to be given.
+CSV: lines of description, a row of column names (recognised by the names, not by its place), at most two rows of units,
+rows of numbers, and possibly a footer. A CSV file lacks the geometry, which has to be given.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""One door to all file readers: find out the format, read every run.
-
-Import of files as a whole: read, combine, write.
-"""
+"""Import of files of other codes: detect the format, read every run, combine them and write an atmosphere table."""
 
 from __future__ import annotations
 
@@ -29,7 +26,7 @@ _TAPE7_SUFFIXES = (".tp7", ".7sc", ".fl7", ".scn")
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What a user adds to files that do not tell everything.
+    """Information that files lack.
 
     Attributes
     ----------
@@ -65,12 +62,12 @@ def parse_geometry(text: str) -> tuple[str, PathGeometry]:
 
 
 def detect_format(path: Path) -> str:
-    """Tell the format from the name's ending and the first lines.
+    """Detect the format from the suffix and the first lines.
 
     Raises
     ------
     CatalogError
-        If the file is none of the known ones.
+        If the format is unknown.
     """
     suffix = path.suffix.lower()
     try:
@@ -118,9 +115,9 @@ def read_paths(path: Path, options: ReadOptions | None = None) -> list[SpectralP
         return read_modtran6_csv(path, given)
     if chosen == "libradtran":
         return read_libradtran(path, read_settings([*_input_file(path), *options.settings]))
-    found = read_tape7(path) if chosen == "modtran-tape7" else read_modtran6_json(path)
-    # What a user says explicitly holds over what a header says.
-    return [replace(each, geometry=given) for each in found] if given else found
+    paths = read_tape7(path) if chosen == "modtran-tape7" else read_modtran6_json(path)
+    # An explicit line of sight overrides the header.
+    return [replace(each, geometry=given) for each in paths] if given else paths
 
 
 def _input_file(path: Path) -> list[str]:
@@ -158,12 +155,12 @@ def import_files(
     output : Path
         Table to write.
     options : ReadOptions
-        What the files do not tell.
+        Information that the files lack.
     profile : str, optional
         Catalog name or CSV of the atmosphere the runs were made with; by default the 1976 US Standard if
         every run says that it is this one.
     resolution_cm1 : float, optional
-        Where the files do not tell it.
+        Where the files do not give it.
     title : str, optional
         Title of the table.
 

@@ -1,4 +1,4 @@
-"""What one run of another code says about one path through the air."""
+"""Spectra of one path through the air, as one run of another code gives them."""
 
 from __future__ import annotations
 

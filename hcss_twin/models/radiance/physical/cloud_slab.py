@@ -1,6 +1,6 @@
-"""Operators of a cloud layer against its thickness, interpolated between thicknesses that double.
+"""What a cloud layer emits, reflects and transmits: operators that sum to one in every direction.
 
-What one cloud layer does: rows of emission, reflection and transmission that sum to one.
+They are solved on a grid of thicknesses, and interpolated between.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_st
 from hcss_twin.providers import CloudLayer, Optics
 
 PER_OCTAVE = 3
-"""Nodes in each doubling of thickness, each of which costs a chain of doublings of its own."""
+"""Nodes in each doubling of thickness; each costs a chain of doublings."""
 
 _WINDOW = 10
-"""Nodes of the polynomial: with 3 in each doubling it errs by 1e-6 of full reflection, as 6 with a window of 6 do."""
+"""Nodes of the interpolating polynomial: its error is 1e-6 of full reflection, as with 6 per doubling and 6 nodes."""
 
 
 def thickness_grid(least_m: float, most_m: float) -> Array:
@@ -58,7 +58,7 @@ class OperatorTable:
 
     @cached_property
     def floors(self) -> tuple[Array, ...]:
-        """The least of each operator, at most 0: polynomials swing below where a cloud turns opaque."""
+        """Minimum of each operator, at most 0: polynomials undershoot where a cloud turns opaque."""
         return tuple(np.minimum(np.min(each, axis=0), 0.0) for each in self.operators)
 
     @property
@@ -94,14 +94,14 @@ def _lagrange(position: float) -> Array:
 
 
 MAX_MODES = 8
-"""Azimuth modes in which sunlight between cloud and sea is followed."""
+"""Azimuth modes of sunlight between cloud and sea, at most."""
 
 _FAINT_SUN = 0.015
-"""Share below which sunlight is solved in closed form: clouds reflect a twentieth where it is so faint."""
+"""Sunlight over the sea's emission below which the closed form, good to 15 %, suffices: little of it is reflected."""
 
 
 def turned_modes(parameters: PhysicalParameters) -> int:
-    """Return how many azimuth modes of sunlight between cloud and sea are followed, the mean among them."""
+    """Return the number of azimuth modes of sunlight between cloud and sea, the mean included."""
     return min(parameters.azimuth_modes, 2 * parameters.streams, MAX_MODES)
 
 
@@ -142,7 +142,7 @@ class CloudSlab:
 
 
 def side_by_side(slabs: Sequence[CloudSlab]) -> CloudSlab:
-    """Put columns beside each other."""
+    """Join the columns of several slabs into one."""
     first, *others = slabs
     if not others:
         return first
@@ -210,7 +210,7 @@ class SlabSolver:
         for t, thickness in enumerate(thickness_m.tolist()):
             if table.least_m <= thickness <= table.most_m:
                 operators = table.at(thickness)
-            else:  # outside the layer's range: without a table
+            else:  # outside the range of the layer's table
                 operators = tuple(each[0] for each in self._solve(layer, np.array([thickness])))
             *rows, back, through, beam, turned = operators
             emissivity, far, direct, reflection, transmission = _closed(*rows)
@@ -265,14 +265,14 @@ class SlabSolver:
         turned = np.zeros((depth.shape[0], self._modes - 1, 2, where.count, albedo.size))
         if where.sun is None:
             return self._layers(depth, albedo, moments), brdf, btdf, turned
-        # Where the sun gives little the closed form, good to some 15 %, does.
+        # Where the sun contributes little, the closed form, good to some 15 %, suffices.
         bright = (self._sun_share > _FAINT_SUN) & (not closed)
         faint = ~bright
         view, sun, azimuth = where.mu[VIEW], where.mu_sun, where.relative_azimuth
         if np.any(faint):
             own = depth[:, faint], albedo[faint], moments[:, faint]
-            found = solve_sun_two_stream(*own, np.array([view]), sun, np.array([azimuth]), streams=where.count)
-            brdf[:, faint], btdf[:, faint] = (each[..., 0] for each in found)
+            both = solve_sun_two_stream(*own, np.array([view]), sun, np.array([azimuth]), streams=where.count)
+            brdf[:, faint], btdf[:, faint] = (each[..., 0] for each in both)
         if not np.any(bright):
             return self._layers(depth, albedo, moments), brdf, btdf, turned
         own = depth[:, bright], albedo[bright], moments[:, bright]
@@ -314,7 +314,7 @@ class SlabSolver:
 def _closed(
     emissivity: Array, far: Array, direct: Array, reflection: Array, transmission: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Rows that sum to one again, from which the table took what polynomials leave below nothing: some 1e-7."""
+    """Normalise rows to one, from which clipping negative values of the interpolation took some 1e-7."""
     whole = emissivity + direct + np.sum(reflection, axis=1) + np.sum(transmission, axis=1)
     emissivity, far, direct = (each / whole for each in (emissivity, far, direct))
     reflection, transmission = (each / whole[:, None] for each in (reflection, transmission))

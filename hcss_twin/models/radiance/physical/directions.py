@@ -1,6 +1,6 @@
-"""Terms of the physical radiance: where the light that reaches the sensor was emitted, or last met the sun.
+"""Directions of the view, the sun and the Gauss streams, and the terms of the physical radiance.
 
-Directions of one column: the view, the sun, and the Gauss streams that carry diffuse light.
+A term says where the light that reaches the sensor was emitted, or last scattered or reflected if it is sunlight.
 """
 
 from __future__ import annotations
@@ -31,8 +31,7 @@ TERMS: Mapping[str, str] = {
 SOLAR_TERMS = frozenset({"cloud_reflected_sun", "sea_reflected_sun", "path_scattered_sun"})
 
 SEA_SUN_TERMS = frozenset({"sea_reflected_sun"})
-"""Those that in a clear column are direct sunlight reflected by the sea."""
-
+"""Terms that in a clear column are direct sunlight reflected by the sea."""
 
 VIEW = 0
 """Index of the view among the directions."""
@@ -75,7 +74,7 @@ class ColumnDirections:
 
     @property
     def stream_indices(self) -> range:
-        """Where the streams are among the directions."""
+        """Indices of the streams among the directions."""
         return range(1, 1 + self.count)
 
 

@@ -22,8 +22,8 @@ def in_one_thread(function: Callable[_P, _T]) -> Callable[_P, _T]:
     The matrices of this model are so small that several BLAS threads wait for each other longer than they compute,
     above all on a busy machine. The last bits of a product also depend on the number of threads.
 
-    Threads that call such functions take turns. The limit holds for the libraries that numpy and scipy have loaded
-    when such a function runs for the first time.
+    Threads that call such functions take turns. The limit holds for the libraries that numpy and scipy have loaded when
+    such a function runs for the first time.
     """
 
     @wraps(function)

@@ -1,4 +1,4 @@
-"""What the sea does: emission, reflected sky by streams, and glint."""
+"""The sea as an interface: emission, reflection of the sky by streams, and glint."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.providers import SeaModel
 
 LARGEST_DEFECT = 0.1
-"""How much the integral of a BRDF may differ from 1 - emissivity before it is refused."""
+"""Largest allowed difference between the integral of a BRDF and 1 - emissivity."""
 
 _COSINES, _AZIMUTHS = 64, 48
 
@@ -58,7 +58,7 @@ def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions
 
 
 def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaSurface:
-    """Ask a sea model for what it emits and reflects of the sky, whatever the sun; sunlight is left 0.
+    """Return what a sea model emits and reflects of the sky, whatever the sun; sunlight stays 0.
 
     A provider may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes) -> (M, N, V)``, the share of the light
     seen in each direction that came from the sky at each node. Otherwise its BRDF is integrated over a fine grid of
@@ -71,11 +71,11 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
     """
     own = getattr(sea, "reflection_weights", None)
     wind = _wind(sea, directions)
-    # Only the view has a bearing to the wind; what the streams see is a mean over all.
+    # Only the view has a bearing to the wind; streams are means over all bearings.
     others = slice(VIEW + 1, None) if wind else slice(None)
     weights = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
     if own is not None:
-        # Before the emissivity, which some providers then know.
+        # Before the emissivity, which some providers then have in memory.
         weights[others] = own(wavenumber_cm1, directions.mu[others], directions.streams.mu)
         if wind:
             weights[VIEW] = own(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], directions.streams.mu, **wind)[0]
@@ -95,7 +95,7 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
             )
     total = weights.sum(axis=1)
     nothing = total <= 0.0
-    # Where a BRDF leaves nothing that could be scaled, the mirror direction does.
+    # Where the BRDF is 0 everywhere, there is nothing to scale: all light comes from the mirror direction.
     if np.any(nothing & (left > 0.0)):
         nearest = np.argmin(np.abs(directions.mu[:, None] - directions.streams.mu), axis=1)
         for row, node in enumerate(nearest):

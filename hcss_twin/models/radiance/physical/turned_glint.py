@@ -1,8 +1,8 @@
-"""Sunlight that clouds scatter on its way to or from the sea keeps its bearing: azimuth modes from 1 on.
+"""Azimuth modes of sunlight between one cloud and the sea: the glint seen through a thin cloud.
 
 Diffuse light along the streams is a mean over azimuth. Sunlight that a thin cloud scatters forward is not: it still
 comes from near the sun, and the sea mirrors it into the glint. With T_m and R_m the modes of the cloud's transmission
-and of the sea's BRDF, what the mean over azimuth leaves out is, for one reflection by the sea,
+and of the sea's BRDF, the mean over azimuth omits, for one reflection by the sea,
 
     sum over m of 2 cos(m phi) [t_view R_m(view, k) T_m(k, sun) + T_m(view, j) R_m(j, sun) t_sun
                                 + T_m(view, j) R_m(j, k) T_m(k, sun)]
@@ -51,7 +51,7 @@ class SeaModes:
 
 
 def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections, modes: int) -> SeaModes:
-    """Ask a sea model for the modes of its BRDF from 1 to ``modes`` - 1, whatever the sun; its own are left 0."""
+    """Return the modes of a sea model's BRDF from 1 to ``modes`` - 1; those of the sun stay 0."""
     streams = directions.streams.mu
     count = streams.size
     first, second = (each.ravel() for each in np.meshgrid(streams, streams, indexing="ij"))
@@ -79,7 +79,7 @@ def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array,
 
 
 def turned_glint(columns: CloudColumns, modes: SeaModes) -> tuple[Array, Array]:
-    """Return what is to be added to sunlight sent by the cloud and by the sea, both (S,), in columns with one cloud.
+    """Return the sunlight to be added to that of the cloud and of the sea, both (S,), in columns with one cloud.
 
     By the cloud: what it scatters on the way down; by the sea: what reaches it directly. ``modes`` (..., S) are those
     of each column.
