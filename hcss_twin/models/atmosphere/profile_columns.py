@@ -45,56 +45,22 @@ class ProfileQuantity:
         return next(iter(self.units))
 
 
-_LENGTH = {
-    "m": (1.0, 0.0),
-    "km": (1e3, 0.0),
-    "ft": (0.3048, 0.0),
-    "metre": (1.0, 0.0),
-    "meter": (1.0, 0.0),
-    "metres": (1.0, 0.0),
-    "meters": (1.0, 0.0),
-}
-_PRESSURE = {
-    "pa": (1.0, 0.0),
-    "hpa": (100.0, 0.0),
-    "mb": (100.0, 0.0),
-    "mbar": (100.0, 0.0),
-    "millibar": (100.0, 0.0),
-    "millibars": (100.0, 0.0),
-    "kpa": (1e3, 0.0),
-}
-_CELSIUS = (1.0, 273.15)
+_M, _HPA, _CELSIUS = (1.0, 0.0), (100.0, 0.0), (1.0, 273.15)
+_LENGTH = {"m": _M, "km": (1e3, 0.0), "ft": (0.3048, 0.0), "metre": _M, "meter": _M, "metres": _M, "meters": _M}
+_PRESSURE = {"pa": (1.0, 0.0), **dict.fromkeys(("hpa", "mb", "mbar", "millibar", "millibars"), _HPA), "kpa": (1e3, 0.0)}
 _TEMPERATURE = {
-    "k": (1.0, 0.0),
-    "kelvin": (1.0, 0.0),
-    "c": _CELSIUS,
-    "degc": _CELSIUS,
-    "°c": _CELSIUS,
-    "celsius": _CELSIUS,
-    "deg_c": _CELSIUS,
-    "degree_celsius": _CELSIUS,
-    "degrees_celsius": _CELSIUS,
+    **dict.fromkeys(("k", "kelvin"), (1.0, 0.0)),
+    **dict.fromkeys(("c", "degc", "°c", "celsius", "deg_c", "degree_celsius", "degrees_celsius"), _CELSIUS),
 }
-_RELATIVE = {"1": (1.0, 0.0), "fraction": (1.0, 0.0), "percent": (0.01, 0.0), "%": (0.01, 0.0), "pct": (0.01, 0.0)}
+_RELATIVE = {**dict.fromkeys(("1", "fraction"), (1.0, 0.0)), **dict.fromkeys(("percent", "%", "pct"), (0.01, 0.0))}
 _MASS_RATIO = {
-    "kg_kg": (1.0, 0.0),
-    "kg_kg-1": (1.0, 0.0),
-    "kg_kg**-1": (1.0, 0.0),
-    "1": (1.0, 0.0),
-    "g_kg": (1e-3, 0.0),
-    "g_kg-1": (1e-3, 0.0),
-    "g_kg**-1": (1e-3, 0.0),
+    **dict.fromkeys(("kg_kg", "kg_kg-1", "kg_kg**-1", "1"), (1.0, 0.0)),
+    **dict.fromkeys(("g_kg", "g_kg-1", "g_kg**-1"), (1e-3, 0.0)),
 }
 _MOLE_FRACTION = {
-    "1": (1.0, 0.0),
-    "mol_mol": (1.0, 0.0),
-    "mol_mol-1": (1.0, 0.0),
-    "ppmv": (1e-6, 0.0),
-    "ppm": (1e-6, 0.0),
-    "1e-6": (1e-6, 0.0),
-    "ppbv": (1e-9, 0.0),
-    "ppb": (1e-9, 0.0),
-    "1e-9": (1e-9, 0.0),
+    **dict.fromkeys(("1", "mol_mol", "mol_mol-1"), (1.0, 0.0)),
+    **dict.fromkeys(("ppmv", "ppm", "1e-6"), (1e-6, 0.0)),
+    **dict.fromkeys(("ppbv", "ppb", "1e-9"), (1e-9, 0.0)),
 }
 _GAS_NAMES = {
     "h2o": "water_vapour",
@@ -155,26 +121,11 @@ QUANTITIES: Mapping[str, ProfileQuantity] = MappingProxyType(
 )
 
 PASSED_OVER = (
-    "air_number_density",
-    "time",
-    "latitude",
-    "longitude",
-    "lat",
-    "lon",
-    "level",
-    "wind_speed",
-    "wind_direction",
-    "wind_from_direction",
-    "wind_from",
-    "u_wind",
-    "v_wind",
-    "eastward_wind",
-    "northward_wind",
-    "ascent_rate",
-    "frost_point",
-    "potential_temperature",
-)
-"""Columns that soundings have and a profile does not need; no error, with any unit behind them."""
+    "air_number_density", "time", "latitude", "longitude", "lat", "lon", "level", "wind_speed", "wind_direction",
+    "wind_from_direction", "wind_from", "u_wind", "v_wind", "eastward_wind", "northward_wind", "ascent_rate",
+    "frost_point", "potential_temperature",
+)  # fmt: skip
+"""Columns that soundings have and a profile does not need, with any unit."""
 
 _BRACKETS = re.compile(r"(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]")
 

@@ -35,11 +35,11 @@ def incidence_nodes(count: int) -> Array:
 
 
 def facet_weights(mu: Array, mean_square_slope: float, incidence_count: int = 32, slope_count: int = 64) -> Array:
-    """Return weights that average a function of the angle of incidence over the visible facets.
+    """Return weights (M, K) that average a function of the angle of incidence over the visible facets.
 
     The integral over slopes is linear in the function, so that it is computed once, for the function's interpolation
     nodes: ``facet_weights(...) @ g(incidence_nodes(K))`` is the average of g. Reflectance is analytic in the cosine,
-    which makes that spectrally accurate, and the wavelengths cost nothing more.
+    which makes that spectrally accurate, and each wavelength costs only a product.
 
     Parameters
     ----------
@@ -52,16 +52,11 @@ def facet_weights(mu: Array, mean_square_slope: float, incidence_count: int = 32
     slope_count : int
         Gauss-Legendre nodes along and (by symmetry, half of them) across the view.
 
-    Returns
-    -------
-    ndarray (M, K)
-        Rows sum to 1. Single weights may be negative, as those of any interpolation.
-
     Notes
     -----
-    Measured with the optical constants of water at 0.25 to 190 um, mu 0.001 to 1 and winds of 0 to 60 m/s: doubling the
-    nodes changes the emissivity by less than 1e-12, and half the slope nodes by 1e-11. The truncation of the slopes
-    leaves 2e-9.
+    Rows sum to 1; single weights may be negative. With the optical constants of water at 0.25 to 190 um, mu 0.001 to 1
+    and winds of 0 to 60 m/s, doubling the nodes changes the emissivity by less than 1e-12, and doubling half the slope
+    nodes by 1e-11. The truncation of the slopes leaves 2e-9.
     """
     mu = np.asarray(mu, dtype=np.float64)
     limit = _MAX_SIGMA * np.sqrt(0.5 * mean_square_slope)

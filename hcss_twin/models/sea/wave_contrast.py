@@ -26,24 +26,19 @@ def thermal_contrast_bound(
 ) -> Array:
     """Return the greatest relative change (M, V) of emitted and reflected thermal radiance.
 
+    |Change of emissivity| (1 - sky_share) over emissivity, the greater of both directions of tilt. The emissivity at a
+    tilted view stands for that of tilted facets; views that a tilt would bring below the horizon count as 89.9 degrees.
+
     Parameters
     ----------
     sea : sea model
-        Its emissivity at tilted views stands for that of tilted facets.
     wavenumber_cm1 : ndarray (V,)
-        Wavenumbers.
     mu : ndarray (M,)
         Cosines of the view zenith angle.
     slope : float
         Standard deviation of the resolved slope.
     sky_share : float
         Radiance of the sky over that of a black sea; 0 is the sky of greatest contrast.
-
-    Returns
-    -------
-    ndarray (M, V)
-        |change of emissivity| (1 - sky_share) over emissivity, the greater of both directions of tilt. Views
-        that a tilt would bring below the horizon count as 89.9 degrees.
     """
     level = sea.emissivity(wavenumber_cm1, mu)
     zenith, tilt = np.arccos(mu), float(np.arctan(SIGMAS * slope))

@@ -21,7 +21,13 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, RadianceUnit, SpectralPath, radiance_factor
+from hcss_twin.models.atmosphere.imports.spectral_path import (
+    PathGeometry,
+    RadianceUnit,
+    SpectralPath,
+    radiance_factor,
+    read_text,
+)
 
 TOP_M = 120_000.0
 """Altitude given to uvspec's ``toa``: the top of its standard atmospheres."""
@@ -202,10 +208,7 @@ def _columns(path: Path, settings: Mapping[str, Sequence[str]]) -> list[str]:
 
 
 def _table(path: Path, names: Sequence[str]) -> tuple[Array, list[int]]:
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: cannot be read as text: {error}") from error
+    text = read_text(path)
     rows, lines = [], []
     for number, line in enumerate(text.splitlines(), start=1):
         fields = line.split("#", 1)[0].split()

@@ -20,7 +20,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.models.atmosphere.imports.columns import AxisUnit, Run, axis_unit, is_known, path_from_columns
-from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, RadianceUnit, SpectralPath
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, RadianceUnit, SpectralPath, read_text
 
 _KINDS = ("RADIANCE", "TRANSMITTANCE", "IRRADIANCE")
 
@@ -51,10 +51,7 @@ def read_modtran6_json(path: Path) -> list[SpectralPath]:
         If the text is not JSON, a case has no spectra, arrays differ in length, or numbers are impossible;
         with the line.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: cannot be read as text: {error}") from error
+    text = read_text(path)
     try:
         document = json.loads(text)
     except json.JSONDecodeError as error:
@@ -189,10 +186,7 @@ def read_modtran6_csv(path: Path, geometry: PathGeometry | None = None) -> list[
         If no row of column names is found, a row has another number of fields, or numbers are impossible;
         with the line.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: cannot be read as text: {error}") from error
+    text = read_text(path)
     rows = [[field.strip() for field in row] for row in csv.reader(text.splitlines())]
     header = next((at for at, row in enumerate(rows) if sum(map(is_known, row)) >= 2), None)
     if header is None:

@@ -26,7 +26,7 @@ import numpy as np
 
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.imports.columns import Run, axis_unit, normalised, path_from_columns
-from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, SpectralPath
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, SpectralPath, read_text
 
 _SENTINEL = "-9999"
 _HEADER = re.compile(r"^\s*(FREQ|WAVLEN|WAVELENGTH)\b", re.IGNORECASE)
@@ -72,10 +72,7 @@ def read_tape7(path: Path) -> list[SpectralPath]:
     CatalogError
         If the file is not of the format, ends without ``-9999.``, or holds impossible numbers; with the line.
     """
-    try:
-        lines = path.read_text(encoding="latin-1").splitlines()
-    except OSError as error:
-        raise CatalogError(f"{path}: cannot be read: {error}") from error
+    lines = read_text(path, "latin-1").splitlines()
     paths: list[SpectralPath] = []
     start = 0
     while start < len(lines) and any(_left_over(line) for line in lines[start:]):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import CatalogError
 
 RadianceUnit = Literal["per_cm1", "per_um", "per_nm"]
 """Spectral unit of radiance and irradiance: per cm-1, per micrometre, per nanometre."""
@@ -134,3 +136,11 @@ def radiance_factor(wavenumber_cm1: Array, unit: RadianceUnit) -> Array:
 def sine_deg(angle_deg: float) -> float:
     """Sine of an angle in degrees."""
     return math.sin(math.radians(angle_deg))
+
+
+def read_text(path: Path, encoding: str = "utf-8") -> str:
+    """Return the text of a file; raise CatalogError where it cannot be read."""
+    try:
+        return path.read_text(encoding=encoding)
+    except (OSError, UnicodeDecodeError) as error:
+        raise CatalogError(f"{path}: cannot be read as text: {error}") from error
