@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import cache, lru_cache, wraps
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, TypeVarTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from hcss_twin.core.arrays import Array
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
+_Arguments = TypeVarTuple("_Arguments")
 
 
 def in_one_thread(function: Callable[_P, _T]) -> Callable[_P, _T]:
@@ -49,18 +50,18 @@ def _libraries() -> Any:
 
 
 def cached_by_spectrum(
-    function: Callable[Concatenate[Array, _P], _T], maxsize: int
-) -> Callable[Concatenate[Array, _P], _T]:
+    function: Callable[[Array, *_Arguments], _T], maxsize: int
+) -> Callable[[Array, *_Arguments], _T]:
     """Remember the last results of a function of wavenumbers (V,) and hashable arguments.
 
     Arrays have no hash, so that their bytes are the key; ``function`` receives a copy that cannot be changed.
     """
 
     @lru_cache(maxsize=maxsize)
-    def from_bytes(wavenumbers: bytes, *args: _P.args, **kwargs: _P.kwargs) -> _T:
-        return function(np.frombuffer(wavenumbers, dtype=np.float64), *args, **kwargs)
+    def from_bytes(wavenumbers: bytes, *args: *_Arguments) -> _T:
+        return function(np.frombuffer(wavenumbers, dtype=np.float64), *args)
 
-    def remembered(wavenumber_cm1: Array, /, *args: _P.args, **kwargs: _P.kwargs) -> _T:
-        return from_bytes(wavenumber_cm1.tobytes(), *args, **kwargs)
+    def remembered(wavenumber_cm1: Array, *args: *_Arguments) -> _T:
+        return from_bytes(wavenumber_cm1.tobytes(), *args)
 
     return remembered
