@@ -8,8 +8,7 @@ from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea import pierson_moskowitz, wave_spectrum
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.models.sea.slope_statistics import resolved_variances
-from hcss_twin.models.sea.wave_contrast import thermal_contrast_bound
-from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s
+from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s, thermal_contrast_bound
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import SeaInputs
 

@@ -18,7 +18,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 
 NAME = "COADS 1946-1989"
-FURTHEST_KM = 500.0
+MAX_DISTANCE_KM = 500.0
 """How far away the reports may lie that stand for a place at sea without any around it."""
 
 LAND_REACH_DEG = 1.0
@@ -100,7 +100,7 @@ class Climatology:
             climate = self._in_month(quantity, each, latitude_deg, longitude_deg)
             if climate is None:
                 raise CatalogError(
-                    f"the climatology has no {quantity.replace('_', ' ')} within {FURTHEST_KM:g} km of {where} in "
+                    f"the climatology has no {quantity.replace('_', ' ')} within {MAX_DISTANCE_KM:g} km of {where} in "
                     f"month {each + 1} (ice, or no ships); give a value"
                 )
             climates.append(climate)
@@ -128,7 +128,7 @@ class Climatology:
         distance = _distance_km(fields["latitude"][:, None], fields["longitude"], latitude, longitude)
         distance = np.where(np.isfinite(values), distance, np.inf)
         nearest = int(np.argmin(distance))
-        if distance.flat[nearest] > FURTHEST_KM:
+        if distance.flat[nearest] > MAX_DISTANCE_KM:
             return None
         return Climate(float(values.flat[nearest]), float(distance.flat[nearest]))
 
@@ -138,9 +138,9 @@ class Climatology:
 
         path = self._catalog.find("coads-monthly", "climatology", ".nc")
         with netCDF4.Dataset(path) as dataset:
-            found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
-            if found != _FORMAT:
-                raise CatalogError(f"{path.name}: format {found}; expected {_FORMAT}")
+            file_format = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
+            if file_format != _FORMAT:
+                raise CatalogError(f"{path.name}: format {file_format}; expected {_FORMAT}")
             return {
                 name: np.ma.filled(variable[:].astype(np.float64), np.nan)
                 for name, variable in dataset.variables.items()

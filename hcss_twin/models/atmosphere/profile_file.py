@@ -14,7 +14,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.moist_air import (
-    LARGEST_RELATIVE_HUMIDITY,
+    MAX_RELATIVE_HUMIDITY,
     altitude_of_pressure,
     from_dewpoint,
     from_mixing_ratio,
@@ -190,11 +190,11 @@ def _mole_fraction(columns: Mapping[str, Array]) -> Array:
 def _require_unsaturated(sounding: Sounding, columns: Mapping[str, Array]) -> None:
     humidity = relative_humidity(columns["h2o"], columns["pressure"], columns["temperature"])
     worst = int(np.argmax(humidity))
-    if humidity[worst] > LARGEST_RELATIVE_HUMIDITY + 1e-9:
+    if humidity[worst] > MAX_RELATIVE_HUMIDITY + 1e-9:
         raise CatalogError(
             f"{sounding.name}, {sounding.where[worst]}: relative humidity {100 * humidity[worst]:.1f} % over water at "
             f"{columns['pressure'][worst] / 100:g} hPa and {columns['temperature'][worst]:g} K; allowed: up to "
-            f"{100 * LARGEST_RELATIVE_HUMIDITY:g} %"
+            f"{100 * MAX_RELATIVE_HUMIDITY:g} %"
         )
     if np.any(columns["h2o"] >= 1):
         level = int(np.argmax(columns["h2o"]))

@@ -26,8 +26,8 @@ from hcss_twin.providers import AtmosphereInputs, Declares
 from hcss_twin.providers.common import Note
 
 # Bounds of -ln T kept in the logarithm: T from 1e-30 to 1 - 1e-7.
-_SMALLEST_TRANSMITTANCE = 1e-30
-_LARGEST_TRANSMITTANCE = 1.0 - 1e-7
+_MIN_TRANSMITTANCE = 1e-30
+_MAX_TRANSMITTANCE = 1.0 - 1e-7
 
 PROVIDER = "atmosphere table"
 """How messages call this provider."""
@@ -68,7 +68,7 @@ class TableTransmittance:
         self._require_same_profile(inputs)
         self._wavenumber = table.wavenumber_cm1
         self._zenith = table.zenith_deg
-        depth = -np.log(np.clip(table.transmittance, _SMALLEST_TRANSMITTANCE, _LARGEST_TRANSMITTANCE))
+        depth = -np.log(np.clip(table.transmittance, _MIN_TRANSMITTANCE, _MAX_TRANSMITTANCE))
         fields = np.stack((np.log(depth), table.path_radiance / -np.expm1(-depth)), axis=1)
         self._ln_pressure = -np.log(self._profile.pressure_at(table.target_altitude_m))
         self._fields = fields  # (heights, 2, angles, wavenumbers)
@@ -143,8 +143,8 @@ class TableTransmittance:
         around = fields[at_height[:, :, None], :, at_angle[:, None, :]].swapaxes(2, 3)
         at_target = pchip_in_window(self._ln_pressure[at_height], around, height)
         local_nodes = np.take_along_axis(nodes, at_angle, axis=1)
-        found = pchip_in_window(local_nodes, at_target.swapaxes(1, 2), airmass)
-        result[:, rows] = found.swapaxes(0, 1)
+        values = pchip_in_window(local_nodes, at_target.swapaxes(1, 2), airmass)
+        result[:, rows] = values.swapaxes(0, 1)
         return result
 
     def _choose_fields(self, nodes: bytes) -> Array:

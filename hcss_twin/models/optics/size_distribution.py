@@ -156,14 +156,14 @@ def gamma_distribution(
     alpha, b = 1.0 / variance - 3.0, 1.0 / (radius_um * variance)
     single = Microphysics(phase, alpha, b, 1.0, 1.0, limits)
     check(single)
-    for name, found, wanted in (
+    for name, actual, wanted in (
         ("effective_radius_um", effective_radius_um(single), radius_um),
         ("effective_variance", effective_variance(single), variance),
     ):
-        if not abs(found - wanted) <= 0.01 * wanted:
+        if not abs(actual - wanted) <= 0.01 * wanted:
             raise ValueError(
-                f"radius_range_um {limits[0]:g}, {limits[1]:g}: cuts so much off that {name} is {found:.4g} instead of "
-                f"{wanted:g}; allowed: a wider range; closest is {WHOLE[0] * radius_um:g}, "
+                f"radius_range_um {limits[0]:g}, {limits[1]:g}: cuts so much off that {name} is {actual:.4g} instead "
+                f"of {wanted:g}; allowed: a wider range; closest is {WHOLE[0] * radius_um:g}, "
                 f"{WHOLE[1] * radius_um:g}"
             )
     return replace(single, number_density_m3=content_kg_m3 / water_content_kg_m3(single))

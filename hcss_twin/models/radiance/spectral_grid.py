@@ -244,11 +244,11 @@ def _factors(summands: Array, tolerance: float) -> Array:
             return every
         chosen.append(best)
         factors, _ = nnls(rows[:, chosen], target)
-        kept = factors > 0.0
-        if not kept[-1]:
+        positive = factors > 0.0
+        if not positive[-1]:
             return every
-        chosen = [index for index, keep in zip(chosen, kept, strict=True) if keep]
-        factors = factors[kept]
+        chosen = [index for index, keep in zip(chosen, positive, strict=True) if keep]
+        factors = factors[positive]
         left = target - rows[:, chosen] @ factors
     result = np.zeros_like(every)
     result[chosen] = factors

@@ -222,17 +222,17 @@ class RoughSea:
 
     def _folded(self, mu: Array, nodes: Array, basis: Basis, bearing: Array | None) -> tuple[list[FirstHit], Array]:
         """Return the reflection of each view at the nodes; remembered, because views repeat band after band."""
-        kept = (nodes.tobytes(), basis)
-        second = self._seconds.get(kept)
+        nodes_key = (nodes.tobytes(), basis)
+        second = self._seconds.get(nodes_key)
         if second is None:
             second = self._reflection.second(nodes, basis)
-            _keep(self._seconds, kept, second)
+            _keep(self._seconds, nodes_key, second)
         turns: list[float | None] = [None] * mu.size
         if bearing is not None and self.anisotropic:
             turns = list(bearing.tolist())
         first = []
         for view, turn in zip(mu.tolist(), turns, strict=True):
-            key = (view, turn, *kept)
+            key = (view, turn, *nodes_key)
             fold = self._folds.get(key)
             if fold is None:
                 known = self._any_fold(view, turn) if nodes.size == 1 else None

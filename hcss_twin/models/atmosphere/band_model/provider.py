@@ -23,7 +23,7 @@ from hcss_twin.providers import AtmosphereInputs, Declares
 
 Nodes = NDArray[np.intp]
 
-_LARGEST_ZENITH_DEG = 88.0
+_MAX_ZENITH_DEG = 88.0
 _RAYS_AT_ONCE = 2
 """Rays whose transmittances at every level are held in memory together."""
 
@@ -74,7 +74,7 @@ class BandModelTransmittance:
             depends_on=frozenset({"view_zenith", "sun_zenith"}),
             valid={
                 "wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1])),
-                "view_zenith": (0.0, _LARGEST_ZENITH_DEG),
+                "view_zenith": (0.0, _MAX_ZENITH_DEG),
             },
             native_grid_cm1=self._wavenumber,
             resolution_cm1=coefficients.resolution_cm1,
@@ -226,7 +226,7 @@ class BandModelTransmittance:
 
 
 def _check(leg: Leg) -> None:
-    if leg.zenith_deg > _LARGEST_ZENITH_DEG:
+    if leg.zenith_deg > _MAX_ZENITH_DEG:
         raise ProviderError(
-            f"band model: zenith angle {leg.zenith_deg:g} deg at the surface; allowed 0 to {_LARGEST_ZENITH_DEG:g} deg"
+            f"band model: zenith angle {leg.zenith_deg:g} deg at the surface; allowed 0 to {_MAX_ZENITH_DEG:g} deg"
         )

@@ -87,7 +87,7 @@ def read_libradtran(path: Path, settings: Mapping[str, Sequence[str]]) -> list[S
         raise CatalogError(f"{path}: output_user needs lambda or wavenumber; found {' '.join(names)}")
     keep = _level(path, settings, column, source)
     column = {name: values[keep] for name, values in column.items()}
-    lines = [line for line, kept in zip(lines, keep, strict=True) if kept]
+    lines = [line for line, used in zip(lines, keep, strict=True) if used]
     order = np.argsort(wavenumber[keep])
     wavenumber = wavenumber[keep][order]
     if np.any(np.diff(wavenumber) <= 0):
@@ -97,8 +97,8 @@ def read_libradtran(path: Path, settings: Mapping[str, Sequence[str]]) -> list[S
         )
     column = {name: values[order] for name, values in column.items()}
     ground_m = _one(path, settings, "altitude", 0.0) * 1e3
-    made = _solar if source == "solar" else _thermal
-    return made(path, settings, column, wavenumber, ground_m, [lines[at] for at in order])
+    read = _solar if source == "solar" else _thermal
+    return read(path, settings, column, wavenumber, ground_m, [lines[at] for at in order])
 
 
 def _solar(
@@ -160,7 +160,7 @@ def _thermal(
     if process not in _PROCESSED:
         raise CatalogError(f"{path}: setting 'output_process' is '{process}'; {choose_from(process, _PROCESSED)}")
     unit = _PROCESSED[process]
-    found = []
+    paths = []
     for index, cosine in enumerate(cosines):
         radiance = column[f"uu[{index}]"]
         bad = ~np.isfinite(radiance) | (radiance < 0)
@@ -170,7 +170,7 @@ def _thermal(
         if cosine <= 0:
             continue
         angle = 180.0 - math.degrees(math.acos(min(cosine, 1.0)))
-        found.append(
+        paths.append(
             SpectralPath(
                 wavenumber_cm1=wavenumber,
                 transmittance=None,
@@ -183,9 +183,9 @@ def _thermal(
                 surface_temperature_K=temperature,
             )
         )
-    if not found:
+    if not paths:
         raise CatalogError(f"{path}: no positive umu: only radiance seen from above can be used")
-    return found
+    return paths
 
 
 def _columns(path: Path, settings: Mapping[str, Sequence[str]]) -> list[str]:

@@ -237,9 +237,9 @@ class Air:
 def _coarse_levels(profile: Profile) -> Array:
     """Levels of a profile, without those high up between which there is hardly any air."""
     altitude, pressure = profile.altitude_m, profile.pressure_Pa
-    kept = [0]
+    chosen = [0]
     for index in range(1, altitude.size - 1):
-        mass = (pressure[kept[-1]] - pressure[index]) / pressure[0]
-        if mass >= _COARSE_MASS or altitude[index] - altitude[kept[-1]] >= _COARSE_STEP_M:
-            kept.append(index)
-    return altitude[[*kept, altitude.size - 1]]
+        mass = (pressure[chosen[-1]] - pressure[index]) / pressure[0]
+        if mass >= _COARSE_MASS or altitude[index] - altitude[chosen[-1]] >= _COARSE_STEP_M:
+            chosen.append(index)
+    return altitude[[*chosen, altitude.size - 1]]

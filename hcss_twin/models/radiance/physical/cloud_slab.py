@@ -241,15 +241,15 @@ class SlabSolver:
         solved, brdf, btdf, turned = self._solved(depth, scattering.albedo, scattering.moments)
         back, through, beam = self._sunlight(solved, brdf, btdf)
         extras = solved.mu.size - where.count
-        kept = [VIEW, *range(extras, solved.mu.size)]
+        view_and_streams = [VIEW, *range(extras, solved.mu.size)]
         factor = 2.0 * np.pi * where.streams.mu * where.streams.weight
         # (T, V, D, N) -> (T, D, N, V)
         reflection, transmission = (
-            np.ascontiguousarray(np.moveaxis(each[:, :, kept, extras:] * factor, 1, -1))
+            np.ascontiguousarray(np.moveaxis(each[:, :, view_and_streams, extras:] * factor, 1, -1))
             for each in (solved.reflection, solved.transmission)
         )
         emissivity, far, direct = (
-            np.ascontiguousarray(np.moveaxis(each[:, :, kept], 1, -1))
+            np.ascontiguousarray(np.moveaxis(each[:, :, view_and_streams], 1, -1))
             for each in (solved.emissivity, solved.far_share, solved.direct)
         )
         return emissivity, far, direct, reflection, transmission, back, through, beam, turned

@@ -11,7 +11,7 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.providers import SeaModel
 
-LARGEST_DEFECT = 0.1
+MAX_DEFECT = 0.1
 """Largest allowed difference between the integral of a BRDF and 1 - emissivity."""
 
 _COSINES, _AZIMUTHS = 64, 48
@@ -88,10 +88,10 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
     if own is None:
         weights = _integrated(sea, wavenumber_cm1, directions)
         defect = float(np.max(np.abs(emissivity[0] + weights[0].sum(axis=0) - 1.0)))
-        if defect > LARGEST_DEFECT:
+        if defect > MAX_DEFECT:
             raise ProviderError(
                 f"sea: emissivity and integrated BRDF sum to 1 +- {defect:.3g} toward the view; allowed 1 +- "
-                f"{LARGEST_DEFECT:g}"
+                f"{MAX_DEFECT:g}"
             )
     total = weights.sum(axis=1)
     nothing = total <= 0.0

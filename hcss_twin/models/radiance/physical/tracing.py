@@ -184,5 +184,5 @@ class Tracer:
             SCATTERED_AIR,
         )
         seen = look(after, order - 1).reshape(len(TERMS), len(rays.crossed), streams.size, -1)
-        found: Array = np.einsum("pjv,spjv->spv", rows, seen)
-        return found
+        reflected: Array = np.einsum("pjv,spjv->spv", rows, seen)
+        return reflected
