@@ -25,7 +25,7 @@ from hcss_twin.engine.tables.shadow_table import compile_shadows
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
 from hcss_twin.engine.tables.wave_table import compile_waves
-from hcss_twin.models.radiance.spectral_nodes import SpectralNodes
+from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.kept_results import KeptResults, key_of
 from hcss_twin.plan.plan import Plan

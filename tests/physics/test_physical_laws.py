@@ -7,7 +7,7 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.radiance.parameters import PhysicalParameters
+from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.cloud_slab import OperatorTable, thickness_grid
 from hcss_twin.models.radiance.physical.model import Physical, PhysicalTwoStream
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum

@@ -9,7 +9,7 @@ import pytest
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.optics import table_store
-from hcss_twin.models.optics.bulk_table import Accuracy, BulkTable
+from hcss_twin.models.optics.bulk import Accuracy, BulkTable
 from hcss_twin.models.optics.size_distribution import gamma_distribution
 from hcss_twin.models.optics.table_store import TableStore, cache_folder
 from hcss_twin.models.refractive_index import load_refractive_index

@@ -21,7 +21,7 @@ from hcss_twin.core.errors import Problem, ScenarioError, shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import compile_tables, table_key, tables_of
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.models.radiance.brightness import BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import UNCERTAIN, Scenario, read_scenario_file
 from hcss_twin.sweeps.design import keys_overlap

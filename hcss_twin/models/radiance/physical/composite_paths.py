@@ -1,10 +1,9 @@
-"""What light crosses on its way to the sensor: composite paths, kept as whatever the provider adds up.
+"""Composite paths from sun, sea and clouds to the sensor, in whatever form the transmittance provider adds them.
 
-Legs are summed, never multiplied. A provider whose legs add as amounts of absorbers is asked for the amounts of each
-leg once, and sums of amounts stand for paths from then on; for others a path stays the list of its legs.
+Legs are summed, never multiplied. A provider whose legs add as amounts of absorbers computes the amounts of each leg
+once, and sums of amounts represent paths from then on; for other providers a path stays the list of its legs.
 
-Columns that differ in the heights of their clouds are computed together
-(:mod:`hcss_twin.models.radiance.physical.columns`): a row is a path in each of them.
+A row is one path in each of several columns (:mod:`hcss_twin.models.radiance.physical.columns`).
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from hcss_twin.providers import TransmittanceProvider
 Rows = NDArray[np.intp]
 
 
-class PathAmounts(ABC):
+class CompositePaths(ABC):
     """P composite paths through the air of each of C columns."""
 
     @abstractmethod
@@ -45,11 +44,11 @@ class PathAmounts(ABC):
     @property
     @abstractmethod
     def key(self) -> Hashable:
-        """Equal for equal paths of one provider."""
+        """Hashable; equal for equal paths of one provider."""
 
 
 @dataclass(frozen=True)
-class CrossedAmounts(PathAmounts):
+class _AbsorberPaths(CompositePaths):
     """Paths as amounts of absorbers (P, C, K)."""
 
     amounts: Array
@@ -58,25 +57,21 @@ class CrossedAmounts(PathAmounts):
         return int(self.amounts.shape[0])
 
     def take(self, rows: Rows) -> Self:
-        """Return the paths of some rows, in their order."""
         return type(self)(self.amounts[rows])
 
     def __add__(self, other: Self) -> Self:
-        """Join paths row by row; a single row is joined to all."""
         return type(self)(self.amounts + other.amounts)
 
     def beside(self, others: Sequence[Self]) -> Self:
-        """Put the columns of others, with as many paths, beside its own."""
         return type(self)(np.concatenate((self.amounts, *(other.amounts for other in others)), axis=1))
 
     @property
     def key(self) -> Hashable:
-        """Equal for equal paths of one provider."""
         return self.amounts.tobytes()
 
 
 @dataclass(frozen=True)
-class CrossedPaths(PathAmounts):
+class _LegPaths(CompositePaths):
     """Paths (P, C) as lists of legs."""
 
     paths: tuple[tuple[Path, ...], ...]
@@ -85,11 +80,9 @@ class CrossedPaths(PathAmounts):
         return len(self.paths)
 
     def take(self, rows: Rows) -> Self:
-        """Return the paths of some rows, in their order."""
         return type(self)(tuple(self.paths[row] for row in rows))
 
     def __add__(self, other: Self) -> Self:
-        """Join paths row by row; a single row is joined to all."""
         count = max(len(self.paths), len(other.paths))
         mine, others = (each * count if len(each) == 1 else each for each in (self.paths, other.paths))
         return type(self)(
@@ -99,17 +92,15 @@ class CrossedPaths(PathAmounts):
         )
 
     def beside(self, others: Sequence[Self]) -> Self:
-        """Put the columns of others, with as many paths, beside its own."""
         every = zip(self.paths, *(other.paths for other in others), strict=True)
         return type(self)(tuple(sum(rows, ()) for rows in every))
 
     @property
     def key(self) -> Hashable:
-        """Equal for equal paths of one provider."""
         return self.paths
 
 
-class Crossing:
+class PathTransmittance:
     """Paths of one provider, and their transmittance.
 
     Parameters
@@ -125,20 +116,20 @@ class Crossing:
         self._amounts = getattr(provider, "absorber_amounts", None)
         self._of_amounts = getattr(provider, "transmittance_of_amounts", None)
 
-    def of(self, paths: Sequence[Sequence[Path]]) -> PathAmounts:
+    def of(self, paths: Sequence[Sequence[Path]]) -> CompositePaths:
         """Return paths (P, C) as this provider adds them."""
         if self._amounts is None or self._of_amounts is None:
-            return CrossedPaths(tuple(tuple(row) for row in paths))
+            return _LegPaths(tuple(tuple(row) for row in paths))
         amounts = self._amounts([path for row in paths for path in row])
-        return CrossedAmounts(amounts.reshape(len(paths), -1, amounts.shape[1]))
+        return _AbsorberPaths(amounts.reshape(len(paths), -1, amounts.shape[1]))
 
-    def transmittance(self, crossed: PathAmounts) -> Array:
+    def transmittance(self, crossed: CompositePaths) -> Array:
         """Return transmittance (P, C x V): that of all wavenumbers of the first column, of the second, ..."""
-        if isinstance(crossed, CrossedAmounts) and self._of_amounts is not None:
+        if isinstance(crossed, _AbsorberPaths) and self._of_amounts is not None:
             amounts = crossed.amounts.reshape(-1, crossed.amounts.shape[2])
             result: Array = self._of_amounts(self._wavenumber, amounts)
         else:
-            assert isinstance(crossed, CrossedPaths)
+            assert isinstance(crossed, _LegPaths)
             paths = [path for row in crossed.paths for path in row]
             result = self._provider.transmittance(self._wavenumber, paths)
         return result.reshape(len(crossed), -1)
