@@ -17,8 +17,7 @@ from hcss_twin.analysis.measures.fractal_dimension.box_counting import box_count
 from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate
 from hcss_twin.analysis.measures.fractal_dimension.slopes import variogram_dimension
 from hcss_twin.core.errors import CatalogError, ImageError
-from hcss_twin.models.clouds.database.entry import NOT_STATED, CloudEntry, EntryFacts
-from hcss_twin.models.clouds.database.segmentation import Cleaning, segment
+from hcss_twin.models.clouds.database import NOT_STATED, CloudEntry, EntryFacts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
     bright_is_cloud,
@@ -28,6 +27,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
 )
 from hcss_twin.models.clouds.imagery.image import Image
 from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.models.clouds.segmentation import Cleaning, segment
 from hcss_twin.version import __version__
 
 # Percentiles of the image between which the picture for people is stretched.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.analysis.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
 from hcss_twin.core.errors import CatalogError, ImageError, ScenarioError
-from hcss_twin.models.clouds.database.entry import read_facts
+from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
     cloudiness_level,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.coverage import window_inside
-from hcss_twin.models.clouds.database.folder import FOLDER, SUFFIX
+from hcss_twin.models.clouds.database import FOLDER, SUFFIX
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.scattered import ScatteredClouds
 from hcss_twin.models.clouds.imagery.whole_scene import WholeScene

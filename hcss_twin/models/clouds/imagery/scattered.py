@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.database.entry import read_entry
+from hcss_twin.models.clouds.database import read_entry
 from hcss_twin.models.clouds.imagery.moving_window import pixels_per_second, size_problem, whole_pixels
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.sky import FARTHEST_PIXEL, Sky, single_clouds

@@ -27,7 +27,7 @@ from scipy import ndimage
 from scipy.special import pdtr
 
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
-from hcss_twin.models.clouds.database.entry import CloudEntry
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.models.clouds.imagery.cloudiness import thickness_of
 
 

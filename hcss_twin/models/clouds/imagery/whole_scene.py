@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.database.entry import read_entry
+from hcss_twin.models.clouds.database import read_entry
 from hcss_twin.models.clouds.imagery.cloudiness import (
     TOP_PERCENTILE,
     cloudiness_level,
