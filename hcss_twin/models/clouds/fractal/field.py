@@ -35,8 +35,7 @@ _NEAREST = np.ones((1, 1), dtype=np.float32)
 class PixelWindow:
     """Pixels first, first + 1, ... along one axis, at ``origin + index`` pixels from the sky's origin.
 
-    The integer index and the origin are kept apart, because a lattice of pixels needs the one without
-    rounding.
+    The integer index and the origin are kept apart, because a lattice of pixels needs the one without rounding.
     """
 
     first: int

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.coverage import window_inside
+from hcss_twin.models.clouds.coverage import FrameSummary, summarise
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.frame_summary import FrameSummary, summarise, thickness_in_frame
 from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped, merge_noise, separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness
+from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame, window_inside
 from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
 
 STRIP_PIXELS = 2**21
@@ -29,9 +28,8 @@ _EPSILON = float(np.finfo(np.float64).eps)
 def displacement_pixels(speed_m_s: float, time_s: float, pixel_size_m: float) -> float:
     """Return the distance covered in pixels, free of rounding where it is meant to be a round number.
 
-    A distance within a few units in the last place of a multiple of 1/1024 pixel is that multiple.
-    Otherwise a platform that moves by whole pixels per frame would not, at times such as
-    3 x 0.1 s, see the same bits again.
+    A distance within a few units in the last place of a multiple of 1/1024 pixel is that multiple. Otherwise a platform
+    that moves by whole pixels per frame would not, at times such as 3 x 0.1 s, see the same bits again.
     """
     distance = speed_m_s * time_s / pixel_size_m
     rounded = round(distance * 1024.0) / 1024.0

@@ -1,11 +1,10 @@
 """From 32 random bits to a standard normal number, a vector of them at a time.
 
-The normal quantile is a rational function of w = -log2(q (2 - q)), with q the two-sided tail
-probability; w and not q, because q (2 - q) comes from an integer without cancellation. The
-coefficients are a minimax fit of our own to scipy's ``ndtri``; together with single precision the
-error is below 4e-6 out to 6.3 sigma, the farthest that 32 bits reach. Only integer arithmetic and
-additions, multiplications and divisions of single precision occur, no library function: the bits are
-the same on every machine with IEEE arithmetic.
+The normal quantile is a rational function of w = -log2(q (2 - q)), with q the two-sided tail probability; w and not q,
+because q (2 - q) comes from an integer without cancellation. The coefficients are a minimax fit of our own to scipy's
+``ndtri``; together with single precision the error is below 4e-6 out to 6.3 sigma, the farthest that 32 bits reach.
+Only integer arithmetic and additions, multiplications and divisions of single precision occur, no library function: the
+bits are the same on every machine with IEEE arithmetic.
 
 An infinite lattice of independent N(0, 1) numbers, the A_n of eqs 2-4 of the HCSS paper.
 
@@ -13,9 +12,8 @@ A node's value is a function of its indices alone: a counter-based generator, in
 Salmon et al. (2011, "Parallel random numbers: as easy as 1, 2, 3"). Nothing need be stored, so any
 window of any frame can be asked for in any order and always has the same values.
 
-Every row (plane, y) owns a 64-bit key, whose halves enter the mixing of the column index x at two
-places. With one 32-bit key two rows with the same key would be equal, and in an image of some thousand
-rows and planes that happens.
+Every row (plane, y) owns a 64-bit key, whose halves enter the mixing of the column index x at two places. With one
+32-bit key two rows with the same key would be equal, and in an image of some thousand rows and planes that happens.
 """
 
 from __future__ import annotations

@@ -114,9 +114,8 @@ def _scale(cells_per_pixel: float) -> AxisScale:
 def merge_noise(octaves: tuple[Octave, ...]) -> tuple[Octave, ...]:
     """Replace octaves that are white in space by the coarsest of them, with the sum of their variances.
 
-    A sum of independent white noises is a white noise: within a frame exact in law. Between frames the
-    finer ones would change faster than the one that stands for them. Where nodes belong to the sky
-    only a negligible rest is merged.
+    A sum of independent white noises is a white noise: within a frame exact in law. Between frames the finer ones would
+    change faster than the one that stands for them. Where nodes belong to the sky only a negligible rest is merged.
     """
     white = [octave for octave in octaves if octave.is_white]
     if not all(octave.is_noise for octave in octaves):

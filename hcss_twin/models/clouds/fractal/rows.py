@@ -1,10 +1,9 @@
 """Cubic interpolation of independent normals that keeps their variance, one axis at a time.
 
-The HCSS paper asks for "cubic interpolation" in eq 2; here the cubic convolution of Keys (1981,
-IEEE Trans. ASSP 29, 1153, eq 15: a = -1/2). Interpolating independent numbers averages them: the
-variance falls to .54 on average in three dimensions, and frames pulse as the time coordinate
-passes through a cell. Dividing the weights of each axis by the root of their sum of squares
-makes it 1 everywhere, so that eq 5 gives a uniform p.
+The HCSS paper asks for "cubic interpolation" in eq 2; here the cubic convolution of Keys (1981, IEEE Trans. ASSP 29,
+1153, eq 15: a = -1/2). Interpolating independent numbers averages them: the variance falls to .54 on average in three
+dimensions, and frames pulse as the time coordinate passes through a cell. Dividing the weights of each axis by the root
+of their sum of squares makes it 1 everywhere, so that eq 5 gives a uniform p.
 
 One octave added to a tile, row by row: the inner loops of eqs 2-4.
 
@@ -84,8 +83,7 @@ _LONG_RUN = 8
 def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, line: Any) -> None:
     """Blend the stored time planes of one row of nodes into ``line`` (N,).
 
-    ``row`` and ``first`` count from the corner of the first block in ``slots`` (planes, block rows, block
-    columns).
+    ``row`` and ``first`` count from the corner of the first block in ``slots`` (planes, block rows, block columns).
     """
     by, r = row // BLOCK_ROWS, row % BLOCK_ROWS
     done, x = 0, first
