@@ -25,7 +25,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     find_threshold,
     relative_grey,
 )
-from hcss_twin.models.clouds.imagery.image import Image
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.segmentation import Cleaning, segment
 from hcss_twin.version import __version__
@@ -168,7 +168,7 @@ def _check(path: Path, options: ImportOptions) -> None:
         raise CatalogError(f"{path}: pixel_size: {size:g} m given, allowed: greater than 0 and finite")
 
 
-def _pixel_size(path: Path, image: Image, options: ImportOptions) -> float:
+def _pixel_size(path: Path, image: SatelliteImage, options: ImportOptions) -> float:
     size = options.pixel_size_m or image.pixel_size_m
     if size is None:
         why = image.pixel_size_note or "the file gives no pixel size"
