@@ -33,21 +33,12 @@ class ScatteredClouds:
     that at which the coverage of the first frame is closest to c; clouds are whole, so that it may miss c by half of
     what one cloud adds.
 
-    Parameters
-    ----------
-    inputs : CloudInputs
-        Layer, image plane, motion and seed.
-    parameters : ImageryParameters
-        Orientations, and whether pixels of another size are accepted.
-    path : Path
-        The entry.
-
     Raises
     ------
     CatalogError
-        If the entry cannot be used or has no whole cloud.
+        If the entry (``path``) cannot be used or has no whole cloud.
     ScenarioError
-        If the pixel sizes differ, or the frame is too large to be matched in coverage.
+        If the pixel sizes differ, or the frame is too large to match its coverage.
     """
 
     image_coverage = None

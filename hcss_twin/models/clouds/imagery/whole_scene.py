@@ -174,28 +174,9 @@ class _Plane(NamedTuple):
 
 
 class WholeScene:
-    """A window on an image or a database entry, moving over it with platform and wind.
+    """A window on an image or a database entry (``path``), moving over it with platform and wind.
 
-    Parameters
-    ----------
-    inputs : CloudInputs
-        Layer, image plane and motion. The seed is not used.
-    parameters : ImageryParameters
-        How the file is read.
-    path : Path
-        Image, or entry where ``parameters.entry`` is given.
-
-    Attributes
-    ----------
-    image_coverage : float
-        Fraction of cloudy pixels of the scene at time 0.
-
-    Raises
-    ------
-    CatalogError
-        If the file cannot be used.
-    ScenarioError
-        If scene and image do not fit: size, pixel size, origin, missing pixels, coverage.
+    ``image_coverage`` is the fraction of cloudy pixels of the scene at time 0. Errors are those of ``ImageryClouds``.
     """
 
     def __init__(self, inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> None:
