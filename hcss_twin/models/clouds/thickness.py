@@ -16,7 +16,7 @@ from numba import njit
 from scipy.special import ndtr, ndtri
 
 from hcss_twin.models.clouds.coverage import Field, FrameSummary, exceedance, highest_values
-from hcss_twin.providers import CloudLayer
+from hcss_twin.providers import CloudLayer, Grid
 
 _f4 = np.float32
 
@@ -165,16 +165,19 @@ def _inward(low_m: float, high_m: float) -> tuple[np.float32, np.float32]:
     return max(low, smallest), max(high, smallest)
 
 
-def window_inside(name: str, window: slice, size: int) -> slice:
-    """Check that a window of thickness lies within a scene axis, and fill in open ends.
+def window_inside(rows: slice, columns: slice, grid: Grid) -> tuple[slice, slice]:
+    """Check that a window of thickness lies within a scene, and fill in open ends.
 
     Raises
     ------
     ValueError
-        If it has a step or reaches outside 0 to ``size``.
+        If it has a step or reaches outside the scene.
     """
-    start = 0 if window.start is None else window.start
-    stop = size if window.stop is None else window.stop
-    if window.step not in (None, 1) or not 0 <= start <= stop <= size:
-        raise ValueError(f"{name}: {window} given, allowed: a window without step inside 0 to {size}")
-    return slice(start, stop)
+    inside = []
+    for name, window, size in (("rows", rows, grid.rows), ("columns", columns, grid.columns)):
+        start = 0 if window.start is None else window.start
+        stop = size if window.stop is None else window.stop
+        if window.step not in (None, 1) or not 0 <= start <= stop <= size:
+            raise ValueError(f"{name}: {window} given, allowed: a window without step inside 0 to {size}")
+        inside.append(slice(start, stop))
+    return inside[0], inside[1]

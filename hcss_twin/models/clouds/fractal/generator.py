@@ -167,7 +167,7 @@ class FractalClouds:
         ValueError
             If the window is not inside the image.
         """
-        inside = self._inside(rows, columns)
+        inside = window_inside(rows, columns, self._grid)
         layer, exponent = self._layer, self.parameters.brightness_exponent
         if layer.coverage_mode == "field":
             return field_thickness(self.field(time_s, *inside), layer, exponent)
@@ -197,7 +197,7 @@ class FractalClouds:
 
         ``summary`` is that of the frame at ``time_s``. Raises ValueError if the window is not inside the image.
         """
-        inside = self._inside(rows, columns)
+        inside = window_inside(rows, columns, self._grid)
         first, width = inside[0].start * self._grid.columns + inside[1].start, self._grid.columns
         exponent = self.parameters.brightness_exponent
         return thickness_in_frame(self.field(time_s, *inside), first, width, summary, self._layer, exponent)
@@ -220,9 +220,6 @@ class FractalClouds:
             np.maximum(field, np.float32(summary.lowest), out=field)
             summary = replace(summary, last=first + field.shape[0] * width + field.shape[1])
         return thickness_in_frame(field, first, width, summary, layer, exponent)
-
-    def _inside(self, rows: slice, columns: slice) -> tuple[slice, slice]:
-        return window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns)
 
     def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
         if window.start is None or window.stop is None or window.step not in (None, 1):

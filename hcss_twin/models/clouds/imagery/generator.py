@@ -91,6 +91,4 @@ class ImageryClouds:
         """
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
-        return self._clouds.thickness_m(
-            time_s, window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns)
-        )
+        return self._clouds.thickness_m(time_s, *window_inside(rows, columns, self._grid))

@@ -155,7 +155,7 @@ class SurrogateClouds:
         """
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
-        window = (window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns))
+        window = window_inside(rows, columns, self._grid)
         if self._noise is None:
             shape = (self._grid.rows, self._grid.columns)
             return np.full(shape, self._amplitudes[0], dtype=np.float32)[window]
