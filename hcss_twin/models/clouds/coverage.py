@@ -1,8 +1,8 @@
 """Cloud fraction value and exact coverage: which pixels of a frame are cloudy (eq 5 of the HCSS paper).
 
-The pixels with the greatest field values are cloudy, exactly as many as the coverage asks for, found by sorting as in
-the paper. A threshold from the normal quantile would hold the coverage only on average over realisations: with large
-cells the coverage of single frames scatters by about 0.04.
+The pixels with the greatest field values are cloudy, exactly as many as the coverage demands. The paper sorts the
+pixels; counting their values in bins gives the same threshold in less time. The quantile of the normal distribution
+would give the coverage only on average over realisations: with large cells that of single frames scatters by 0.04.
 
 A window of a frame therefore depends on the rest of the frame. :func:`summarise` reduces this dependence to three
 numbers, in bounded memory: it counts the values of the field strip by strip.
@@ -85,7 +85,7 @@ def exceedance(field: NDArray[np.float32], share: NDArray[np.float32]) -> None:
 
 
 def cloudy_pixels(field: NDArray[np.floating[Any]], coverage: float) -> NDArray[np.bool_]:
-    """Return the mask of the pixels with the greatest field values, exactly as many as the coverage asks for.
+    """Return the mask of the pixels with the greatest field values, exactly as many as the coverage demands (eq 5).
 
     Sorting the field and sorting p are the same, because eq 5 is monotonic; the field does not saturate.
 

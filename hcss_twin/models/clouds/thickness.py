@@ -22,7 +22,7 @@ _f4 = np.float32
 
 
 def frame_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> Field:
-    """Return the thickness of a frame with exactly the layer's coverage; its whole range occurs (eqs 5 and 7).
+    """Return the thickness of a frame with exactly the layer's coverage, from the least to the greatest (eqs 5 and 7).
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def thickness_in_frame(
 
 
 def field_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> Field:
-    """Return the thickness where cloud is what exceeds a fixed threshold, the coverage's normal quantile (eqs 5 and 7).
+    """Return the thickness where V exceeds a fixed threshold, the coverage's normal quantile (eqs 5 and 7).
 
     The coverage is exact in the mean over an unbounded field, and a pixel does not depend on others. Eq 7 takes p from
     1 - coverage to 1. Parameters and result are those of :func:`frame_thickness`, for any window.
@@ -131,6 +131,7 @@ def _map_field(
         result = thickness[first : first + step]
         above = work[: values.size]
         exceedance(values, above)
+        # u = (C - C_min) / (C_max - C_min) of eq 7, with C = p = 1 - exceedance of eq 5.
         if exponent != 1.0:
             for i in range(values.size):
                 u = min(max(start + (share - above[i]) * slope, _f4(0.0)), _f4(1.0))
@@ -149,6 +150,7 @@ def _map_field(
             for i in range(values.size):
                 above[i] = min(max(start + (share - above[i]) * slope, _f4(0.0)), _f4(1.0))
         for i in range(values.size):
+            # Th = Th_min + (Th_max - Th_min) C' of eq 7.
             metres = min(max(low + (high - low) * above[i], low), high)
             result[i] = metres if values[i] >= lowest else _f4(0.0)
 

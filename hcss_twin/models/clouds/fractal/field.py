@@ -35,7 +35,7 @@ _NEAREST = np.ones((1, 1), dtype=np.float32)
 class PixelWindow:
     """Pixels first, first + 1, ... along one axis, at ``origin + index`` pixels from the sky's origin.
 
-    The integer index and the origin are kept apart, because a lattice of pixels needs the one without rounding.
+    The integer index and the origin are separate, because a lattice of pixels needs the index without rounding.
     """
 
     first: int
@@ -44,7 +44,7 @@ class PixelWindow:
 
     @property
     def position(self) -> NDArray[np.float64]:
-        """Pixel centres in pixels from the sky's origin."""
+        """Pixel centres in pixels from the sky's origin: x + v_x t of eq 4."""
         # Whole and half numbers are added first and exactly, so that moving the window and moving the
         # platform by whole pixels give the same sum.
         indices = np.arange(self.first, self.first + self.count, dtype=np.int64)

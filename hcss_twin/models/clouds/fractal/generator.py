@@ -24,6 +24,18 @@ STRIP_PIXELS = 2**21
 
 _EPSILON = float(np.finfo(np.float64).eps)
 
+_NOISY = 0.5
+"""Share of the variance in cells smaller than a pixel from which on the user is warned."""
+
+_FRAME_NOTE = (
+    "Coverage is exact in each frame and thickness spans its whole range in each frame, so that "
+    "a pixel depends on the rest of its frame."
+)
+_FIELD_NOTE = (
+    "Coverage is exact in the mean over the unbounded sky; that of one frame scatters around it, the more "
+    "the fewer clouds it holds."
+)
+
 
 def displacement_pixels(speed_m_s: float, time_s: float, pixel_size_m: float) -> float:
     """Return the displacement in pixels (v t of eq 4), free of rounding errors where it is a round number.
@@ -237,16 +249,3 @@ def _noise_notes(octaves: Sequence[Octave]) -> tuple[str, ...]:
         f"Cells that hold {white:.0%} of the variance are smaller than pixels, whose clouds are therefore almost "
         "independent of each other: the picture looks like noise. Smaller pixels, or fewer cells L, show shapes.",
     )
-
-
-_NOISY = 0.5
-"""Share of the variance in cells smaller than a pixel from which on the user is warned."""
-
-_FRAME_NOTE = (
-    "Coverage is exact in each frame and thickness spans its whole range in each frame, so that "
-    "a pixel depends on the rest of its frame."
-)
-_FIELD_NOTE = (
-    "Coverage is exact in the mean over the unbounded sky; that of one frame scatters around it, the more "
-    "the fewer clouds it holds."
-)

@@ -73,7 +73,7 @@ def separate_octaves(shape: FractalParameters, grid: Grid, motion: Motion, noise
     if gamma is None or hurst is None or cells is None or limits is None:
         raise ValueError("shape: gamma, H, L and k must all be given")
     numbers = range(limits[0], limits[1] + 1)
-    # Relative to the first octave: the ratio is the same, and nothing underflows.
+    # gamma^(-k H) of eq 2, squared; relative to the first octave, so that nothing underflows.
     powers = [gamma ** (-2.0 * hurst * (k - limits[0])) for k in numbers]
     total = math.fsum(powers)
     octaves = []
@@ -132,10 +132,7 @@ def describe_skipped(separate: tuple[Octave, ...], merged: tuple[Octave, ...]) -
         skipped.append(("time axis", "evolution_time is infinite: shapes are frozen, one time plane: exact"))
     else:
         skipped.append(
-            (
-                "lattice nodes that an earlier frame has seen",
-                "kept in memory; only new columns, rows and time planes are generated: exact",
-            )
+            ("lattice nodes of earlier frames", "cached; only new columns, rows and time planes are generated: exact")
         )
     for octave in separate:
         axes = [name for name, axis in (("x", octave.x), ("y", octave.y), ("t", octave.t)) if axis.nearest]

@@ -1,4 +1,4 @@
-"""One plane of a satellite image in memory, whatever file it comes from."""
+"""One plane of a satellite image in memory, from any kind of file."""
 
 from __future__ import annotations
 

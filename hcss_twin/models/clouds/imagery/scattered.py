@@ -71,8 +71,8 @@ class ScatteredClouds:
             _refuse_large_frames(grid)
             self._density, coverage = self._frame_density(layer.coverage)
             notes.append(
-                f"{coverage:.4g} of the first frame's pixels are cloudy ({layer.coverage:g} was asked for; clouds are "
-                "whole); later frames have what is in their place."
+                f"{coverage:.4g} of the first frame's pixels are cloudy ({layer.coverage:g} was requested; clouds are "
+                "whole); later frames show other parts of the sky."
             )
         else:
             self._density = self._sky.density(layer.coverage)

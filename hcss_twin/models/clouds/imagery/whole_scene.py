@@ -258,7 +258,7 @@ def _from_image(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
     thickness[cloudy] = thickness_of(relative_grey(level[cloudy], lowest), layer.thickness_min_m, layer.thickness_max_m)
     if parameters.method == "coverage":
         where = "over the whole image" if layer.coverage_mode == "field" else "there"
-        coverage = f"; {layer.coverage:g} was asked for {where}. Later frames have what is in their place."
+        coverage = f"; {layer.coverage:g} was requested {where}. Later frames show other parts of the image."
     else:
         coverage = (
             f", as found in the image by the method '{parameters.method}'; "
