@@ -17,8 +17,7 @@ from hcss_twin.analysis.measures.fractal_dimension.box_counting import box_count
 from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate
 from hcss_twin.analysis.measures.fractal_dimension.slopes import variogram_dimension
 from hcss_twin.core.errors import CatalogError, ImageError
-from hcss_twin.models.clouds.database.entry import NOT_STATED, CloudEntry, EntryFacts
-from hcss_twin.models.clouds.database.segmentation import Cleaning, segment
+from hcss_twin.models.clouds.database import NOT_STATED, CloudEntry, EntryFacts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
     bright_is_cloud,
@@ -26,8 +25,9 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     find_threshold,
     relative_grey,
 )
-from hcss_twin.models.clouds.imagery.image import Image
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.models.clouds.segmentation import Cleaning, segment
 from hcss_twin.version import __version__
 
 # Percentiles of the image between which the picture for people is stretched.
@@ -168,7 +168,7 @@ def _check(path: Path, options: ImportOptions) -> None:
         raise CatalogError(f"{path}: pixel_size: {size:g} m given, allowed: greater than 0 and finite")
 
 
-def _pixel_size(path: Path, image: Image, options: ImportOptions) -> float:
+def _pixel_size(path: Path, image: SatelliteImage, options: ImportOptions) -> float:
     size = options.pixel_size_m or image.pixel_size_m
     if size is None:
         why = image.pixel_size_note or "the file gives no pixel size"

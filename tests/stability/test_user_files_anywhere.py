@@ -21,7 +21,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
 from hcss_twin.models.atmosphere.table_file import DIMENSIONS, FORMAT, FORMAT_VERSION, read_atmosphere_table
-from hcss_twin.models.clouds.database.entry import read_entry, write_entry
+from hcss_twin.models.clouds.database import read_entry, write_entry
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters

@@ -21,7 +21,7 @@ from hcss_twin.core.errors import CatalogError, ImageError, ImageOptionError
 from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, has_values_in_cloud_only
-from hcss_twin.models.clouds.imagery.image import Image
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet
 from hcss_twin.models.clouds.imagery.reader import read_image
 
@@ -89,17 +89,17 @@ def _same(values: Array) -> Array:
     return values
 
 
-def _method(choice: EvaluationChoice, image: Image) -> Method:
+def _method(choice: EvaluationChoice, image: SatelliteImage) -> Method:
     if choice.method != "auto":
         return choice.method
     return "valid" if has_values_in_cloud_only(image) else "otsu"
 
 
-def _northward(image: Image) -> Array:
+def _northward(image: SatelliteImage) -> Array:
     return np.ascontiguousarray(image.values[:: -1 if image.north_first else 1, :: -1 if image.east_first else 1])
 
 
-def _require_alike(first_path: Path, first: Image, path: Path, image: Image) -> None:
+def _require_alike(first_path: Path, first: SatelliteImage, path: Path, image: SatelliteImage) -> None:
     """Refuse a sequence whose frames are not of one kind."""
     for what, one, other in (
         ("shape", first.values.shape, image.values.shape),
@@ -113,7 +113,7 @@ def _require_alike(first_path: Path, first: Image, path: Path, image: Image) -> 
             )
 
 
-def _seconds(images: Sequence[Image]) -> tuple[float, ...] | None:
+def _seconds(images: Sequence[SatelliteImage]) -> tuple[float, ...] | None:
     """Return times after the first image; None where a file tells no time or they do not ascend."""
     try:
         times = [datetime.fromisoformat(image.date) for image in images]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.analysis.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
 from hcss_twin.core.errors import CatalogError, ImageError, ScenarioError
-from hcss_twin.models.clouds.database.entry import read_facts
+from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
     cloudiness_level,
@@ -21,10 +21,10 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     thickness_of,
 )
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
-from hcss_twin.models.clouds.imagery.image import Image
-from hcss_twin.models.clouds.imagery.moving_window import MovingWindow, position_problems
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
 from hcss_twin.providers import Grid
 
 # Larger images are cut to this many rows and columns unless told otherwise: the paper's frame.
@@ -158,7 +158,7 @@ class _Source:
     pixel_size_m: float | None
     is_nominal: bool
     why: str
-    image: Image | None
+    image: SatelliteImage | None
 
 
 def _open(path: Path, choice: ImageChoice) -> _Source:
@@ -184,7 +184,7 @@ def _check(choice: ImageChoice) -> None:
         raise ImageError("window_pixels: goes with the method 'local', and only with it")
 
 
-def _method(choice: ImageChoice, image: Image | None) -> Literal["otsu", "local", "coverage", "valid"]:
+def _method(choice: ImageChoice, image: SatelliteImage | None) -> Literal["otsu", "local", "coverage", "valid"]:
     if choice.method != "auto":
         return choice.method
     return "valid" if image is not None and has_values_in_cloud_only(image) else "otsu"
@@ -221,7 +221,7 @@ def _imagery_level(
     return clouds.thickness_m(0.0, slice(0, grid.rows), slice(0, grid.columns)), said
 
 
-def _valid_level(image: Image, choice: ImageChoice, grid: Grid) -> NDArray[np.float32]:
+def _valid_level(image: SatelliteImage, choice: ImageChoice, grid: Grid) -> NDArray[np.float32]:
     """Return grey levels of an image whose pixels are cloud wherever they have a value."""
     origins = (choice.row_origin, choice.column_origin)
     rows, columns = image.values.shape

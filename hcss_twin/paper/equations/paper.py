@@ -57,9 +57,9 @@ PAPER: tuple[Equation, ...] = (
         "Cloud thickness",
         r"Th = Th_{min} + (Th_{max} - Th_{min}) \frac{C - C_{min}}{C_{max} - C_{min}}",
         (
-            "models.clouds.thickness.map_thickness",
             "models.clouds.thickness.frame_thickness",
             "models.clouds.thickness.field_thickness",
+            "models.clouds.imagery.cloudiness.relative_grey",
         ),
         paper=7,
         note="0 where clear. `edge_taper` and `brightness_exponent` are extensions.",

@@ -1,12 +1,15 @@
-"""One entry of the cloud database in memory.
+"""The cloud database: clouds that were cut out of images beforehand, one NetCDF file for each image.
 
-The file of a database entry: format ``hcss-cloud-entry``, NetCDF-4 after CF-1.11.
+An entry is a file of the format ``hcss-cloud-entry`` (NetCDF-4, CF-1.11): grey levels, mask and labels of the single
+clouds, and where they come from. A folder of such files is the database. ``hcss import`` writes entries, so that a
+person can look at the clouds before a scenario uses them.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,16 +18,36 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.core.files import atomic_write, open_format
 
+FOLDER = "clouds"
+"""Name of the folder of entries: in the catalog, beside a scenario, and where ``hcss import`` writes."""
+
+SUFFIX = ".nc"
+
 NOT_STATED = "not stated"
-"""What stands where neither the image nor the user says anything."""
+"""Value of a text that neither the image nor the user gives."""
+
+FORMAT, FORMAT_VERSION = "hcss-cloud-entry", 1
+
+_CLEAR, _CLOUD, _MISSING = 0, 1, 2
+
+_YES_NO = {"yes": True, "no": False}
+
+_LONG_NAMES = {
+    "image": "image, cloud bright, 0 where missing: for people to look at",
+    "grey": "grey level of cloud: 0 clear, 1 to 255 from the threshold to the brightest cloud",
+    "mask": "cloud mask",
+    "label": "number of the single cloud; 0 is clear",
+}
+
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
 
 
 @dataclass(frozen=True)
 class EntryFacts:
-    """Where an entry comes from and how it was made; each is an attribute of its file.
+    """Source and processing of an entry; each is an attribute of its file.
 
     Attributes
     ----------
@@ -35,7 +58,7 @@ class EntryFacts:
     pixel_size_m : float
         Side of a pixel on the ground.
     pixel_size_is_nominal : bool
-        Whether it is that below a geostationary satellite; elsewhere pixels are larger.
+        True where it holds below a geostationary satellite only; elsewhere pixels are larger.
     pixel_size_from : str
         ``file`` or ``user``.
     units, cloud_is : str
@@ -43,13 +66,13 @@ class EntryFacts:
     method : str
         Threshold method.
     window_pixels : int
-        Side of the surroundings of method ``local``; 0 for the others.
+        Side of the averaging window of method ``local``; 0 for the others.
     threshold_lowest, threshold_highest : float
         Thresholds in the image's units; they differ for method ``local`` only. Lowest means least cloudy.
     closing, opening, largest_hole, min_area : int
-        Sizes of the cleaning in pixels (:class:`hcss_twin.models.clouds.database.segmentation.Cleaning`).
+        Sizes of the cleaning in pixels (:class:`hcss_twin.models.clouds.segmentation.Cleaning`).
     holes_filled, hole_pixels, clouds_dropped : int
-        What the cleaning did.
+        Counts of what the cleaning changed.
     coverage : float
         Fraction of cloudy pixels.
     clouds : int
@@ -58,12 +81,10 @@ class EntryFacts:
         Pixels without a value.
     fractal_dimension, fractal_dimension_error : float
         Of the image's values in the cloudy pixels, and its standard error; NaN where not known.
-    fractal_dimension_method : str
-        How it was estimated, or why it was not.
     box_counting_dimension, box_counting_error : float
         Of the grey levels of the whole scene, clear sky being 0.
-    box_counting_method : str
-        How it was estimated, or why it was not.
+    fractal_dimension_method, box_counting_method : str
+        How each was estimated, or why it was not.
     created, created_with : str
         Time of the import, and version of this package.
     """
@@ -119,7 +140,7 @@ class CloudEntry:
     image : ndarray of uint8 (rows, columns)
         The whole image for people to look at, cloud bright; 0 where missing.
     facts : EntryFacts
-        Everything else.
+        Source and processing.
     """
 
     grey: NDArray[np.uint8]
@@ -134,23 +155,8 @@ class CloudEntry:
         return self.labels > 0
 
 
-FORMAT = "hcss-cloud-entry"
-FORMAT_VERSION = 1
-
-_CLEAR, _CLOUD, _MISSING = 0, 1, 2
-
-_YES_NO = {"yes": True, "no": False}
-
-_MEANINGS = {
-    "image": "image, cloud bright, 0 where missing: for people to look at",
-    "grey": "grey level of cloud: 0 clear, 1 to 255 from the threshold to the brightest cloud",
-    "mask": "cloud mask",
-    "label": "number of the single cloud; 0 is clear",
-}
-
-
 def write_entry(path: Path, entry: CloudEntry) -> None:
-    """Write an entry; whatever happens, ``path`` holds a whole file or what it held before.
+    """Write an entry; an interrupted write leaves ``path`` as it was.
 
     Raises
     ------
@@ -164,17 +170,17 @@ def write_entry(path: Path, entry: CloudEntry) -> None:
     create: Callable[..., Any] = netCDF4.Dataset
     with atomic_write(path, CatalogError) as draft, create(draft, "w", format="NETCDF4") as file:
         file.setncatts({"Conventions": "CF-1.11", "format": FORMAT, "format_version": np.int32(FORMAT_VERSION)})
-        file.setncatts({name: _stored(value) for name, value in dataclasses.asdict(entry.facts).items()})
+        file.setncatts({name: _attribute(value) for name, value in dataclasses.asdict(entry.facts).items()})
         rows, columns = entry.grey.shape
         size = entry.facts.pixel_size_m
-        for axis, count, positions, where in (
+        for axis, count, positions, direction in (
             ("y", rows, (rows - 0.5 - np.arange(rows)) * size, "north"),
             ("x", columns, (np.arange(columns) + 0.5) * size, "east"),
         ):
             file.createDimension(axis, count)
             coordinate = file.createVariable(axis, "f8", (axis,))
             coordinate.setncatts(
-                {"standard_name": f"projection_{axis}_coordinate", "long_name": f"distance to the {where}"}
+                {"standard_name": f"projection_{axis}_coordinate", "long_name": f"distance to the {direction}"}
             )
             coordinate.setncatts({"units": "m", "axis": axis.upper()})
             coordinate[:] = positions
@@ -182,7 +188,7 @@ def write_entry(path: Path, entry: CloudEntry) -> None:
             variable = file.createVariable(
                 name, values.dtype, ("y", "x"), compression="zlib", shuffle=True, fill_value=False
             )
-            variable.setncatts({"long_name": _MEANINGS[name], "units": "1"})
+            variable.setncatts({"long_name": _LONG_NAMES[name], "units": "1"})
             if name == "mask":
                 flags = np.array([_CLEAR, _CLOUD, _MISSING], dtype=np.int8)
                 variable.setncatts({"flag_values": flags, "flag_meanings": "clear cloud missing"})
@@ -191,17 +197,17 @@ def write_entry(path: Path, entry: CloudEntry) -> None:
 
 
 def read_entry(path: Path) -> CloudEntry:
-    """Read an entry and check that its parts agree.
+    """Read an entry and check that its variables agree with each other.
 
     Raises
     ------
     CatalogError
-        If the file is not of this format, or its content contradicts itself.
+        If the file is not of this format, or its variables contradict each other.
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as file:
         facts = _facts(path, file)
         try:
-            planes = {name: np.ma.getdata(file.variables[name][...]) for name in _MEANINGS}
+            planes = {name: np.ma.getdata(file.variables[name][...]) for name in _LONG_NAMES}
         except (KeyError, OSError, RuntimeError) as error:
             raise CatalogError(f"{path}: damaged or incomplete entry: {error}") from error
     mask = planes["mask"]
@@ -217,7 +223,7 @@ def read_entry(path: Path) -> CloudEntry:
 
 
 def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
-    """Return what an entry says about itself, and its (rows, columns), without reading its planes.
+    """Return the facts of an entry and its (rows, columns), without reading its planes.
 
     Raises
     ------
@@ -232,18 +238,18 @@ def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
             raise CatalogError(f"{path}: damaged or incomplete entry: no dimension {error}") from error
 
 
-def _stored(value: Any) -> Any:
+def _attribute(value: Any) -> Any:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return np.int32(value) if isinstance(value, int) else value
 
 
 def _facts(path: Path, file: Any) -> EntryFacts:
-    kinds: dict[str, Callable[[Any], Any]] = {"str": str, "float": float, "int": int, "bool": _YES_NO.__getitem__}
+    parse: dict[str, Callable[[Any], Any]] = {"str": str, "float": float, "int": int, "bool": _YES_NO.__getitem__}
     values: dict[str, Any] = {}
     for field in dataclasses.fields(EntryFacts):
         try:
-            values[field.name] = kinds[str(field.type)](getattr(file, field.name))
+            values[field.name] = parse[str(field.type)](getattr(file, field.name))
         except (AttributeError, ValueError, TypeError, KeyError) as error:
             raise CatalogError(f"{path}: attribute '{field.name}' is missing or malformed: {error}") from error
     facts = EntryFacts(**values)
@@ -261,17 +267,87 @@ def _typed(path: Path, name: str, values: NDArray[Any], dtype: type[Any]) -> NDA
 
 
 def _check(path: Path, entry: CloudEntry, mask: NDArray[Any]) -> None:
-    """Refuse an entry whose variables contradict each other."""
     shapes = {plane.shape for plane in (entry.grey, entry.labels, entry.image, mask)}
     if len(shapes) != 1:
         raise CatalogError(f"{path}: variables of different shapes: {sorted(shapes)}")
-    found = np.unique(entry.labels)
-    if not np.array_equal(found[found != 0], np.arange(1, entry.facts.clouds + 1)):
+    numbers = np.unique(entry.labels)
+    if not np.array_equal(numbers[numbers != 0], np.arange(1, entry.facts.clouds + 1)):
         raise CatalogError(
-            f"{path}: label: {np.count_nonzero(found)} clouds from {found.min()} to {found.max()}; allowed: "
+            f"{path}: label: {np.count_nonzero(numbers)} clouds from {numbers.min()} to {numbers.max()}; allowed: "
             f"each number from 1 to {entry.facts.clouds}"
         )
     for name, cloudy in (("grey", entry.grey > 0), ("mask", mask == _CLOUD)):
         if not np.array_equal(cloudy, entry.mask):
             count = int(np.count_nonzero(cloudy != entry.mask))
             raise CatalogError(f"{path}: {name} and label disagree about cloud in {count} pixels")
+
+
+@dataclass(frozen=True)
+class ListedEntry:
+    """One file of a folder of entries.
+
+    Attributes
+    ----------
+    name : str
+        File name without its suffix.
+    path : Path
+        The file.
+    facts : EntryFacts or None
+        None where the file is not an entry.
+    shape : (int, int)
+        Rows and columns; (0, 0) without facts.
+    trouble : str
+        Why there are no facts, else empty.
+    """
+
+    name: str
+    path: Path
+    facts: EntryFacts | None
+    shape: tuple[int, int]
+    trouble: str = ""
+
+
+def valid_entry_name(text: str) -> str:
+    """Return ``text`` where it can be the name of an entry, in file names and in scenarios.
+
+    Raises
+    ------
+    CatalogError
+        If it holds other characters.
+    """
+    if not _NAME.fullmatch(text):
+        closest = re.sub(r"[^A-Za-z0-9._-]+", "-", text).lstrip(".-") or "clouds"
+        raise CatalogError(
+            f"name: '{text}' given, allowed: letters, digits, '_', '.' and '-', not starting with '.' or '-'; "
+            f"closest is '{closest}'"
+        )
+    return text
+
+
+def list_entries(folder: Path) -> list[ListedEntry]:
+    """List the entries of a folder by name, with the reason for files that are none; empty for a missing folder."""
+    entries = []
+    for path in sorted(folder.glob(f"*{SUFFIX}")):
+        if path.name.startswith("."):
+            continue
+        name = path.name.removesuffix(SUFFIX)
+        try:
+            entries.append(ListedEntry(name, path, *read_facts(path)))
+        except CatalogError as error:
+            entries.append(ListedEntry(name, path, None, (0, 0), str(error)))
+    return entries
+
+
+def entry_path(folder: Path, name: str) -> Path:
+    """Return the file of an entry that exists.
+
+    Raises
+    ------
+    CatalogError
+        If there is none; the message lists the names in the folder.
+    """
+    path = folder / f"{name}{SUFFIX}"
+    if not path.is_file():
+        known = [each.name.removesuffix(SUFFIX) for each in folder.glob(f"*{SUFFIX}")]
+        raise CatalogError(f"no entry '{name}' in {folder}; {choose_from(name, known)}")
+    return path

@@ -1,4 +1,4 @@
-"""From a mask of cloudy pixels to single clouds: closing, opening, holes, small clouds, labels."""
+"""Segmentation of a mask of cloudy pixels into single clouds: closing, opening, holes, small clouds, labels."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-# Clouds hang together over edges and corners, clear sky over edges only: the pair of connectivities for
-# which a closed curve of one always separates the other.
+# Cloudy pixels are connected over edges and corners, clear ones over edges only: with this pair of connectivities a
+# closed curve of one kind always separates the pixels of the other.
 _CLOUD = np.ones((3, 3), dtype=np.bool_)
 _CLEAR = ndimage.generate_binary_structure(2, 1)
 
 
 @dataclass(frozen=True)
 class Cleaning:
-    """How a thresholded mask is cleaned; sizes are in pixels.
+    """Sizes, in pixels, with which a thresholded mask is cleaned.
 
     Attributes
     ----------
     closing, opening : int
-        Diameter of the disc, odd; 1 does nothing.
+        Diameter of the disc, odd; 1 changes nothing.
     largest_hole : int
         Holes of up to this many pixels are filled; 0 fills none.
     min_area : int
-        Smallest cloud that is kept.
+        Smallest cloud that remains.
     """
 
     closing: int = 3
@@ -53,12 +53,8 @@ class Segmentation:
     ----------
     labels : ndarray of int32 (rows, columns)
         0 clear or missing, 1 to ``clouds`` in the order of their first pixels.
-    clouds : int
-        Number of clouds.
-    holes, hole_pixels : int
-        Holes that were filled, and their pixels.
-    dropped : int
-        Clouds that were too small.
+    clouds, holes, hole_pixels, dropped : int
+        Numbers of clouds, of filled holes and their pixels, and of clouds that were too small.
     """
 
     labels: NDArray[np.int32]
@@ -76,16 +72,16 @@ def disc(diameter: int) -> NDArray[np.bool_]:
 
 
 def closed(mask: NDArray[np.bool_], diameter: int) -> NDArray[np.bool_]:
-    """Return the closing of ``mask`` by a disc; never less than the mask, at the image's border too."""
+    """Return the closing of ``mask`` by a disc; it contains the mask, at the image's border too."""
     grown = ndimage.binary_dilation(mask, disc(diameter))
     result: NDArray[np.bool_] = ndimage.binary_erosion(grown, disc(diameter), border_value=1)
     return result
 
 
 def opened(mask: NDArray[np.bool_], diameter: int) -> NDArray[np.bool_]:
-    """Return the opening of ``mask`` by a disc; never more than the mask.
+    """Return the opening of ``mask`` by a disc; the mask contains it.
 
-    What lies outside the image counts as cloud, so that clouds that it cuts are not worn away there.
+    Pixels outside the image count as cloud, so that the opening does not erode clouds that the border cuts.
     """
     shrunk = ndimage.binary_erosion(mask, disc(diameter), border_value=1)
     result: NDArray[np.bool_] = ndimage.binary_dilation(shrunk, disc(diameter))
@@ -93,26 +89,26 @@ def opened(mask: NDArray[np.bool_], diameter: int) -> NDArray[np.bool_]:
 
 
 def small_holes(mask: NDArray[np.bool_], missing: NDArray[np.bool_], largest: int) -> tuple[NDArray[np.bool_], int]:
-    """Return the pixels of holes of up to ``largest`` pixels, and how many holes they are.
+    """Return the pixels (rows, columns) of holes of up to ``largest`` pixels, and the number of these holes.
 
-    A hole is a part of clear sky that cloud encloses. What touches the border of the image may go on
-    outside, and what holds a missing pixel is not known: neither is a hole.
+    A hole is clear sky that cloud encloses. Clear sky that touches the border of the image may continue outside, and
+    with a missing pixel its extent is unknown: neither is a hole.
     """
     labels, count = ndimage.label(~mask, _CLEAR)
     is_hole = np.bincount(labels.ravel(), minlength=count + 1) <= largest
     is_hole[labels[missing]] = False
     for edge in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
         is_hole[edge] = False
-    is_hole[0] = False  # the cloud
+    is_hole[0] = False  # label 0 is cloud
     return is_hole[labels], int(np.count_nonzero(is_hole))
 
 
 def segment(cloudy: NDArray[np.bool_], missing: NDArray[np.bool_], cleaning: Cleaning | None = None) -> Segmentation:
     """Clean a mask and number its clouds.
 
-    In this order: closing (joins what gaps of less than the disc part), opening (removes what is
-    narrower than the disc), filling of small holes, removal of small clouds, labelling. Two cloudy
-    pixels that share an edge or a corner belong to one cloud. Missing pixels are never made cloud.
+    In this order: closing (joins clouds across gaps narrower than the disc), opening (removes structures narrower
+    than the disc), filling of small holes, removal of small clouds, labelling. Two cloudy pixels that share an edge
+    or a corner belong to one cloud. Missing pixels never become cloud.
 
     Parameters
     ----------
@@ -130,14 +126,8 @@ def segment(cloudy: NDArray[np.bool_], missing: NDArray[np.bool_], cleaning: Cle
     filled, holes = small_holes(mask, missing, cleaning.largest_hole)
     mask = mask | filled
     labels, count = ndimage.label(mask, _CLOUD)
-    kept = np.bincount(labels.ravel(), minlength=count + 1) >= cleaning.min_area
-    kept[0] = False
-    numbers = np.where(kept, np.cumsum(kept), 0).astype(np.int32)
-    numbered = numbers[labels]
-    return Segmentation(
-        labels=numbered,
-        clouds=int(np.count_nonzero(kept)),
-        holes=holes,
-        hole_pixels=int(np.count_nonzero(filled)),
-        dropped=count - int(np.count_nonzero(kept)),
-    )
+    large = np.bincount(labels.ravel(), minlength=count + 1) >= cleaning.min_area
+    large[0] = False
+    numbers = np.where(large, np.cumsum(large), 0).astype(np.int32)
+    clouds = int(np.count_nonzero(large))
+    return Segmentation(numbers[labels], clouds, holes, int(np.count_nonzero(filled)), count - clouds)
