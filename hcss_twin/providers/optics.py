@@ -22,9 +22,9 @@ class SingleScattering:
     albedo : ndarray (V,)
         Single-scattering albedo in [0, 1].
     moments : ndarray (K, V)
-        Legendre moments of the phase function, each in [-1, 1]: means of P_k over the scattering cosine, without
-        the factor 2k + 1. ``moments[0]`` = 1, ``moments[1]`` = asymmetry parameter. K is 2 or more; K = 2 means
-        Henyey-Greenstein.
+        Legendre moments of the phase function: means of P_k over the scattering cosine, without the factor 2k + 1.
+        ``moments[0]`` = 1 within 1e-9, the others are above -1 and below 1; ``moments[1]`` is the asymmetry parameter.
+        K is 2 or more; K = 2 means Henyey-Greenstein.
     """
 
     extinction_m1: Array

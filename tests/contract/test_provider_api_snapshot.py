@@ -161,11 +161,11 @@ def asked_for(path):
 
 def test_every_optional_member_the_engine_looks_for_is_documented_and_no_other():
     package = Path(hcss_twin.__file__).parent
-    rooms = [package / room for room in ("scene", "radiance")]
-    files = [path for room in rooms for path in room.rglob("*.py")]
+    folders = [package / each for each in ("plan", "engine", "models/radiance")]
+    files = [path for folder in folders for path in folder.rglob("*.py")]
     files += [
-        package / "atmosphere" / "path_radiance.py",
-        *(package / "registry" / each for each in ("creation.py", "guard.py")),
+        package / "models" / "atmosphere" / "path_radiance.py",
+        *(package / "providers" / "registry" / each for each in ("creation.py", "guard.py")),
     ]
     found = {name for path in files for name in asked_for(path)} - {"declares"}
     assert found == options() == set(declared._OPTIONS)

@@ -24,6 +24,9 @@ LEGS = ("any", "to_space")
 LAYER_OPTIONS = ("coverage_mode", "edge_taper")
 """Fields of a cloud layer that a generator may leave aside, and what its ``honours`` may name."""
 
+FRACTION_TOLERANCE = 1e-9
+"""Rounding error of emissivity, transmittance, albedo and moments at their limits; kit and run allow the same."""
+
 MEASURED = ("photon_rate", "digital_number", "saturated")
 """What ``Sensor.variables`` may name."""
 
