@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, check_attributes
-from hcss_twin.cube.spec import BAND_FRAME
-from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES, VariableSpec
+from hcss_twin.cube.variables import BAND_FRAME, TERM_PREFIX, VARIABLES, VariableSpec
 from hcss_twin.cube.writer import variable_attributes
 
 SENSOR_ATTRIBUTE = "hcss_sensor"

@@ -1,22 +1,84 @@
-"""The table of output variables: writer, reader, documentation and tests follow it.
+"""The tables of the variables that a cube can hold; writer, reader, documentation and tests follow them.
 
-Standard names come from the CF standard name table. Radiance integrated over a band has none (the
-names for radiance at the top of the atmosphere are per unit wavelength), so it carries only a
-``long_name``.
+To add an output variable, add an entry here and compute its values in the engine. Standard names come from the CF
+standard name table. Radiance integrated over a band has none (the names for radiance at the top of the atmosphere are
+per unit wavelength), so it carries only a ``long_name``.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hcss_twin.core.errors import choose_from
-from hcss_twin.cube.geometry_variables import DIRECTION, GEOMETRY, LOCATION, MOVING_LOCATION
-from hcss_twin.cube.spec import BAND_FRAME, FRAME, LAYER_FRAME
-from hcss_twin.cube.spec import LAYER as LAYER
-from hcss_twin.cube.spec import VariableSpec as VariableSpec
+Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry"]
+Feature = Literal["layers", "shadows", "waves", "altitude"]
+
+FRAME = ("time", "y", "x")
+BAND_FRAME = ("time", "band", "y", "x")
+LAYER = "layer"
+LAYER_FRAME = ("time", LAYER, "y", "x")
+
+
+@dataclass(frozen=True)
+class VariableSpec:
+    """One variable of the cube.
+
+    Attributes
+    ----------
+    name : str
+        Name in the file.
+    dims : tuple of str
+        Dimensions, in order.
+    dtype : str
+        NumPy name of the type in the file; arrays given to the writer must have it already. Text is ``str``.
+    units : str or None
+        UDUNITS string; None for text.
+    long_name : str
+        One line for plots.
+    kind : {"radiance", "truth", "derived", "coordinate", "geometry"}
+        ``radiance``: total and its terms; ``truth``: state of the scene; ``derived``: computed from radiance;
+        ``geometry``: coordinates of every pixel, written on request.
+    description : str
+        Definition, in a sentence or two; written as ``comment``.
+    standard_name : str or None
+        CF standard name.
+    attributes : mapping
+        Further attributes of the variable in the file.
+    lowest, highest : float or None
+        Inclusive limits of the values; None: no limit.
+    may_be_missing : bool
+        Whether NaN is a value, meaning that the quantity does not exist in the pixel.
+    significant_bits : int or None
+        Explicit bits of the mantissa to which values are rounded; None: all.
+    needs : {"layers", "shadows", "waves", "altitude"} or None
+        Feature of a scene without which it does not have the variable.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: str
+    units: str | None
+    long_name: str
+    kind: Kind
+    description: str
+    standard_name: str | None = None
+    attributes: Mapping[str, str | float | NDArray[np.uint8]] = field(default_factory=dict)
+    lowest: float | None = None
+    highest: float | None = None
+    may_be_missing: bool = False
+    significant_bits: int | None = None
+    needs: Feature | None = None
+
+    @property
+    def needs_radiance(self) -> bool:
+        """Whether the radiance of pixels has to be computed for it."""
+        return self.kind in ("radiance", "derived")
+
 
 TERM_PREFIX = "radiance_"
 SHADOW_MASK = "shadow_mask"
@@ -84,6 +146,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         kind="truth",
         description="1 where the sun's path to the sea crosses cloud of any thickness on some part of the pixel that "
         "is seen clear; 0 elsewhere, where the whole pixel is cloudy, and with the sun below the horizon.",
+        needs="shadows",
         attributes={"flag_values": np.array([0, 1], dtype=np.uint8), "flag_meanings": "not_shadowed shadowed"},
         lowest=0.0,
         highest=1.0,
@@ -108,6 +171,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         kind="truth",
         description="Vertical extent of the cloud of one layer, averaged over the footprint of the pixel including "
         "its clear part; 0 where clear. Layers run from the lowest to the highest.",
+        needs="layers",
         lowest=0.0,
     ),
     VariableSpec(
@@ -159,14 +223,12 @@ VARIABLES: tuple[VariableSpec, ...] = (
             long_name=f"slope of the sea toward {bearing}",
             kind="truth",
             description=f"Slope of the waves longer than two points of the image along {axis}, averaged over the "
-            "footprint of the pixel, also under clouds; only where waves are drawn (sea.waves).",
+            "footprint of the pixel, also under clouds; only with resolved waves (sea.waves).",
+            needs="waves",
         )
         for axis, bearing in (("x", "east"), ("y", "north"))
     ),
 )
-
-WAVE_VARIABLES = frozenset({"sea_slope_x", "sea_slope_y"})
-"""Those that exist only where waves are drawn."""
 
 
 def term_variable(name: str, description: str) -> VariableSpec:
@@ -191,74 +253,96 @@ def term_variable(name: str, description: str) -> VariableSpec:
     )
 
 
-def expand(
-    requested: Iterable[str],
-    terms: Mapping[str, str],
-    layer_count: int = 1,
-    shadows: bool = False,
-    waves: bool = True,
-    altitude: bool = True,
-    moves: bool = False,
-) -> list[VariableSpec]:
-    """Turn what a scenario asks for into variables, in the order of the table, then terms and viewing geometry.
+_MOVES = "With a platform that moves it has the dimension time in front."
+_OF_START = "Sensor and image move together: that of the start stands for every frame."
 
-    Variables by layer belong to the groups where there are several layers; elsewhere they repeat others. Those of
-    shadows are there where clouds cast any.
 
-    Parameters
-    ----------
-    requested : iterable of str
-        Names of variables, or ``all`` (but for viewing geometry), ``terms`` (every term of the radiance), ``truth``
-        (every variable of that kind), ``geometry`` (every coordinate of the pixels that can be known).
-    terms : mapping of str to str
-        Description of each term of the radiance model in use, by its name.
-    layer_count : int
-        Number of cloud layers of the scene.
-    shadows : bool
-        Whether clouds cast shadows.
-    waves : bool
-        Whether the scene draws waves; without them their variables belong to no group.
-    altitude : bool
-        Whether that of the sensor is known; without it there are no directions toward it.
-    moves : bool
-        Whether the image moves over the ground; latitude and longitude then have a time.
+def _pixel_variable(
+    name: str,
+    units: str,
+    long_name: str,
+    description: str,
+    standard_name: str | None = None,
+    dtype: str = "float32",
+    needs: Feature | None = None,
+) -> VariableSpec:
+    return VariableSpec(name, ("y", "x"), dtype, units, long_name, "geometry", description, standard_name, needs=needs)
 
-    Raises
-    ------
-    ValueError
-        If a name is unknown, with the allowed names and the closest one, if nothing is asked for, or if a variable
-        by layer is asked for without a layer, one of shadows without shadows, one of waves where none are drawn, or a
-        direction toward a sensor of unknown altitude.
-    """
-    known = {spec.name: spec for spec in VARIABLES}
-    known.update((spec.name, spec) for spec in (term_variable(name, text) for name, text in terms.items()))
-    by_layer = {spec.name for spec in VARIABLES if LAYER in spec.dims}
-    absent = by_layer if layer_count < 2 else set[str]()
-    if not shadows:
-        absent = absent | {SHADOW_MASK}
-    if not waves:
-        absent = absent | WAVE_VARIABLES
-    directions = {spec.name for spec in DIRECTION}
-    groups = {
-        "all": set(known) - absent,
-        "terms": {TERM_PREFIX + name for name in terms},
-        "truth": {spec.name for spec in VARIABLES if spec.kind == "truth"} - absent,
-        "geometry": {spec.name for spec in (GEOMETRY if altitude else LOCATION)},
-    }
-    known.update((spec.name, spec) for spec in (*(MOVING_LOCATION if moves else LOCATION), *DIRECTION))
-    wanted: set[str] = set()
-    for name in requested:
-        if name not in groups and name not in known:
-            raise ValueError(f"unknown output variable '{name}'; {choose_from(name, [*groups, *known])}")
-        if name in by_layer and layer_count == 0:
-            raise ValueError(f"'{name}': the scene has no cloud layer; allowed: with one or two layers")
-        if name == SHADOW_MASK and not shadows:
-            raise ValueError(f"'{name}': clouds cast no shadows; allowed: with slant.shadows = true")
-        if name in WAVE_VARIABLES and not waves:
-            raise ValueError(f"'{name}': the scene draws no waves; allowed: with sea.waves = \"resolved\"")
-        if name in directions and not altitude:
-            raise ValueError(f"'{name}': the altitude of the sensor is not known; allowed: with platform.altitude")
-        wanted |= groups.get(name, {name})
-    if not wanted:
-        raise ValueError(f"no output variable is asked for; {choose_from('', [*groups, *known])}")
-    return [spec for name, spec in known.items() if name in wanted]
+
+LOCATION: tuple[VariableSpec, ...] = (
+    _pixel_variable(
+        "pixel_latitude",
+        "degrees_north",
+        "latitude of the pixel",
+        f"Geodetic latitude (WGS 84) of the pixel's centre on the ellipsoid. {_MOVES}",
+        standard_name="latitude",
+        dtype="float64",
+    ),
+    _pixel_variable(
+        "pixel_longitude",
+        "degrees_east",
+        "longitude of the pixel",
+        "Geodetic longitude (WGS 84) of the pixel's centre, within half a turn of the image centre's at "
+        f"the start: it runs on beyond 180 degrees where the image crosses that meridian. {_MOVES}",
+        standard_name="longitude",
+        dtype="float64",
+    ),
+)
+"""What is known without the sensor's altitude."""
+
+DIRECTION: tuple[VariableSpec, ...] = (
+    _pixel_variable(
+        "pixel_view_zenith",
+        "degree",
+        "zenith angle of the sensor at the pixel",
+        f"Angle at the pixel's centre between the normal of the ellipsoid and the sensor. {_OF_START}",
+        standard_name="sensor_zenith_angle",
+        needs="altitude",
+    ),
+    _pixel_variable(
+        "pixel_view_azimuth",
+        "degree",
+        "azimuth angle of the sensor at the pixel",
+        f"Bearing from the pixel's centre toward the sensor, clockwise from north there, 0 to 360. {_OF_START}",
+        standard_name="sensor_azimuth_angle",
+        needs="altitude",
+    ),
+    _pixel_variable(
+        "pixel_slant_range",
+        "m",
+        "distance from the pixel to the sensor",
+        f"Straight line from the pixel's centre to the sensor. {_OF_START}",
+        dtype="float64",
+        needs="altitude",
+    ),
+    _pixel_variable(
+        "pixel_footprint_across",
+        "m",
+        "width of a detector's footprint across the line of sight",
+        "Slant range times the angle of one detector, which is image.pixel_size over the slant range of "
+        f"the image centre. {_OF_START}",
+        needs="altitude",
+    ),
+    _pixel_variable(
+        "pixel_footprint_along",
+        "m",
+        "length of a detector's footprint along the line of sight",
+        "Its width divided by the cosine of the view zenith. The image is sampled in squares of "
+        f"image.pixel_size all the same. {_OF_START}",
+        needs="altitude",
+    ),
+)
+"""What needs the sensor's altitude."""
+
+GEOMETRY = (*LOCATION, *DIRECTION)
+
+STANDS_FOR = {
+    "pixel_latitude": "latitude",
+    "pixel_longitude": "longitude",
+    "pixel_view_zenith": "sensor_zenith_angle",
+    "pixel_view_azimuth": "sensor_azimuth_angle",
+}
+"""Coordinates of the image centre that those of the pixels take the place of: readers expect one latitude."""
+
+MOVING_LOCATION = tuple(replace(spec, dims=FRAME) for spec in LOCATION)
+"""Where the platform moves."""

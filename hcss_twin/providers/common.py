@@ -1,18 +1,14 @@
-"""What the providers of all kinds share.
-
-Notes of providers that are told only where they apply. Not part of the frozen interface: plain text always works.
-"""
+"""What the providers of all kinds share: their declarations, and the checks of these."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from hcss_twin.core.arrays import Array
-
-"""Numbers as the contract wants them everywhere but in cloud fields: float64."""
+from hcss_twin.core.errors import choose_from
 
 
 @dataclass(frozen=True)
@@ -120,3 +116,149 @@ def applying(notes: Iterable[str], sunlight: bool, shortest_um: float) -> tuple[
         if not isinstance(note, Note) or ((sunlight or not note.sunlight) and shortest_um < note.below_um)
     )
     return tuple(dict.fromkeys(told))
+
+
+DEPENDENCIES = ("view_zenith", "sun_zenith", "relative_azimuth", "thickness", "time")
+"""What ``Declares.depends_on`` may name."""
+
+RANGES = ("wavenumber_cm1", "view_zenith", "target_altitude_m")
+"""What ``Declares.valid`` may name: ranges that the engine keeps to."""
+
+LEGS = ("any", "to_space")
+"""What ``Declares.legs`` may be."""
+
+LAYER_OPTIONS = ("coverage_mode", "edge_taper")
+"""Fields of a cloud layer that a generator may leave aside, and what its ``honours`` may name."""
+
+FRACTION_TOLERANCE = 1e-9
+"""Rounding error of emissivity, transmittance, albedo and moments at their limits; kit and run allow the same."""
+
+MEASURED = ("photon_rate", "digital_number", "saturated")
+"""What ``Sensor.variables`` may name."""
+
+
+def check_declares(declares: Declares) -> None:
+    """Check the names, ranges and types of a declaration.
+
+    Raises
+    ------
+    ValueError
+        If it names an unknown dependency or range, a range is not (low, high), the native grid does not ascend, or
+        another field has the wrong type.
+    """
+    for name in declares.depends_on:
+        if name not in DEPENDENCIES:
+            raise ValueError(f"declares.depends_on names '{name}'; {choose_from(name, DEPENDENCIES)}")
+    for name, bounds in declares.valid.items():
+        if name not in RANGES:
+            raise ValueError(f"declares.valid names '{name}', which nobody keeps to; {choose_from(name, RANGES)}")
+        if len(bounds) != 2 or not bounds[0] <= bounds[1]:
+            raise ValueError(f"declares.valid['{name}'] is {bounds}; expected (low, high)")
+    if declares.legs not in LEGS:
+        raise ValueError(f"declares.legs is {declares.legs!r}; {choose_from(str(declares.legs), LEGS)}")
+    if not (math.isfinite(declares.resolution_cm1) and declares.resolution_cm1 >= 0.0):
+        raise ValueError(f"declares.resolution_cm1 is {declares.resolution_cm1!r}; allowed: 0 or more")
+    # A lone string is a sequence of letters, each of which would become a note.
+    for name in ("notes", "own_errors"):
+        told = getattr(declares, name)
+        if not isinstance(told, tuple) or not all(isinstance(each, str) for each in told):
+            raise ValueError(f"declares.{name} is {told!r}; expected a tuple of strings")
+    for phase, notes in declares.notes_by_phase.items():
+        if not isinstance(notes, tuple) or not all(isinstance(each, str) for each in notes):
+            raise ValueError(f"declares.notes_by_phase['{phase}'] is {notes!r}; expected a tuple of strings")
+    for name in ("evolves", "tileable", "remembers"):
+        if not isinstance(getattr(declares, name), bool):
+            raise ValueError(f"declares.{name} is {getattr(declares, name)!r}; expected True or False")
+    reach = declares.reach_pixels
+    if reach is not None and (isinstance(reach, bool) or not isinstance(reach, int) or reach < 0):
+        raise ValueError(f"declares.reach_pixels is {reach!r}; expected None or a whole number, 0 or more")
+    _check_grid(declares.native_grid_cm1)
+
+
+def _check_grid(grid: Any) -> None:
+    if grid is None:
+        return
+    import numpy as np
+
+    nodes = np.asarray(grid)
+    if nodes.ndim != 1 or nodes.size < 2 or nodes.dtype.kind != "f" or not np.all(np.diff(nodes) > 0.0):
+        raise ValueError(
+            f"declares.native_grid_cm1 has shape {nodes.shape} and type {nodes.dtype}; expected two or more "
+            "ascending floating-point wavenumbers"
+        )
+
+
+def check_options(provider: Any) -> None:
+    """Check the values of the optional attributes a provider has.
+
+    Raises
+    ------
+    ValueError
+        If one is not what its kind's ``...Options`` in ``hcss_twin.providers`` says.
+    """
+    for name, (is_good, expected) in _OPTIONS.items():
+        if hasattr(provider, name) and not is_good(getattr(provider, name)):
+            raise ValueError(f"{name} is {getattr(provider, name)!r}; expected {expected}")
+
+
+def check_measured(variables: Any) -> None:
+    """Check what a sensor says that it gives beside radiance.
+
+    Raises
+    ------
+    ValueError
+        If it is no tuple of names that the engine knows, each once.
+    """
+    if not isinstance(variables, tuple) or not all(isinstance(name, str) for name in variables):
+        raise ValueError(f"variables is {variables!r}; expected a tuple of names")
+    for name in variables:
+        if name not in MEASURED or variables.count(name) > 1:
+            raise ValueError(f"variables names '{name}'; {choose_from(name, MEASURED)}, each once")
+
+
+def _is_number(value: Any, high: float) -> bool:
+    try:
+        return not isinstance(value, str | bool) and 0.0 <= float(value) <= high and math.isfinite(value)
+    except (TypeError, ValueError):
+        return False
+
+
+def _is_pairs(value: Any) -> bool:
+    return (
+        isinstance(value, Sequence)
+        and not isinstance(value, str)
+        and all(
+            isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(part, str) for part in pair) for pair in value
+        )
+    )
+
+
+def _is_names(value: Any) -> bool:
+    return isinstance(value, Set) and all(isinstance(name, str) for name in value)
+
+
+_OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+    "skipped": (_is_pairs, "a tuple of pairs of text: what is left out, and why"),
+    "image_coverage": (lambda value: value is None or _is_number(value, 1.0), "None or a number from 0 to 1"),
+    "honours": (
+        lambda value: isinstance(value, tuple | list | Set) and all(each in LAYER_OPTIONS for each in value),
+        f"a tuple of names among {', '.join(LAYER_OPTIONS)}",
+    ),
+    "frame_summary": (callable, "a method"),
+    "thickness_in_frame_m": (callable, "a method"),
+    "thickness_around_m": (callable, "a method"),
+    "anisotropic": (lambda value: value in (True, False), "True or False"),
+    "significant_wave_height_m": (lambda value: _is_number(value, math.inf), "a number of metres, 0 or more"),
+    "mean_square_slope": (lambda value: _is_number(value, math.inf), "a number, 0 or more"),
+    "reflection_weights": (callable, "a method"),
+    "wave_slope_rms": (callable, "a method"),
+    "wave_field": (callable, "a method"),
+    "tilted": (callable, "a method"),
+    "path_radiance": (callable, "a method"),
+    "solar_path_radiance": (callable, "a method"),
+    "absorber_amounts": (callable, "a method"),
+    "transmittance_of_amounts": (callable, "a method"),
+    "bound_profile": (callable, "a static method"),
+    "sea_sun_terms": (_is_names, "a set of names of terms"),
+    "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
+}

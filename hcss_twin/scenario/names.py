@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, HcssError, Problem, ScenarioError, closest
-from hcss_twin.cube.variables import expand
+from hcss_twin.cube.requested_variables import expand
 from hcss_twin.models.atmosphere.profile_file import STANDARD, load_profile
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry

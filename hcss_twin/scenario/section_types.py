@@ -147,32 +147,28 @@ PlatformSpeed = Annotated[Speed | Literal["orbit"], BeforeValidator(_platform_sp
 
 
 class Platform(Section):
-    """The platform and its instrument; without `altitude` the distance to the sensor is not known.
+    """The platform and its instrument; without `altitude` the view is orthographic.
 
-    Other ways of saying `view.zenith`, `image.pixel_size` and `motion.platform_speed`: whoever gives both is told
-    (docs/viewing-geometry.md).
+    These keys replace `view.zenith`, `image.pixel_size` and `motion.platform_speed`; giving both is an error.
     """
 
     altitude: Length | None = Field(
-        None,
-        ge=LOWEST_M,
-        le=HIGHEST_M,
-        description="Altitude of the sensor above the ellipsoid, m; the other keys need it.",
+        None, ge=LOWEST_M, le=HIGHEST_M, description="Altitude above the ellipsoid, m; the other keys need it."
     )
     off_nadir: Angle | None = Field(
         None,
         ge=0,
         lt=90,
-        description="Look angle at the sensor between nadir and the image centre, degrees; instead of `view.zenith`.",
+        description="Angle at the sensor between nadir and image centre, degrees; replaces `view.zenith`.",
     )
     focal_length: InstrumentLength | None = Field(
-        None, gt=0, le=100, description="Focal length, m; with detector_pitch instead of `image.pixel_size`."
+        None, gt=0, le=100, description="Focal length, m; with detector_pitch it replaces `image.pixel_size`."
     )
     detector_pitch: InstrumentLength | None = Field(
         None, gt=0, le=0.01, description="Distance between detectors, m; with focal_length."
     )
     mode: Literal["staring", "push-broom"] | None = Field(
         None,
-        description='"staring": the footprint stands still; "push-broom": it moves, by default as fast as a circular '
-        "orbit carries it; default: as `motion.platform_speed` says.",
+        description='"staring": the footprint does not move; "push-broom": it moves, by default with the speed of a '
+        "circular orbit.",
     )

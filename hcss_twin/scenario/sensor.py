@@ -24,31 +24,24 @@ FOLDER = "sensors"
 
 
 class Sensor(Section):
-    """What a sensor makes of the radiance; without the section no sensor, and only the clean cube.
-
-    With it a run also writes `NAME.sensor.nc` beside the clean `NAME.nc` (docs/sensor.md).
-    """
+    """The sensor: with this section a run also writes `NAME.sensor.nc` beside the clean `NAME.nc`."""
 
     name: str | None = Field(
         None,
         min_length=1,
-        description="Named sensor whose model, parameters and bands are taken where the scenario gives none: a catalog "
-        "name or a TOML file of the same form.",
+        description="Catalog name or TOML file of a sensor, for the model, parameters and bands that the scenario does "
+        "not give.",
     )
     model: str | None = Field(
-        None, description=f"Sensor model (see `hcss plugins`); default: that of the named sensor, or `{DEFAULT_MODEL}`."
+        None, description=f"Sensor model (see `hcss plugins`); default: that of `name`, or `{DEFAULT_MODEL}`."
     )
     parameters: dict[str, Any] = Field(
-        default_factory=dict, description="Parameters of the model; they go before those of the named sensor."
+        default_factory=dict, description="Parameters of the model; they override those of `name`."
     )
     variables: tuple[str, ...] = Field(
-        (),
-        description='What the cube of the sensor holds beside radiance and truth: "photon_rate", "digital_number", '
-        '"saturated", or "all" that the sensor gives.',
+        (), description='Variables beside radiance and truth: "photon_rate", "digital_number", "saturated", or "all".'
     )
-    seed: Whole | None = Field(
-        None, ge=0, lt=2**63, description="Seed of the sensor's random numbers; default: that of the scenario."
-    )
+    seed: Whole | None = Field(None, ge=0, lt=2**63, description="Seed of the noise; default: that of the scenario.")
 
 
 class NamedSensor(Section):

@@ -13,18 +13,14 @@ import pytest
 
 # The classes live outside the test files that inherit them; this gives their asserts full messages.
 pytest.register_assert_rewrite(
-    *(
-        f"hcss_twin.testing.{name}"
-        for name in ("atmosphere", "clouds", "optics", "radiance", "registration", "sea", "sensor")
-    )
+    *(f"hcss_twin.testing.{name}" for name in ("clouds", "optics", "radiance", "registration", "sea", "sensor"))
 )
 
-from hcss_twin.testing.atmosphere import TransmittanceContract  # noqa: E402
 from hcss_twin.testing.clouds import CloudGeneratorContract  # noqa: E402
-from hcss_twin.testing.optics import OpticsContract  # noqa: E402
+from hcss_twin.testing.optics import OpticsContract, TransmittanceContract  # noqa: E402
 from hcss_twin.testing.radiance import RadianceModelContract  # noqa: E402
 from hcss_twin.testing.registration import assert_registered  # noqa: E402
-from hcss_twin.testing.samples import (  # noqa: E402  # noqa: E402
+from hcss_twin.testing.samples import (  # noqa: E402
     PlainGas,
     PlainOptics,
     PlainSea,

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
-from hcss_twin.providers.registry.declared import check_declares, check_options
+from hcss_twin.providers.common import check_declares, check_options
 from hcss_twin.testing.samples import sample_cloud_inputs, still
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, SeaInputs, SeaModel
-from hcss_twin.providers.registry.declared import check_declares, check_options
+from hcss_twin.providers.common import check_declares, check_options
 from hcss_twin.testing.samples import frozen, sample_sea_inputs, sample_wavenumbers
 
 _MU_OUT = frozen([1.0, 0.95, 0.9, 0.7, 0.5, 0.8])

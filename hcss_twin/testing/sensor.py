@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
-from hcss_twin.providers.registry.declared import check_declares, check_measured, check_options
+from hcss_twin.providers.common import check_declares, check_measured, check_options
 from hcss_twin.testing.samples import frozen, sample_sensor_inputs
 
 _FRAMES = 3

@@ -10,7 +10,8 @@ from provider_api_text import COMMAND, SNAPSHOT, api, broken_promises, described
 
 import hcss_twin
 from hcss_twin import providers
-from hcss_twin.providers.registry import Kind, declared
+from hcss_twin.providers import common as declared
+from hcss_twin.providers.registry import Kind
 from hcss_twin.testing import SeaModelContract
 
 
@@ -165,7 +166,7 @@ def test_every_optional_member_the_engine_looks_for_is_documented_and_no_other()
     files = [path for folder in folders for path in folder.rglob("*.py")]
     files += [
         package / "models" / "atmosphere" / "path_radiance.py",
-        *(package / "providers" / "registry" / each for each in ("creation.py", "guard.py")),
+        *(package / "providers" / "registry" / each for each in ("registry.py", "guard.py")),
     ]
     found = {name for path in files for name in asked_for(path)} - {"declares"}
     assert found == options() == set(declared._OPTIONS)

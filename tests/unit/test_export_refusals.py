@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
+from example_cube import example_frame, example_header
 
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.export.cube_export import export_cube
 from hcss_twin.cube.export.place import axis, local_plane
 from hcss_twin.cube.writer import CubeWriter

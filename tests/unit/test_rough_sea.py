@@ -88,7 +88,7 @@ def test_foam_laws_have_their_published_coefficients():
     ("changes", "message"),
     [
         ({"wind": 60.1}, r"wind_speed_m_s 60.1: allowed 0 to 60"),
-        ({"wind": 20.1, "slopes": "gram-charlier"}, r"sea.wind_speed: 20.1 m/s with .*'gram-charlier'; allowed: 0 to 20"),
+        ({"wind": 20.1, "slopes": "gram-charlier"}, r"sea.wind_speed: 20.1 m/s with .*'gram-charlier'; .* 0 to 20"),
         ({"temperature_K": 250.0}, r"sea.temperature: 250 K .* 263.15 to 318.15.*water_temperature"),
     ],
 )

@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
-from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
 from hcss_twin.cube.writer import variable_attributes
+from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.engine.sensing.cube_sensor import CleanCube, SceneAround, read_clean
 from hcss_twin.engine.sensing.provenance import sensor_attributes
 from hcss_twin.engine.tables.radiance_tables import RadianceTables

@@ -20,8 +20,7 @@ from hcss_twin import providers as api
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import HcssError, ProviderError
 from hcss_twin.physics.paths import Path
-from hcss_twin.providers.common import attributed
-from hcss_twin.providers.registry.declared import FRACTION_TOLERANCE, LAYER_OPTIONS
+from hcss_twin.providers.common import FRACTION_TOLERANCE, LAYER_OPTIONS, attributed
 from hcss_twin.providers.registry.discovery import FAILURES, OWN_DISTRIBUTION, Entry, describe
 from hcss_twin.providers.registry.specs import Kind
 
@@ -188,9 +187,9 @@ class _Sea(_Guard):
         return self._spectral("emissivity", mu.shape, _FRACTION, wavenumber_cm1, mu, *wind)
 
     def brdf(
-        self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, relative_azimuth: Array, wind_azimuth: Array | None = None
-    ) -> Array:  # fmt: skip
-        azimuths = (relative_azimuth,) if wind_azimuth is None else (relative_azimuth, wind_azimuth)
+        self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, azimuth: Array, wind_azimuth: Array | None = None
+    ) -> Array:
+        azimuths = (azimuth,) if wind_azimuth is None else (azimuth, wind_azimuth)
         return self._spectral("brdf", mu_out.shape, _POSITIVE, wavenumber_cm1, mu_out, mu_in, *azimuths)
 
     def _checked_reflection_weights(

@@ -1,14 +1,16 @@
-"""The registry of one run: what is installed, what is broken, and who answers to a name."""
+"""The registry of one run: which providers are installed, selection by name, construction and checks."""
 
 from __future__ import annotations
 
+import importlib
 import importlib.metadata
 from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from hcss_twin.core.errors import ProviderError, choose_from
-from hcss_twin.providers.registry import creation, defaults
+from hcss_twin.core.errors import HcssError, ProviderError, choose_from
+from hcss_twin.providers.common import check_declares, check_measured, check_options
+from hcss_twin.providers.registry import defaults
 from hcss_twin.providers.registry.discovery import (
     FAILURES,
     OWN_DISTRIBUTION,
@@ -167,11 +169,18 @@ class Registry:
         ProviderError
             If it cannot be imported or is no pydantic model.
         """
-        return creation.parameters_model(entry)
+        if entry.spec.parameters is None:
+            return None
+        from pydantic import BaseModel
+
+        model = _load(entry, entry.spec.parameters)
+        if not (isinstance(model, type) and issubclass(model, BaseModel)):
+            raise ProviderError(f"{entry.label}: '{entry.spec.parameters}' is no pydantic model")
+        return model
 
     def provider_class(self, entry: Entry) -> Any:
         """Import a provider's class without constructing it; raises ``ProviderError``."""
-        return creation.provider_class(entry)
+        return _load(entry, entry.spec.target)
 
     def bound_profile(self, entry: Entry, parameters: BaseModel | None, catalog: Catalog) -> Profile | None:
         """Return the one profile a transmittance provider belongs to; None if it takes any.
@@ -179,9 +188,23 @@ class Registry:
         Raises
         ------
         ProviderError
-            If its class cannot be imported or fails to answer.
+            If its class cannot be imported, or its ``bound_profile`` fails or returns no profile.
         """
-        return creation.bound_profile(entry, parameters, catalog)
+        from hcss_twin.physics.profile import Profile
+
+        method = getattr(self.provider_class(entry), "bound_profile", None)
+        if method is None:
+            return None
+        model = self.parameters_model(entry)
+        try:
+            profile = method(model() if model is not None and parameters is None else parameters, catalog)
+        except HcssError:
+            raise
+        except FAILURES as error:
+            raise ProviderError(f"{entry.label}: bound_profile() raised {describe(error)}") from error
+        if not isinstance(profile, Profile):
+            raise ProviderError(f"{entry.label}: bound_profile() returned {type(profile).__name__}; expected Profile")
+        return profile
 
     def create(self, entry: Entry, inputs: Any, parameters: BaseModel | None = None) -> Any:
         """Import a provider's class and construct it as ``Class(inputs, parameters)``.
@@ -202,7 +225,32 @@ class Registry:
             If the class cannot be imported or constructed, or what it constructs is not a provider of
             its kind. A deliberate error (``HcssError``) of its constructor passes unchanged.
         """
-        return creation.create(entry, inputs, parameters)
+        model = self.parameters_model(entry)
+        if model is None and parameters is not None:
+            raise ProviderError(f"{entry.label} accepts no parameters; got {parameters!r}")
+        factory = self.provider_class(entry)
+        try:
+            if model is not None and parameters is None:
+                parameters = model()
+            if model is not None and not isinstance(parameters, model):
+                raise ProviderError(
+                    f"{entry.label}: parameters are {type(parameters).__name__}; expected {model.__name__}"
+                )
+            provider = factory(inputs, parameters)
+        except HcssError:
+            raise
+        except FAILURES as error:
+            raise ProviderError(f"{entry.label} cannot be constructed: {describe(error)}") from error
+        _check_provider(entry, provider)
+        return provider
+
+
+def _load(entry: Entry, target: str) -> Any:
+    module, _, attribute = target.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: cannot import '{target}': {describe(error)}") from error
 
 
 def _loader(found: importlib.metadata.EntryPoint | BaseException) -> Callable[[], object]:
@@ -215,3 +263,33 @@ def _loader(found: importlib.metadata.EntryPoint | BaseException) -> Callable[[]
             raise ProviderError(f"import of '{found.value}' failed: {describe(error)}") from error
 
     return load
+
+
+def _check_provider(entry: Entry, provider: Any) -> None:
+    import hcss_twin.providers as providers
+
+    protocol = getattr(providers, entry.kind.protocol)
+    attributes = set(protocol.__annotations__)
+    methods = {name for name, value in vars(protocol).items() if callable(value) and not name.startswith("_")}
+    try:
+        missing = [name for name in attributes | methods if not hasattr(provider, name)]
+        missing += [f"{name}()" for name in methods - set(missing) if not callable(getattr(provider, name))]
+        declares = getattr(provider, "declares", None)
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: reading its attributes failed: {describe(error)}") from error
+    if missing:
+        raise ProviderError(
+            f"{entry.label}: {type(provider).__name__} lacks {', '.join(sorted(missing))} "
+            f"of hcss_twin.providers.{entry.kind.protocol}"
+        )
+    if not isinstance(declares, providers.Declares):
+        raise ProviderError(
+            f"{entry.label}: declares is {type(declares).__name__}; expected hcss_twin.providers.Declares"
+        )
+    try:
+        check_declares(declares)
+        check_options(provider)
+        if entry.kind is Kind.SENSORS:
+            check_measured(provider.variables)
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: {error}") from error

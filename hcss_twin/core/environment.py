@@ -1,14 +1,37 @@
-"""Telling that kernels are compiled, which a run on a machine does for those that no run before it has needed.
-
-A first scene needs most of them; one with waves, two layers or a sensor needs others, and so does another type of
-number.
-"""
+"""The software environment: versions of the libraries, and compilation of kernels."""
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
+from importlib import metadata
 from typing import Any
+
+LIBRARIES = ("numpy", "numba", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of this package, of Python and of the libraries that have a share in the numbers."""
+    found = {"hcss-twin": _loaded("hcss-twin"), "python": platform.python_version()}
+    found.update((name, _loaded(name)) for name in LIBRARIES)
+    return found
+
+
+def installed_version(distribution: str) -> str:
+    """Return the version of a distribution, or ``not installed``."""
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+@cache
+def _loaded(distribution: str) -> str:
+    """Version of what this process has loaded, whatever is installed later; reading it takes a millisecond."""
+    return installed_version(distribution)
+
 
 COMPILING = "compiling kernels that no run on this machine needed before, to be kept (up to half a minute) ..."
 
