@@ -112,6 +112,12 @@ def test_every_format_has_names_of_its_own(cube):
     assert len(set(files)) == len(files)
 
 
+def test_a_missing_rasterio_is_told_with_the_command(cube, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "rasterio", None)
+    with pytest.raises(CubeError, match=r"rasterio; install it with: pip install 'hcss-twin\[geotiff\]'"):
+        export_cube(cube, "geotiff")
+
+
 def test_a_missing_astropy_is_told_with_the_command(cube, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "astropy.io", None)
     with pytest.raises(CubeError, match=r"astropy; install it with: pip install 'hcss-twin\[fits\]'"):

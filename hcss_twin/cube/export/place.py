@@ -43,6 +43,18 @@ class LocalPlane:
         return self.semi_major_m == WGS84_SEMI_MAJOR_M and self.inverse_flattening == WGS84_INVERSE_FLATTENING
 
     @property
+    def proj_text(self) -> str:
+        """Coordinate system as text for PROJ."""
+        figure = (
+            "+datum=WGS84"
+            if self.is_wgs84
+            else f"+R={self.semi_major_m!r}"
+            if self.inverse_flattening == 0.0
+            else f"+a={self.semi_major_m!r} +rf={self.inverse_flattening!r}"
+        )
+        return f"+proj=aeqd +lat_0={self.latitude!r} +lon_0={self.longitude!r} {figure} +units=m +no_defs"
+
+    @property
     def esri_wkt(self) -> str:
         """Well-known text in the dialect of ESRI, which ENVI and GDAL read."""
         figure, datum, system = (
