@@ -57,11 +57,8 @@ BOUND = "bound"
 VERTEX = "vertex"
 GRID_MAPPING = "local_plane"
 
-_AZIMUTH = (
-    "Bearing from the surface point toward the {body}, clockwise from north. The relative azimuth of sensor "
-    "and sun is 0 with the sensor on the sun's side and 180 degrees toward the specular reflection."
-)
-_ZENITH = "Angle at the surface point between the local zenith and the direction toward the {body}."
+_AZIMUTH = "Bearing from the surface point toward the {body}, clockwise from north."
+_ZENITH = "Angle at the surface point between the zenith and the {body}."
 
 
 def _coordinate(
@@ -83,7 +80,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         ("time",),
         "seconds since the start",
         "time of the frame",
-        "Instant at which the frame is taken.",
+        "Time of the frame.",
         "time",
         axis="T",
         calendar="standard",
@@ -94,8 +91,8 @@ COORDINATES: tuple[VariableSpec, ...] = (
         ("y",),
         "m",
         "distance north of the image centre",
-        "Pixel centre in the local plane, relative to the centre of its own frame (of the whole image, where the cube "
-        "is a window of it); grows with the row.",
+        "Pixel centre in the local plane, from the centre of its frame (of the whole image, if the cube is a window); "
+        "grows with the row.",
         "projection_y_coordinate",
         axis="Y",
     ),
@@ -104,9 +101,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         ("x",),
         "m",
         "distance east of the image centre",
-        "Pixel centre in the local plane, relative to the centre of its own frame (of the whole image, where the cube "
-        "is a window of it); grows with the column. "
-        "The platform moves along +x.",
+        "As y; grows with the column. The platform moves along +x.",
         "projection_x_coordinate",
         axis="X",
     ),
@@ -119,7 +114,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         ("band",),
         "um",
         "central wavelength of the band",
-        "Central wavelength in vacuum of the band.",
+        "Central wavelength in vacuum.",
         "sensor_band_central_radiation_wavelength",
         bounds="wavelength_bounds",
     ),
@@ -128,8 +123,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         ("band", BOUND),
         "um",
         "limits of the band",
-        "Lower and upper limit between which spectral radiance is integrated; as a CF boundary variable it "
-        "has no attributes of its own.",
+        "Limits of the integral over wavelength; a CF boundary variable without attributes.",
     ),
     _coordinate(
         "layer_name", (LAYER,), None, "name of the cloud layer", "Cloud type given in the scenario.", dtype="str",
@@ -139,7 +133,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         (LAYER,),
         "m",
         "altitude of the layer's base",
-        "Altitude above the sea that the clouds of the layer nowhere reach below.",
+        "Lowest altitude of the layer's clouds above the sea.",
         positive="up",
     ),
     _coordinate(
@@ -147,7 +141,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         (LAYER,),
         "m",
         "altitude of the layer's highest top",
-        "Altitude above the sea that the clouds of the layer nowhere exceed.",
+        "Highest altitude of the layer's clouds above the sea.",
         positive="up",
     ),
     _coordinate(
@@ -155,7 +149,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         (),
         "degrees_north",
         "latitude of the image centre at the start",
-        "Latitude of the image centre at the scenario's start.",
+        "Image centre at the start.",
         "latitude",
     ),
     _coordinate(
@@ -163,7 +157,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         (),
         "degrees_east",
         "longitude of the image centre at the start",
-        "Longitude of the image centre at the scenario's start.",
+        "Image centre at the start.",
         "longitude",
     ),
     _coordinate(
@@ -171,7 +165,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         (VERTEX,),
         "degrees_north",
         "latitude of the footprint's outline",
-        "Points on the outline of all frames together, anticlockwise from the south-west corner.",
+        "Outline of all frames together, anticlockwise from the south-west corner.",
         "latitude",
     ),
     _coordinate(
@@ -179,8 +173,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         (VERTEX,),
         "degrees_east",
         "longitude of the footprint's outline",
-        "Points on the outline of all frames together; they run on beyond 180 degrees where the outline "
-        "crosses that meridian.",
+        "Outline of all frames together; beyond 180 degrees where it crosses that meridian.",
         "longitude",
     ),
     _coordinate(
@@ -188,7 +181,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         (),
         "m",
         "altitude of the image plane",
-        "The plane of x and y, the footprint and the angles at the surface point belong to the sea surface.",
+        "0: x, y, footprint and angles refer to the sea surface.",
         "altitude",
         axis="Z",
         positive="up",
@@ -213,7 +206,7 @@ COORDINATES: tuple[VariableSpec, ...] = (
         (),
         "m",
         "altitude of the sensor",
-        "Altitude of the sensor above the ellipsoid; only where the scenario says it.",
+        "Altitude above the ellipsoid, if the scenario has it.",
         "height_above_reference_ellipsoid",
         positive="up",
     ),

@@ -43,109 +43,93 @@ class AttributeSpec:
 
 PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec(
-        FORMAT_ATTRIBUTE, "integer", ALWAYS, f"{FORMAT_VERSION}; written last, so that a file that has it is finished."
+        FORMAT_ATTRIBUTE, "integer", ALWAYS, f"{FORMAT_VERSION}; written last, as the mark of a finished file."
     ),
-    AttributeSpec(
-        SCENARIO_ATTRIBUTE, "JSON", ALWAYS, "The scenario with every default filled in; it can be run again."
-    ),
+    AttributeSpec(SCENARIO_ATTRIBUTE, "JSON", ALWAYS, "The scenario with all defaults; it can be run again."),
     AttributeSpec("hcss_seed", "text", ALWAYS, "The scenario's seed."),
-    AttributeSpec("hcss_versions", "JSON", ALWAYS, "Versions of hcss-twin, Python and the libraries, by name."),
+    AttributeSpec("hcss_versions", "JSON", ALWAYS, "Versions of hcss-twin, Python and libraries."),
+    AttributeSpec("hcss_providers", "JSON", ALWAYS, "`name`, `distribution` and `version` of each provider, by kind."),
+    AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name or path."),
     AttributeSpec(
-        "hcss_providers",
-        "JSON",
-        ALWAYS,
-        "`name`, `distribution` and `version` of each provider by kind; clouds of several layers are numbered.",
+        "hcss_filled_in", "JSON", ALWAYS, "Values that the scenario left open: list of `field`, `value` and `why`."
     ),
-    AttributeSpec(
-        "hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read: by its name in the catalog, or its path."
-    ),
-    AttributeSpec("hcss_filled_in", "JSON", ALWAYS, "List of `field`, `value` and `why`: what the scenario left open."),
     AttributeSpec(
         "hcss_skipped",
         "JSON",
         ALWAYS,
-        "List of `what`, `why` and `bound`: what the run did without, and how much radiance that could have carried, "
-        "relative to that of the band ([left out](skipped.md)).",
+        "Omitted physics: list of `what`, `why` and `bound` (largest effect relative to the band radiance).",
     ),
-    AttributeSpec(
-        "hcss_notes", "JSON", ALWAYS, "List of what users should know about the providers, as they say themselves."
-    ),
+    AttributeSpec("hcss_notes", "JSON", ALWAYS, "Notes of the providers for users."),
     AttributeSpec(
         "hcss_particles",
         "JSON",
         ALWAYS,
-        "Of each cloud layer `name`, `phase`, `effective_radius_um`, `effective_variance`, `water_content_g_m3`, "
-        "`number_density_m3` and `large_particle_extinction_m1`, from the lowest.",
+        "`name`, `phase`, `effective_radius_um`, `effective_variance`, `water_content_g_m3`, `number_density_m3` and "
+        "`large_particle_extinction_m1` of each cloud layer, from the lowest.",
     ),
     AttributeSpec(
         "hcss_significant_wave_height_m", "number", "the sea model knows it", "Significant height of the waves, m."
     ),
     AttributeSpec(
-        "hcss_accuracy_requested", "number", _RADIANCE, "The error asked for, relative to the radiance of every band."
+        "hcss_accuracy_requested", "number", _RADIANCE, "Requested error relative to the radiance of each band."
     ),
     AttributeSpec(
         "hcss_accuracy_requested_kelvin",
         "number",
         "`accuracy` is in kelvin",
-        "The same in kelvin of the brightness temperature.",
+        "Requested error in kelvin of brightness temperature.",
     ),
     AttributeSpec(
         "hcss_table_error_estimated",
         "number",
         _RADIANCE,
-        "Relative error of a pixel that the tables found while they were placed.",
+        "Relative error of a pixel, estimated while the tables were built.",
     ),
-    AttributeSpec(
-        "hcss_table_errors",
-        "JSON",
-        _RADIANCE,
-        "What each approximation has of it, by name ([speed and error](speed-and-error.md)); 0 where nothing was "
-        "approximated.",
-    ),
-    AttributeSpec("hcss_wavenumbers_used", "integer", _RADIANCE, "Weighted wavenumbers that were computed."),
-    AttributeSpec("hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the whole grid that they stand for."),
+    AttributeSpec("hcss_table_errors", "JSON", _RADIANCE, "Share of each approximation in that error, by name."),
+    AttributeSpec("hcss_wavenumbers_used", "integer", _RADIANCE, "Weighted wavenumbers computed."),
+    AttributeSpec("hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the full grid that they represent."),
     AttributeSpec(
         "hcss_certificate",
         "text",
         _CHECKED,
-        "Whether random pixels that were computed again without tables keep the accuracy asked for, in words; begins "
-        "with PASSED, FAILED or NOTHING CHECKED ([certificate](certificate.md)).",
+        "Whether random pixels, computed again without tables, meet the requested accuracy; begins with PASSED, FAILED "
+        "or NOTHING CHECKED.",
     ),
     AttributeSpec(
         "hcss_accuracy_achieved",
         "JSON",
         _CHECKED,
-        "Largest relative error of the checked pixels by band; null where it is no number.",
+        "Largest relative error of the checked pixels by band; null: undefined.",
     ),
     AttributeSpec(
         "hcss_accuracy_achieved_kelvin",
         "JSON",
         "pixels are checked and `accuracy` is in kelvin",
-        "The same of the brightness temperature, K.",
+        "The same in kelvin of brightness temperature.",
     ),
     AttributeSpec("hcss_certificate_pixels", "integer", _CHECKED, "Number of pixels checked."),
     AttributeSpec(
         "hcss_certificate_strata",
         "JSON",
         _CHECKED,
-        "List with `name`, `pixels`, `checked`, `exceeding`, `error` (by band) and `left_out` (by reason) for each "
-        "kind of pixel that the checked frames have.",
+        "List of `name`, `pixels`, `checked`, `exceeding`, `error` (by band) and `left_out` (by reason) of each kind "
+        "of pixel.",
     ),
     AttributeSpec(
         "hcss_certificate_terms",
         "JSON",
         "pixels are checked and terms are requested",
-        "Largest error of each term in any band, relative to the total of the band.",
+        "Largest error of each term in any band, relative to the band radiance.",
     ),
 )
-"""What a cube says about how it was made and how far it can be trusted."""
+"""Provenance of a cube, and its accuracy."""
 
 COMPUTED: tuple[AttributeSpec, ...] = (
     AttributeSpec("Conventions", "text", ALWAYS, "CF and ACDD, with their versions."),
-    AttributeSpec("date_created", "text", ALWAYS, "When the file was written; `SOURCE_DATE_EPOCH` fixes it."),
+    AttributeSpec("date_created", "text", ALWAYS, "Time of writing; `SOURCE_DATE_EPOCH` fixes it."),
     AttributeSpec("time_coverage_start", "text", ALWAYS, "Time of the first frame."),
     AttributeSpec("time_coverage_end", "text", ALWAYS, "Time of the last frame."),
-    AttributeSpec("time_coverage_duration", "text", ALWAYS, "From the first frame to the last (ISO 8601)."),
+    AttributeSpec("time_coverage_duration", "text", ALWAYS, "First to last frame (ISO 8601)."),
     AttributeSpec("time_coverage_resolution", "text", ALWAYS, "Mean time between frames (ISO 8601)."),
     AttributeSpec("geospatial_bounds", "text", ALWAYS, "Outline of all frames together, as a WKT polygon."),
     AttributeSpec("geospatial_bounds_crs", "text", ALWAYS, "Its coordinates: EPSG:4326, latitude first."),

@@ -31,8 +31,7 @@ MEASURED_RADIANCE = VariableSpec(
     units="W m-2 sr-1",
     long_name="band-integrated radiance as measured",
     kind="radiance",
-    description="Band-integrated radiance at the sensor after its optics, detector and converter; noise may make it "
-    "negative. The radiance without them is in the clean cube.",
+    description="Band-integrated radiance after optics, detector and converter; noise may make it negative.",
 )
 
 SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
@@ -43,8 +42,8 @@ SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
         units="s-1",
         long_name="photons per second on the detector of the pixel",
         kind="derived",
-        description="Rate at which photons of the scene reach the detector of the pixel through the optics, after blur "
-        "and smear, before noise and quantum efficiency.",
+        description="Photons of the scene that reach the pixel's detector per second, after blur and smear, before "
+        "noise and quantum efficiency.",
     ),
     VariableSpec(
         name="digital_number",
@@ -53,7 +52,7 @@ SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="digital number",
         kind="derived",
-        description="Number that the converter reads out.",
+        description="Output of the converter.",
         lowest=0.0,
     ),
     VariableSpec(
@@ -63,8 +62,8 @@ SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="flag of values beyond the range of the sensor",
         kind="derived",
-        description="1 where detector or converter are at their upper end, 2 where the converter is at 0; the radiance "
-        "there is that of the end.",
+        description="1: detector or converter at the upper end of its range; 2: converter at 0. The radiance there is "
+        "that of the end.",
         attributes={
             "flag_values": np.array([0, 1, 2], dtype=np.uint8),
             "flag_meanings": "within_range saturated cut_at_zero",

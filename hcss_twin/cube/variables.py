@@ -94,8 +94,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="W m-2 sr-1",
         long_name="band-integrated radiance at the sensor",
         kind="radiance",
-        description="Spectral radiance that leaves the top of the atmosphere toward the sensor, integrated "
-        "over the band; the sum of all terms.",
+        description="Spectral radiance at the top of the atmosphere toward the sensor, integrated over the band; the "
+        "sum of all terms.",
         lowest=0.0,
     ),
     VariableSpec(
@@ -105,8 +105,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="K",
         long_name="brightness temperature in the band",
         kind="derived",
-        description="Temperature of the black body whose radiance, integrated over the same band, equals "
-        "the radiance. It has no thermal meaning where sunlight dominates.",
+        description="Temperature of the black body with the same band radiance; without thermal meaning where sunlight "
+        "dominates.",
         standard_name="toa_brightness_temperature",
         attributes=_ON_SCALE,
         lowest=0.0,
@@ -118,8 +118,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="cloud mask",
         kind="truth",
-        description="1 where the pixel holds cloud of any thickness in any layer, on whatever part of its "
-        "footprint; 0 where it is clear.",
+        description="1: cloud of any thickness in any layer on any part of the footprint; 0: clear.",
         standard_name="cloud_binary_mask",
         attributes={"flag_values": np.array([0, 1], dtype=np.uint8), "flag_meanings": "clear cloudy"},
         lowest=0.0,
@@ -130,9 +129,9 @@ VARIABLES: tuple[VariableSpec, ...] = (
         dims=FRAME,
         dtype="float32",
         units="1",
-        long_name="cloudy part of the pixel",
+        long_name="cloud fraction of the pixel",
         kind="truth",
-        description="Part of the pixel's points that hold cloud of any layer; with one point per pixel the cloud mask.",
+        description="Fraction of the pixel's points with cloud in any layer.",
         standard_name="cloud_area_fraction",
         lowest=0.0,
         highest=1.0,
@@ -144,8 +143,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="mask of clouds' shadows on the sea",
         kind="truth",
-        description="1 where the sun's path to the sea crosses cloud of any thickness on some part of the pixel that "
-        "is seen clear; 0 elsewhere, where the whole pixel is cloudy, and with the sun below the horizon.",
+        description="1: on some clear part of the pixel cloud is between sun and sea; 0: elsewhere, where the whole "
+        "pixel is cloudy, and with the sun below the horizon.",
         needs="shadows",
         attributes={"flag_values": np.array([0, 1], dtype=np.uint8), "flag_meanings": "not_shadowed shadowed"},
         lowest=0.0,
@@ -158,8 +157,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="m",
         long_name="geometric thickness of the cloud",
         kind="truth",
-        description="Vertical extent of the cloud, summed over layers and averaged over the footprint of the pixel "
-        "including its clear part; 0 where clear.",
+        description="Vertical extent of the cloud, summed over layers, mean over the footprint with its clear part.",
         lowest=0.0,
     ),
     VariableSpec(
@@ -169,8 +167,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="m",
         long_name="geometric thickness of the cloud in each layer",
         kind="truth",
-        description="Vertical extent of the cloud of one layer, averaged over the footprint of the pixel including "
-        "its clear part; 0 where clear. Layers run from the lowest to the highest.",
+        description="Vertical extent of the cloud of one layer, mean over the footprint with its clear part; layers "
+        "from the lowest to the highest.",
         needs="layers",
         lowest=0.0,
     ),
@@ -181,9 +179,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="optical thickness of the cloud",
         kind="truth",
-        description="Vertical extinction optical thickness of the cloud particles at the central wavelength "
-        "of the band, summed over layers and averaged over the footprint of the pixel including its clear part; "
-        "0 where clear.",
+        description="Vertical extinction optical thickness of the cloud particles at the central wavelength of the "
+        "band, summed over layers, mean over the footprint with its clear part.",
         standard_name="atmosphere_optical_thickness_due_to_cloud",
         lowest=0.0,
     ),
@@ -194,8 +191,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="m",
         long_name="altitude of the cloud top",
         kind="truth",
-        description="Altitude above the sea of the top of the highest cloud, averaged over the cloudy points of the "
-        "pixel; missing where clear.",
+        description="Altitude of the top of the highest cloud above the sea, mean over the cloudy points; missing "
+        "where clear.",
         standard_name="cloud_top_altitude",
         lowest=0.0,
         may_be_missing=True,
@@ -207,8 +204,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="K",
         long_name="temperature at the cloud top",
         kind="truth",
-        description="Temperature of the highest cloud at its top, averaged over the cloudy points of the pixel; "
-        "missing where clear.",
+        description="Temperature at the top of the highest cloud, mean over the cloudy points; missing where clear.",
         standard_name="air_temperature_at_cloud_top",
         attributes=_ON_SCALE,
         lowest=0.0,
@@ -222,8 +218,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
             units="1",
             long_name=f"slope of the sea toward {bearing}",
             kind="truth",
-            description=f"Slope of the waves longer than two points of the image along {axis}, averaged over the "
-            "footprint of the pixel, also under clouds; only with resolved waves (sea.waves).",
+            description=f"Slope along {axis} of the waves longer than two points of the image, mean over the "
+            "footprint, also under clouds; only with resolved waves (sea.waves).",
             needs="waves",
         )
         for axis, bearing in (("x", "east"), ("y", "north"))
@@ -253,8 +249,8 @@ def term_variable(name: str, description: str) -> VariableSpec:
     )
 
 
-_MOVES = "With a platform that moves it has the dimension time in front."
-_OF_START = "Sensor and image move together: that of the start stands for every frame."
+_MOVES = "Also along time if the platform moves."
+_OF_START = "The same in every frame."
 
 
 def _pixel_variable(
@@ -282,20 +278,20 @@ LOCATION: tuple[VariableSpec, ...] = (
         "pixel_longitude",
         "degrees_east",
         "longitude of the pixel",
-        "Geodetic longitude (WGS 84) of the pixel's centre, within half a turn of the image centre's at "
-        f"the start: it runs on beyond 180 degrees where the image crosses that meridian. {_MOVES}",
+        "Geodetic longitude (WGS 84) of the pixel's centre, beyond 180 degrees where the image crosses that meridian. "
+        f"{_MOVES}",
         standard_name="longitude",
         dtype="float64",
     ),
 )
-"""What is known without the sensor's altitude."""
+"""Coordinates that do not depend on the sensor's altitude."""
 
 DIRECTION: tuple[VariableSpec, ...] = (
     _pixel_variable(
         "pixel_view_zenith",
         "degree",
         "zenith angle of the sensor at the pixel",
-        f"Angle at the pixel's centre between the normal of the ellipsoid and the sensor. {_OF_START}",
+        f"Angle at the pixel's centre between the ellipsoid's normal and the sensor. {_OF_START}",
         standard_name="sensor_zenith_angle",
         needs="altitude",
     ),
@@ -303,7 +299,7 @@ DIRECTION: tuple[VariableSpec, ...] = (
         "pixel_view_azimuth",
         "degree",
         "azimuth angle of the sensor at the pixel",
-        f"Bearing from the pixel's centre toward the sensor, clockwise from north there, 0 to 360. {_OF_START}",
+        f"Bearing from the pixel's centre toward the sensor, 0 to 360. {_OF_START}",
         standard_name="sensor_azimuth_angle",
         needs="altitude",
     ),
@@ -311,7 +307,7 @@ DIRECTION: tuple[VariableSpec, ...] = (
         "pixel_slant_range",
         "m",
         "distance from the pixel to the sensor",
-        f"Straight line from the pixel's centre to the sensor. {_OF_START}",
+        f"Distance from the pixel's centre to the sensor. {_OF_START}",
         dtype="float64",
         needs="altitude",
     ),
@@ -319,20 +315,19 @@ DIRECTION: tuple[VariableSpec, ...] = (
         "pixel_footprint_across",
         "m",
         "width of a detector's footprint across the line of sight",
-        "Slant range times the angle of one detector, which is image.pixel_size over the slant range of "
-        f"the image centre. {_OF_START}",
+        "Slant range times the angle of a detector: image.pixel_size over the slant range of the image centre. "
+        f"{_OF_START}",
         needs="altitude",
     ),
     _pixel_variable(
         "pixel_footprint_along",
         "m",
         "length of a detector's footprint along the line of sight",
-        "Its width divided by the cosine of the view zenith. The image is sampled in squares of "
-        f"image.pixel_size all the same. {_OF_START}",
+        f"Width over the cosine of the view zenith; pixels are squares of image.pixel_size all the same. {_OF_START}",
         needs="altitude",
     ),
 )
-"""What needs the sensor's altitude."""
+"""Coordinates that need the sensor's altitude."""
 
 GEOMETRY = (*LOCATION, *DIRECTION)
 
@@ -342,7 +337,7 @@ STANDS_FOR = {
     "pixel_view_zenith": "sensor_zenith_angle",
     "pixel_view_azimuth": "sensor_azimuth_angle",
 }
-"""Coordinates of the image centre that those of the pixels take the place of: readers expect one latitude."""
+"""Coordinates of the image centre that those of the pixels replace: readers expect one latitude."""
 
 MOVING_LOCATION = tuple(replace(spec, dims=FRAME) for spec in LOCATION)
-"""Where the platform moves."""
+"""Location for a moving platform."""
