@@ -13,42 +13,39 @@ from hcss_twin.core.errors import choose_from
 
 @dataclass(frozen=True)
 class Declares:
-    """What a provider says about itself; it only removes work or places nodes.
+    """Properties of a provider that let the engine skip work or place nodes.
 
-    Leave out what you do not know, but never a dependence: what ``depends_on`` leaves out may be asked for once and
-    used everywhere.
+    All have defaults. Never leave out a dependence: the engine may reuse one result for all values of other variables.
 
     Attributes
     ----------
     depends_on : frozenset of str
         Among ``view_zenith``, ``sun_zenith``, ``relative_azimuth``, ``thickness``, ``time``.
     valid : mapping of str to (low, high)
-        Ranges of validity, ends included: ``wavenumber_cm1`` of every kind but the radiance model, and of a
+        Ranges of validity, ends included: ``wavenumber_cm1`` for every kind but the radiance model; for a
         transmittance provider also ``view_zenith`` (degrees) and ``target_altitude_m`` (of the lower ends of legs).
-        Asking outside is an error.
     native_grid_cm1 : ndarray (N,), optional
-        Of a transmittance provider: ascending spectral nodes to which calls are restricted between band edges.
+        For a transmittance provider: ascending spectral nodes, the only wavenumbers of calls beside band edges.
     resolution_cm1 : float
-        Spectral resolution of its results; 0 where the provider is pointwise.
+        Spectral resolution of the results; 0: monochromatic.
     evolves : bool
-        Whether a cloud field changes other than by translation.
+        Whether a cloud field changes in other ways than by translation.
     tileable : bool
         Whether a cloud generator can give any window of a frame alone.
     notes : tuple of str
-        What a user should know; copied into plan and cube.
+        Notes for users; copied into plan and cube.
     legs : {"any", "to_space"}
-        Paths a transmittance provider knows: any legs, or only such as reach from one target to space. For the
-        latter the radiance model fits a law that serves other paths.
+        Paths of a transmittance provider: any legs, or only legs from one target to space. The radiance model fits a
+        law to the latter for other paths.
     notes_by_phase : mapping of str to tuple of str
-        The same of an optics provider, told only where a layer has particles of that phase ("water", "ice").
+        Notes of an optics provider for layers with particles of that phase ("water", "ice").
     own_errors : tuple of str
-        How far the provider itself may be off, with against what that was found: quoted beside the engine's error in
-        the certificate of a cube, never added to it.
+        Provider-stated accuracy, with its reference: quoted beside the engine's error in the certificate of a cube.
     reach_pixels : int or None
-        Of a sensor: how many rows or columns away a pixel can be that has a share in what another one measures; 0
-        where each pixel stands alone, None where the whole frame has. As much of the scene is computed around frames.
+        For a sensor: largest distance in rows or columns at which one pixel affects another; 0: none, None: the whole
+        frame. The engine computes so much of the scene around the frames.
     remembers : bool
-        Whether what a sensor measures depends on earlier frames, so that it needs all of them in order.
+        Whether measurements depend on earlier frames, so that a sensor needs all of them in order.
     """
 
     depends_on: frozenset[str] = frozenset()
@@ -72,36 +69,34 @@ class Note(str):
     ----------
     text : str
     sunlight : bool
-        Told only where sunlight is computed.
+        Only for scenes with sunlight.
     below_um : float
-        Told only where a band reaches below this wavelength.
+        Only for bands that reach below this wavelength.
     """
 
     sunlight: bool
     below_um: float
 
     def __new__(cls, text: str, *, sunlight: bool = False, below_um: float = math.inf) -> Self:
-        """Make a text that knows where it applies."""
+        """Make the text with its conditions."""
         note = super().__new__(cls, text)
         note.sunlight, note.below_um = sunlight, below_um
         return note
 
 
 def attributed(declares: Declares, speaker: str) -> Declares:
-    """Return a declaration whose notes and own errors begin with who says so.
+    """Return a declaration whose notes and own errors begin with ``speaker``, e.g. ``"optics provider ada"``."""
 
-    Parameters
-    ----------
-    declares : Declares
-    speaker : str
-        For example ``"optics provider ada"``.
-    """
-
-    def told(texts: Iterable[str]) -> tuple[str, ...]:
+    def with_speaker(texts: Iterable[str]) -> tuple[str, ...]:
         return tuple(_with_text(text, f"{speaker}: {text}") for text in texts)
 
-    by_phase = {phase: told(texts) for phase, texts in declares.notes_by_phase.items()}
-    return replace(declares, notes=told(declares.notes), notes_by_phase=by_phase, own_errors=told(declares.own_errors))
+    by_phase = {phase: with_speaker(texts) for phase, texts in declares.notes_by_phase.items()}
+    return replace(
+        declares,
+        notes=with_speaker(declares.notes),
+        notes_by_phase=by_phase,
+        own_errors=with_speaker(declares.own_errors),
+    )
 
 
 def _with_text(note: str, text: str) -> str:
@@ -109,26 +104,26 @@ def _with_text(note: str, text: str) -> str:
 
 
 def applying(notes: Iterable[str], sunlight: bool, shortest_um: float) -> tuple[str, ...]:
-    """Return the notes that apply to a scene, each once, with its sunlight and its shortest wavelength."""
-    told = (
+    """Return the notes that apply to a scene with this sunlight and shortest wavelength, each once."""
+    selected = (
         note
         for note in notes
         if not isinstance(note, Note) or ((sunlight or not note.sunlight) and shortest_um < note.below_um)
     )
-    return tuple(dict.fromkeys(told))
+    return tuple(dict.fromkeys(selected))
 
 
 DEPENDENCIES = ("view_zenith", "sun_zenith", "relative_azimuth", "thickness", "time")
 """What ``Declares.depends_on`` may name."""
 
 RANGES = ("wavenumber_cm1", "view_zenith", "target_altitude_m")
-"""What ``Declares.valid`` may name: ranges that the engine keeps to."""
+"""What ``Declares.valid`` may name."""
 
 LEGS = ("any", "to_space")
 """What ``Declares.legs`` may be."""
 
 LAYER_OPTIONS = ("coverage_mode", "edge_taper")
-"""Fields of a cloud layer that a generator may leave aside, and what its ``honours`` may name."""
+"""Fields of a cloud layer that a generator may ignore, and what its ``honours`` may name."""
 
 FRACTION_TOLERANCE = 1e-9
 """Rounding error of emissivity, transmittance, albedo and moments at their limits; kit and run allow the same."""
@@ -151,7 +146,9 @@ def check_declares(declares: Declares) -> None:
             raise ValueError(f"declares.depends_on names '{name}'; {choose_from(name, DEPENDENCIES)}")
     for name, bounds in declares.valid.items():
         if name not in RANGES:
-            raise ValueError(f"declares.valid names '{name}', which nobody keeps to; {choose_from(name, RANGES)}")
+            raise ValueError(
+                f"declares.valid names '{name}', which the engine does not use; {choose_from(name, RANGES)}"
+            )
         if len(bounds) != 2 or not bounds[0] <= bounds[1]:
             raise ValueError(f"declares.valid['{name}'] is {bounds}; expected (low, high)")
     if declares.legs not in LEGS:
@@ -160,9 +157,9 @@ def check_declares(declares: Declares) -> None:
         raise ValueError(f"declares.resolution_cm1 is {declares.resolution_cm1!r}; allowed: 0 or more")
     # A lone string is a sequence of letters, each of which would become a note.
     for name in ("notes", "own_errors"):
-        told = getattr(declares, name)
-        if not isinstance(told, tuple) or not all(isinstance(each, str) for each in told):
-            raise ValueError(f"declares.{name} is {told!r}; expected a tuple of strings")
+        texts = getattr(declares, name)
+        if not isinstance(texts, tuple) or not all(isinstance(each, str) for each in texts):
+            raise ValueError(f"declares.{name} is {texts!r}; expected a tuple of strings")
     for phase, notes in declares.notes_by_phase.items():
         if not isinstance(notes, tuple) or not all(isinstance(each, str) for each in notes):
             raise ValueError(f"declares.notes_by_phase['{phase}'] is {notes!r}; expected a tuple of strings")

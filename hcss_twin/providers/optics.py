@@ -1,4 +1,4 @@
-"""Optics: what the particles of a cloud do to light."""
+"""Optics: scattering and absorption by cloud particles."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class SingleScattering:
 
 @dataclass(frozen=True)
 class OpticsInputs:
-    """What an optics provider is built from; ``catalog`` reads data files."""
+    """Inputs of an optics provider; ``catalog`` reads data files."""
 
     catalog: Catalog
 
