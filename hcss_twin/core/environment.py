@@ -13,10 +13,10 @@ LIBRARIES = ("numpy", "numba", "scipy", "xarray", "netCDF4", "pvlib", "pydantic"
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of this package, of Python and of the libraries that have a share in the numbers."""
-    found = {"hcss-twin": _loaded("hcss-twin"), "python": platform.python_version()}
-    found.update((name, _loaded(name)) for name in LIBRARIES)
-    return found
+    """Return the versions of this package, of Python and of the libraries that affect the numbers."""
+    result = {"hcss-twin": _loaded("hcss-twin"), "python": platform.python_version()}
+    result.update((name, _loaded(name)) for name in LIBRARIES)
+    return result
 
 
 def installed_version(distribution: str) -> str:
@@ -29,30 +29,30 @@ def installed_version(distribution: str) -> str:
 
 @cache
 def _loaded(distribution: str) -> str:
-    """Version of what this process has loaded, whatever is installed later; reading it takes a millisecond."""
+    """Return the version that this process has loaded, whatever is installed later; reading it takes a millisecond."""
     return installed_version(distribution)
 
 
-COMPILING = "compiling kernels that no run on this machine needed before, to be kept (up to half a minute) ..."
+COMPILING = "compiling kernels, once on this machine (up to half a minute) ..."
 
 
 @contextmanager
-def announce_compilation(tell: Callable[[str], object]) -> Iterator[None]:
-    """Call ``tell`` with one line when the first of our kernels is compiled in this block, and never otherwise.
+def announce_compilation(report: Callable[[str], object]) -> Iterator[None]:
+    """Call ``report`` with one line when the first of our kernels is compiled in this block.
 
-    The compiler itself says so: kernels taken from its cache are none, whichever folder that is in, and those of a
-    newer version or another processor are.
+    A user would take the pause for a hang. The compiler reports it, so that kernels from its cache do not count,
+    whichever folder that is in, and those for another version or processor do.
     """
     from numba.core import event
 
     class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
-        told = False
+        announced = False
 
         def on_start(self, event: Any) -> None:
             module = event.data["dispatcher"].py_func.__module__
-            if not self.told and module.partition(".")[0] == __name__.partition(".")[0]:
-                self.told = True
-                tell(COMPILING)
+            if not self.announced and module.partition(".")[0] == __name__.partition(".")[0]:
+                self.announced = True
+                report(COMPILING)
 
         def on_end(self, event: Any) -> None:
             pass

@@ -129,15 +129,15 @@ class PixelGeometry:
         rows, columns = place
         types = {spec.name: spec.dtype for spec in self.header.geometry}
         shape = rows.stop - rows.start, columns.stop - columns.start
-        found = {name: np.empty(shape, dtype=types[name]) for name in names}
+        result = {name: np.empty(shape, dtype=types[name]) for name in names}
         if not names:
-            return found
-        # What is computed on the way takes much more memory than what is found.
+            return result
+        # What is computed on the way takes much more memory than what is result.
         for strip in _cut(rows, max(1, PIXELS_AT_ONCE // shape[1])):
             part = slice(strip.start - rows.start, strip.stop - rows.start)
             for name, values in self._strip(names, strip, columns, time_s).items():
-                found[name][part] = values
-        return found
+                result[name][part] = values
+        return result
 
     @property
     def _all(self) -> Place:

@@ -227,13 +227,13 @@ def window_attribute(header: CubeHeader) -> dict[str, Attribute]:
     place = header.window
     if place is None:
         return {}
-    told = {
+    window = {
         "rows": [place.first_row, place.first_row + header.rows],
         "columns": [place.first_column, place.first_column + header.columns],
         "image_rows": place.image_rows,
         "image_columns": place.image_columns,
     }
-    return {"hcss_window": json.dumps(told)}
+    return {"hcss_window": json.dumps(window)}
 
 
 def _identifier(header: CubeHeader) -> str:

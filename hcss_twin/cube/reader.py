@@ -110,12 +110,12 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
         dataset = xr.open_dataset(path, decode_coords="all", cache=False, **options)
     except (OSError, ValueError, RuntimeError, KeyError) as error:
         raise CubeError(f"cannot read {os.fspath(path)}: {_why_not(path, error)}") from error
-    found = dataset.attrs.get(FORMAT_ATTRIBUTE)
-    if found != FORMAT_VERSION:
+    version = dataset.attrs.get(FORMAT_ATTRIBUTE)
+    if version != FORMAT_VERSION:
         dataset.close()
-        told = "it is no finished cube" if found is None else f"it has the cube format {found}"
+        problem = "it is no finished cube" if version is None else f"it has the cube format {version}"
         raise CubeError(
-            f"cannot read {os.fspath(path)}: {told}; "
+            f"cannot read {os.fspath(path)}: {problem}; "
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
         )
     described = [*(spec.name for spec in (*COORDINATES, *GEOMETRY)), GRID_MAPPING, INFO]

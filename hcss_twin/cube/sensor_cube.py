@@ -109,8 +109,8 @@ class CubePair:
 
     def radiance(self, index: int) -> NDArray[np.float32]:
         """Read the clean radiance (B, y, x) of a frame."""
-        found: NDArray[np.float32] = np.asarray(self._clean[RADIANCE][index])
-        return found
+        radiance: NDArray[np.float32] = np.asarray(self._clean[RADIANCE][index])
+        return radiance
 
     def write_frame(self, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Write what was measured, one array of the type in its spec per variable, and copy the truth.
@@ -173,8 +173,8 @@ def measured_cube(
 def _define(
     clean: Any, measured: Any, variables: Sequence[VariableSpec], attributes: Mapping[str, Attribute | None]
 ) -> None:
-    kept = {name: clean.getncattr(name) for name in clean.ncattrs() if name != FORMAT_ATTRIBUTE}
-    for name, value in {**kept, **attributes}.items():
+    copied = {name: clean.getncattr(name) for name in clean.ncattrs() if name != FORMAT_ATTRIBUTE}
+    for name, value in {**copied, **attributes}.items():
         if value is not None:
             measured.setncattr(name, value)
     for name, dimension in clean.dimensions.items():
@@ -184,11 +184,11 @@ def _define(
             _copy_definition(measured, name, source)
     pattern = clean[RADIANCE]
     for spec in variables:
-        made = measured.createVariable(spec.name, spec.dtype, spec.dims, fill_value=False, **_layout(pattern))
-        made.setncatts(variable_attributes(spec))
+        variable = measured.createVariable(spec.name, spec.dtype, spec.dims, fill_value=False, **_layout(pattern))
+        variable.setncatts(variable_attributes(spec))
         for name in ("coordinates", "grid_mapping"):
             if name in pattern.ncattrs():
-                made.setncattr(name, pattern.getncattr(name))
+                variable.setncattr(name, pattern.getncattr(name))
 
 
 def _copy_definition(measured: Any, name: str, source: Any) -> None:
@@ -196,14 +196,14 @@ def _copy_definition(measured: Any, name: str, source: Any) -> None:
     given = {each: source.getncattr(each) for each in source.ncattrs()}
     fill = given.pop("_FillValue", None if source.dtype is str else False)
     layout = {} if source.dtype is str else _layout(source)
-    made = measured.createVariable(name, source.dtype, source.dimensions, fill_value=fill, **layout)
-    made.setncatts(given)
+    variable = measured.createVariable(name, source.dtype, source.dimensions, fill_value=fill, **layout)
+    variable.setncatts(given)
     if source.dimensions[:1] == ("time",) and source.ndim > 1:
         return
     if source.ndim:
-        made[:] = source[:]
+        variable[:] = source[:]
     elif source.dtype != np.dtype("S1"):  # containers of attributes have no value
-        made.assignValue(source.getValue())
+        variable.assignValue(source.getValue())
 
 
 def _layout(source: Any) -> dict[str, Any]:
@@ -213,7 +213,7 @@ def _layout(source: Any) -> dict[str, Any]:
         return {}
     if chunks == "contiguous" or chunks is None:
         return {"contiguous": True}
-    found: dict[str, Any] = {"chunksizes": chunks}
+    layout: dict[str, Any] = {"chunksizes": chunks}
     if filters.get("zlib"):
-        found |= {"compression": "zlib", "complevel": filters["complevel"], "shuffle": filters["shuffle"]}
-    return found
+        layout |= {"compression": "zlib", "complevel": filters["complevel"], "shuffle": filters["shuffle"]}
+    return layout

@@ -97,23 +97,23 @@ def dimensions(header: CubeHeader) -> dict[str, int]:
 
 def coordinate_attributes(spec: VariableSpec, header: CubeHeader) -> dict[str, Any]:
     """Return the attributes of a coordinate variable; boundary variables have none."""
-    found = {} if is_bounds(spec) else variable_attributes(spec)
-    return {**found, "units": time_units(header)} if spec.name == "time" else found
+    attributes = {} if is_bounds(spec) else variable_attributes(spec)
+    return {**attributes, "units": time_units(header)} if spec.name == "time" else attributes
 
 
 def variable_attributes(spec: VariableSpec) -> dict[str, Any]:
     """Return the attributes of a variable but its links to others."""
-    found: dict[str, Any] = {"long_name": spec.long_name, "comment": spec.description}
+    attributes: dict[str, Any] = {"long_name": spec.long_name, "comment": spec.description}
     if spec.standard_name is not None:
-        found["standard_name"] = spec.standard_name
+        attributes["standard_name"] = spec.standard_name
     if spec.units is not None:
-        found["units"] = spec.units
+        attributes["units"] = spec.units
     content = "coordinate" if spec.kind in ("coordinate", "geometry") else "modelResult"
     if spec.significant_bits is not None:
-        found["quantization"] = INFO
-        found["quantization_nsb"] = np.int32(spec.significant_bits)
-        found["quantization_maximum_relative_error"] = np.float32(largest_error(spec.significant_bits))
-    return {**found, "coverage_content_type": content, **spec.attributes}
+        attributes["quantization"] = INFO
+        attributes["quantization_nsb"] = np.int32(spec.significant_bits)
+        attributes["quantization_maximum_relative_error"] = np.float32(largest_error(spec.significant_bits))
+    return {**attributes, "coverage_content_type": content, **spec.attributes}
 
 
 def links(spec: VariableSpec, header: CubeHeader) -> dict[str, str]:

@@ -217,11 +217,11 @@ def unknown_band(name: str, known: Mapping[str, Mapping[str, Any]]) -> str:
     A name that ends in a number is taken for a wavelength in um: closest is the narrowest band around it whose name
     begins alike, or else the one whose middle is nearest.
     """
-    told = f"no band named {shown(name)}; {choose_from(name, known)}"
+    message = f"no band named {shown(name)}; {choose_from(name, known)}"
     match = _WAVELENGTH.fullmatch(name)
     alike = [each for each in known if match and each.startswith(f"{match[1]}-")]
     if not match or not alike:
-        return told
+        return message
     wavelength = float(match[2])
     limits = {each: known[each]["limits_um"] for each in alike}
     around = [each for each in alike if limits[each][0] <= wavelength <= limits[each][1]]
@@ -231,7 +231,7 @@ def unknown_band(name: str, known: Mapping[str, Mapping[str, Any]]) -> str:
         else min(alike, key=lambda each: abs(sum(limits[each]) / 2 - wavelength))
     )
     low, high = limits[guess]
-    return f"{told.partition('; closest is')[0]}; closest is '{guess}' ({low:g} to {high:g} um)"
+    return f"{message.partition('; closest is')[0]}; closest is '{guess}' ({low:g} to {high:g} um)"
 
 
 def spectral_band(band: AnyBand, catalog: Catalog) -> SpectralBand:

@@ -83,9 +83,9 @@ def misplaced_parameters(data: Mapping[str, Any], registry: Registry, typed: Cal
             if not isinstance(key, str) or key in section.model_fields:
                 continue
             name = content.get(selector, own(default_provider(kind)))
-            found = _owner(key, name, kind, registry, _has_home(key, content[key]))
-            if found is not None:
-                parameter, entry, is_selected = found
+            home = _owner(key, name, kind, registry, _has_home(key, content[key]))
+            if home is not None:
+                parameter, entry, is_selected = home
                 field = f"{path}.{key}"
                 place = typed(field).removesuffix(key)
                 whose = f"a parameter of {kind.human} '{entry.name}'"

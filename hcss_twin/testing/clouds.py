@@ -104,9 +104,9 @@ class CloudGeneratorContract:
     def test_returned_field_belongs_to_the_caller(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """A later call does not overwrite what an earlier one returned."""
         first = whole(provider, inputs)
-        kept = first.copy()
+        copy = first.copy()
         whole(provider, inputs, 3600.0)
-        np.testing.assert_array_equal(first, kept)
+        np.testing.assert_array_equal(first, copy)
 
     def test_windows_equal_the_whole(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """Any tiling gives the same field, for generators that declare themselves tileable or sum up their frames."""

@@ -267,8 +267,8 @@ class TransmittanceContract:
             assert np.all(np.isfinite(result))
             assert np.all(result >= 0.0)
             assert np.all(np.diff(result, axis=0) >= -self.sunlight_tolerance * result.max(axis=0))
-            asked = partial(provider.solar_path_radiance, sun_zenith_deg=sun[0], relative_azimuth_deg=sun[1])
-            _same_in_parts(asked, wavenumber_cm1, legs)
+            scattered = partial(provider.solar_path_radiance, sun_zenith_deg=sun[0], relative_azimuth_deg=sun[1])
+            _same_in_parts(scattered, wavenumber_cm1, legs)
 
 
 def _same_in_parts(radiance: Callable[[Array, list[Path]], Array], wavenumber_cm1: Array, legs: list[Path]) -> None:

@@ -73,8 +73,8 @@ def largest_jump(columns: Callable[[Array], Array], low_m: float, high_m: float,
     nodes = np.geomspace(low_m, high_m, NODES)
     nodes[0], nodes[-1] = low_m, high_m
     around = np.outer(suspected_m, (1.0 - HAIR, 1.0, 1.0 + HAIR)).ravel()
-    found = columns(np.concatenate((nodes, around)))
-    values, beside = found[:NODES], found[NODES:].reshape(-1, 3, *found.shape[1:])
+    terms = columns(np.concatenate((nodes, around)))
+    values, beside = terms[:NODES], terms[NODES:].reshape(-1, 3, *terms.shape[1:])
     jumps = [
         _jump(at, one, other)
         for at, each in zip(suspected_m.tolist(), beside, strict=True)
@@ -192,8 +192,8 @@ class RadianceModelContract:
         names, some, sun = list(provider.terms), wavenumber_cm1[::4], Sun(40.0, 200.0, 1.0)
 
         def columns(thickness_m: Array) -> Array:
-            found = provider.cloudy(some, thickness_m[:, None], sun)
-            return np.stack([found[name] for name in names], axis=1)
+            terms = provider.cloudy(some, thickness_m[:, None], sun)
+            return np.stack([terms[name] for name in names], axis=1)
 
         low, high, level = layer.thickness_min_m, layer.thickness_max_m, inputs.profile.altitude_m
         crossing = level - layer.base_m if anchor == "base" else layer.top_m - level

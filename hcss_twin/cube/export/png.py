@@ -73,15 +73,15 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
     highest = np.full(len(selection.planes), -np.inf)
     for frame in selection.frames:
         for index, image in enumerate(selection.values(frame)):
-            found = _range(image)
-            if found is None:
+            span = _range(image)
+            if span is None:
                 continue
-            if limits is not None and not limits[0] <= found[0] <= found[1] <= limits[1]:
+            if limits is not None and not limits[0] <= span[0] <= span[1] <= limits[1]:
                 raise CubeError(
-                    f"{selection.variable}, {image_name(frame, selection.planes[index])}: values from {found[0]:g} to "
-                    f"{found[1]:g}; the limits {limits[0]:g} to {limits[1]:g} have to hold all of them"
+                    f"{selection.variable}, {image_name(frame, selection.planes[index])}: values from {span[0]:g} to "
+                    f"{span[1]:g}; the limits {limits[0]:g} to {limits[1]:g} have to hold all of them"
                 )
-            lowest[index], highest[index] = min(lowest[index], found[0]), max(highest[index], found[1])
+            lowest[index], highest[index] = min(lowest[index], span[0]), max(highest[index], span[1])
     whole = selection.dtype.kind in "iu" and limits is None
     if whole and lowest.min() >= 0 and highest.max() <= LARGEST:
         return (Scaling(1.0, 0.0, None, 0.0, 0.0, float(LARGEST)),) * len(selection.planes)

@@ -137,11 +137,11 @@ def installed() -> Iterator[tuple[Origin, importlib.metadata.EntryPoint | BaseEx
         seen.add(normalised(name))
         try:
             selected = distribution.entry_points.select(group=specs.PROJECT)
-            found = sorted(selected, key=lambda each: each.name)
+            entry_points = sorted(selected, key=lambda each: each.name)
         except FAILURES as error:
             yield Origin("entry_points.txt", name, version), error
             continue
-        for entry_point in found:
+        for entry_point in entry_points:
             yield Origin(entry_point.name, name, version), entry_point
 
 

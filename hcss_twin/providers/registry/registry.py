@@ -253,14 +253,14 @@ def _load(entry: Entry, target: str) -> Any:
         raise ProviderError(f"{entry.label}: cannot import '{target}': {describe(error)}") from error
 
 
-def _loader(found: importlib.metadata.EntryPoint | BaseException) -> Callable[[], object]:
+def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[], object]:
     def load() -> object:
-        if isinstance(found, BaseException):
-            raise found
+        if isinstance(source, BaseException):
+            raise source
         try:
-            return found.load()
+            return source.load()
         except FAILURES as error:
-            raise ProviderError(f"import of '{found.value}' failed: {describe(error)}") from error
+            raise ProviderError(f"import of '{source.value}' failed: {describe(error)}") from error
 
     return load
 
