@@ -42,86 +42,46 @@ class AttributeSpec:
 
 
 PROVENANCE: tuple[AttributeSpec, ...] = (
-    AttributeSpec(
-        FORMAT_ATTRIBUTE, "integer", ALWAYS, f"{FORMAT_VERSION}; written last, as the mark of a finished file."
-    ),
+    AttributeSpec(FORMAT_ATTRIBUTE, "integer", ALWAYS,
+        f"{FORMAT_VERSION}; written last, as the mark of a finished file."),
     AttributeSpec(SCENARIO_ATTRIBUTE, "JSON", ALWAYS, "The scenario with all defaults; it can be run again."),
     AttributeSpec("hcss_seed", "text", ALWAYS, "The scenario's seed."),
     AttributeSpec("hcss_versions", "JSON", ALWAYS, "Versions of hcss-twin, Python and libraries."),
     AttributeSpec("hcss_providers", "JSON", ALWAYS, "`name`, `distribution` and `version` of each provider, by kind."),
     AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name or path."),
-    AttributeSpec(
-        "hcss_filled_in", "JSON", ALWAYS, "Values that the scenario left open: list of `field`, `value` and `why`."
-    ),
-    AttributeSpec(
-        "hcss_skipped",
-        "JSON",
-        ALWAYS,
-        "Omitted physics: list of `what`, `why` and `bound` (largest effect relative to the band radiance).",
-    ),
+    AttributeSpec("hcss_filled_in", "JSON", ALWAYS,
+        "Values that the scenario left open: list of `field`, `value` and `why`."),
+    AttributeSpec("hcss_skipped", "JSON", ALWAYS,
+        "Omitted physics: list of `what`, `why` and `bound` (largest effect relative to the band radiance)."),
     AttributeSpec("hcss_notes", "JSON", ALWAYS, "Notes of the providers for users."),
-    AttributeSpec(
-        "hcss_particles",
-        "JSON",
-        ALWAYS,
+    AttributeSpec("hcss_particles", "JSON", ALWAYS,
         "`name`, `phase`, `effective_radius_um`, `effective_variance`, `water_content_g_m3`, `number_density_m3` and "
-        "`large_particle_extinction_m1` of each cloud layer, from the lowest.",
-    ),
-    AttributeSpec(
-        "hcss_significant_wave_height_m", "number", "the sea model knows it", "Significant height of the waves, m."
-    ),
-    AttributeSpec(
-        "hcss_accuracy_requested", "number", _RADIANCE, "Requested error relative to the radiance of each band."
-    ),
-    AttributeSpec(
-        "hcss_accuracy_requested_kelvin",
-        "number",
-        "`accuracy` is in kelvin",
-        "Requested error in kelvin of brightness temperature.",
-    ),
-    AttributeSpec(
-        "hcss_table_error_estimated",
-        "number",
-        _RADIANCE,
-        "Relative error of a pixel, estimated while the tables were built.",
-    ),
+        "`large_particle_extinction_m1` of each cloud layer, from the lowest."),
+    AttributeSpec("hcss_significant_wave_height_m", "number", "the sea model knows it",
+        "Significant height of the waves, m."),
+    AttributeSpec("hcss_accuracy_requested", "number", _RADIANCE,
+        "Requested error relative to the radiance of each band."),
+    AttributeSpec("hcss_accuracy_requested_kelvin", "number", "`accuracy` is in kelvin",
+        "Requested error in kelvin of brightness temperature."),
+    AttributeSpec("hcss_table_error_estimated", "number", _RADIANCE,
+        "Relative error of a pixel, estimated while the tables were built."),
     AttributeSpec("hcss_table_errors", "JSON", _RADIANCE, "Share of each approximation in that error, by name."),
     AttributeSpec("hcss_wavenumbers_used", "integer", _RADIANCE, "Weighted wavenumbers computed."),
     AttributeSpec("hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the full grid that they represent."),
-    AttributeSpec(
-        "hcss_certificate",
-        "text",
-        _CHECKED,
-        "Whether random pixels, computed again without tables, meet the requested accuracy; begins with PASSED, FAILED "
-        "or NOTHING CHECKED.",
-    ),
-    AttributeSpec(
-        "hcss_accuracy_achieved",
-        "JSON",
-        _CHECKED,
-        "Largest relative error of the checked pixels by band; null: undefined.",
-    ),
-    AttributeSpec(
-        "hcss_accuracy_achieved_kelvin",
-        "JSON",
-        "pixels are checked and `accuracy` is in kelvin",
-        "The same in kelvin of brightness temperature.",
-    ),
+    AttributeSpec("hcss_certificate", "text", _CHECKED,
+        "Whether random pixels, computed again without tables, meet the requested accuracy; begins with PASSED, "
+        "FAILED or NOTHING CHECKED."),
+    AttributeSpec("hcss_accuracy_achieved", "JSON", _CHECKED,
+        "Largest relative error of the checked pixels by band; null: undefined."),
+    AttributeSpec("hcss_accuracy_achieved_kelvin", "JSON", "pixels are checked and `accuracy` is in kelvin",
+        "The same in kelvin of brightness temperature."),
     AttributeSpec("hcss_certificate_pixels", "integer", _CHECKED, "Number of pixels checked."),
-    AttributeSpec(
-        "hcss_certificate_strata",
-        "JSON",
-        _CHECKED,
+    AttributeSpec("hcss_certificate_strata", "JSON", _CHECKED,
         "List of `name`, `pixels`, `checked`, `exceeding`, `error` (by band) and `left_out` (by reason) of each kind "
-        "of pixel.",
-    ),
-    AttributeSpec(
-        "hcss_certificate_terms",
-        "JSON",
-        "pixels are checked and terms are requested",
-        "Largest error of each term in any band, relative to the band radiance.",
-    ),
-)
+        "of pixel."),
+    AttributeSpec("hcss_certificate_terms", "JSON", "pixels are checked and terms are requested",
+        "Largest error of each term in any band, relative to the band radiance."),
+)  # fmt: skip
 """Provenance of a cube, and its accuracy."""
 
 COMPUTED: tuple[AttributeSpec, ...] = (

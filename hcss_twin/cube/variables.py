@@ -266,67 +266,33 @@ def _pixel_variable(
 
 
 LOCATION: tuple[VariableSpec, ...] = (
-    _pixel_variable(
-        "pixel_latitude",
-        "degrees_north",
-        "latitude of the pixel",
-        f"Geodetic latitude (WGS 84) of the pixel's centre on the ellipsoid. {_MOVES}",
-        standard_name="latitude",
-        dtype="float64",
-    ),
-    _pixel_variable(
-        "pixel_longitude",
-        "degrees_east",
-        "longitude of the pixel",
-        "Geodetic longitude (WGS 84) of the pixel's centre, beyond 180 degrees where the image crosses that meridian. "
-        f"{_MOVES}",
-        standard_name="longitude",
-        dtype="float64",
-    ),
-)
+    _pixel_variable("pixel_latitude", "degrees_north", "latitude of the pixel",
+        f"Geodetic latitude (WGS 84) of the pixel's centre on the ellipsoid. {_MOVES}", standard_name="latitude",
+        dtype="float64"),
+    _pixel_variable("pixel_longitude", "degrees_east", "longitude of the pixel",
+        f"Geodetic longitude (WGS 84) of the pixel's centre, beyond 180 degrees where the image crosses that "
+        f"meridian. {_MOVES}",
+        standard_name="longitude", dtype="float64"),
+)  # fmt: skip
 """Coordinates that do not depend on the sensor's altitude."""
 
 DIRECTION: tuple[VariableSpec, ...] = (
-    _pixel_variable(
-        "pixel_view_zenith",
-        "degree",
-        "zenith angle of the sensor at the pixel",
+    _pixel_variable("pixel_view_zenith", "degree", "zenith angle of the sensor at the pixel",
         f"Angle at the pixel's centre between the ellipsoid's normal and the sensor. {_OF_START}",
-        standard_name="sensor_zenith_angle",
-        needs="altitude",
-    ),
-    _pixel_variable(
-        "pixel_view_azimuth",
-        "degree",
-        "azimuth angle of the sensor at the pixel",
+        standard_name="sensor_zenith_angle", needs="altitude"),
+    _pixel_variable("pixel_view_azimuth", "degree", "azimuth angle of the sensor at the pixel",
         f"Bearing from the pixel's centre toward the sensor, 0 to 360. {_OF_START}",
-        standard_name="sensor_azimuth_angle",
-        needs="altitude",
-    ),
-    _pixel_variable(
-        "pixel_slant_range",
-        "m",
-        "distance from the pixel to the sensor",
-        f"Distance from the pixel's centre to the sensor. {_OF_START}",
-        dtype="float64",
-        needs="altitude",
-    ),
-    _pixel_variable(
-        "pixel_footprint_across",
-        "m",
-        "width of a detector's footprint across the line of sight",
-        "Slant range times the angle of a detector: image.pixel_size over the slant range of the image centre. "
+        standard_name="sensor_azimuth_angle", needs="altitude"),
+    _pixel_variable("pixel_slant_range", "m", "distance from the pixel to the sensor",
+        f"Distance from the pixel's centre to the sensor. {_OF_START}", dtype="float64", needs="altitude"),
+    _pixel_variable("pixel_footprint_across", "m", "width of a detector's footprint across the line of sight",
+        f"Slant range times the angle of a detector: image.pixel_size over the slant range of the image centre. "
         f"{_OF_START}",
-        needs="altitude",
-    ),
-    _pixel_variable(
-        "pixel_footprint_along",
-        "m",
-        "length of a detector's footprint along the line of sight",
+        needs="altitude"),
+    _pixel_variable("pixel_footprint_along", "m", "length of a detector's footprint along the line of sight",
         f"Width over the cosine of the view zenith; pixels are squares of image.pixel_size all the same. {_OF_START}",
-        needs="altitude",
-    ),
-)
+        needs="altitude"),
+)  # fmt: skip
 """Coordinates that need the sensor's altitude."""
 
 GEOMETRY = (*LOCATION, *DIRECTION)

@@ -94,7 +94,7 @@ class Extent:
 
 
 @dataclass(frozen=True)
-class Geometry(Extent):
+class LayerGeometry(Extent):
     """Where a layer is, and how thin its cloud can be, m."""
 
     thickness_min: float
@@ -118,7 +118,7 @@ def load_cloud_type(name: str, catalog: Catalog) -> CloudType:
         raise ScenarioError(problems_from(error, CloudType, raw=raw), str(path)) from error
 
 
-def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometry:
+def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> LayerGeometry:
     """Merge a layer's altitudes with those of its type.
 
     Raises
@@ -130,7 +130,7 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometr
     if problems:
         raise ScenarioError(problems)
     usual = cloud_type.layer
-    return Geometry(
+    return LayerGeometry(
         usual.base if section.base is None else section.base,
         usual.top if section.top is None else section.top,
         usual.thickness_min if section.thickness_min is None else section.thickness_min,

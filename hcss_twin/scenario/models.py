@@ -26,7 +26,7 @@ from hcss_twin.scenario.section_types import (
     PlatformSpeed,
     Section,
 )
-from hcss_twin.scenario.sensor import Sensor
+from hcss_twin.scenario.sensor import SensorSection
 from hcss_twin.scenario.units import (
     Accuracy,
     Angle,
@@ -57,14 +57,14 @@ def own(name: str) -> str:
     return f"{OWN_DISTRIBUTION}/{name}"
 
 
-class Place(Section):
+class PlaceSection(Section):
     """Centre of the image at the start."""
 
     latitude: Angle = Field(ge=-90, le=90, description="Latitude, degrees north.")
     longitude: Angle = Field(ge=-180, le=360, description="Longitude, degrees east.")
 
 
-class View(Section):
+class ViewSection(Section):
     """Direction from the surface point to the sensor."""
 
     zenith: Angle = Field(0.0, ge=0, le=85, description="Zenith angle at the surface point, degrees.")
@@ -75,7 +75,7 @@ MAX_PIXELS = 100_000
 """Rows, and columns, of the largest image."""
 
 
-class Image(Section):
+class ImageSection(Section):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
     rows: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
@@ -130,7 +130,7 @@ def _evolution_time(value: object) -> object:
 EvolutionTime = Annotated[Duration | Literal["frozen"], BeforeValidator(_evolution_time)]
 
 
-class Motion(Section):
+class MotionSection(Section):
     """Motion of platform and clouds, and evolution of cloud shapes."""
 
     platform_speed: PlatformSpeed = Field(
@@ -313,7 +313,7 @@ class Sea(Section):
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
 
-class Optics(Section):
+class OpticsSection(Section):
     """Optical properties of the cloud particles."""
 
     provider: str = Field("bulk", description="Optics provider (see `hcss plugins`).")
@@ -327,7 +327,7 @@ class Radiance(Section):
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
 
-class Output(Section):
+class OutputSection(Section):
     """Contents of the cube."""
 
     variables: tuple[str, ...] = Field(
@@ -359,14 +359,16 @@ class ScenarioModel(Section):
         'mK, the latter of brightness temperature (`"0.1 K"`; 0.001 to 10 K).',
     )
     time: Instant = Field(description="Start, with time zone: 2024-04-20T12:30:00+10:00.")
-    place: Place = Field(description="Centre of the first image, for example {latitude = 35.0, longitude = 150.0}.")
-    view: View = Field(default_factory=lambda: View.model_validate({}), description="Viewing direction.")
+    place: PlaceSection = Field(
+        description="Centre of the first image, for example {latitude = 35.0, longitude = 150.0}."
+    )
+    view: ViewSection = Field(default_factory=lambda: ViewSection.model_validate({}), description="Viewing direction.")
     platform: Platform = Field(
         default_factory=lambda: Platform.model_validate({}), description="Platform and instrument."
     )
-    image: Image = Field(default_factory=lambda: Image.model_validate({}), description="Image shape.")
+    image: ImageSection = Field(default_factory=lambda: ImageSection.model_validate({}), description="Image shape.")
     frames: Frames = Field(default_factory=lambda: Frames.model_validate({}), description="Time series.")
-    motion: Motion = Field(default_factory=lambda: Motion.model_validate({}), description="Motion.")
+    motion: MotionSection = Field(default_factory=lambda: MotionSection.model_validate({}), description="Motion.")
     bands: Bands = Field(
         ("swir-2.7-3.0", "mwir", "lwir"),
         min_length=1,
@@ -382,7 +384,7 @@ class ScenarioModel(Section):
         default_factory=lambda: Slant.model_validate({}), description="Shadows and parallax of clouds."
     )
     sea: Sea = Field(default_factory=lambda: Sea.model_validate({}), description="Sea.")
-    optics: Optics = Field(default_factory=lambda: Optics.model_validate({}), description="Cloud optics.")
+    optics: OpticsSection = Field(default_factory=lambda: OpticsSection.model_validate({}), description="Cloud optics.")
     radiance: Radiance = Field(default_factory=lambda: Radiance.model_validate({}), description="Radiance model.")
-    output: Output = Field(default_factory=lambda: Output.model_validate({}), description="Output.")
-    sensor: Sensor | None = Field(None, description="Sensor; none by default.")
+    output: OutputSection = Field(default_factory=lambda: OutputSection.model_validate({}), description="Output.")
+    sensor: SensorSection | None = Field(None, description="Sensor; none by default.")

@@ -29,19 +29,19 @@ from hcss_twin.scenario.cloud_types import (
     load_cloud_type,
     overlap_problems,
 )
-from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, ScenarioModel, Sea, own, single_layer
+from hcss_twin.scenario.models import Atmosphere, Layer, OpticsSection, Radiance, ScenarioModel, Sea, own, single_layer
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import homes, problems_from
 from hcss_twin.scenario.section_types import Section
-from hcss_twin.scenario.sensor import DEFAULT_MODEL, Sensor, choose_sensor, load_sensor
+from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, choose_sensor, load_sensor
 
 SECTIONS: Mapping[Kind, tuple[type[Section], str]] = {
     Kind.ATMOSPHERE: (Atmosphere, "provider"),
     Kind.SEA: (Sea, "model"),
-    Kind.OPTICS: (Optics, "provider"),
+    Kind.OPTICS: (OpticsSection, "provider"),
     Kind.RADIANCE: (Radiance, "model"),
     Kind.CLOUDS: (Layer, "generator"),
-    Kind.SENSORS: (Sensor, "model"),
+    Kind.SENSORS: (SensorSection, "model"),
 }
 """Section of each kind of provider, and its key that selects one."""
 
@@ -203,7 +203,7 @@ def _sensor_problems(data: Mapping[str, Any], registry: Registry, catalog: Catal
         return
     name, parameters = section.get("name"), section.get("parameters", {})
     try:
-        given = Sensor.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
+        given = SensorSection.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
     except ValidationError:  # reported with the other keys
         return
     problems = [] if name is None else list(_file_problems("sensor.name", partial(load_sensor, name, catalog)))

@@ -23,7 +23,7 @@ FOLDER = "sensors"
 """Of the catalog, with a file for each named sensor."""
 
 
-class Sensor(Section):
+class SensorSection(Section):
     """The sensor: with this section a run also writes `NAME.sensor.nc` beside the clean `NAME.nc`."""
 
     name: str | None = Field(
@@ -102,7 +102,7 @@ def load_sensor(name: str, catalog: Catalog) -> NamedSensor:
         raise ScenarioError(problems_from(error, NamedSensor, raw=raw), str(path)) from error
 
 
-def choose_sensor(section: Sensor, catalog: Catalog) -> SensorChoice:
+def choose_sensor(section: SensorSection, catalog: Catalog) -> SensorChoice:
     """Merge a section with the sensor it names.
 
     A model nobody named is ours, whatever else is installed under the same name. Parameters of a named sensor are

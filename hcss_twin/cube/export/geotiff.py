@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.export.selection import (
-    Frame,
+    ExportFrame,
     Selection,
     ascii_text,
     count_missing,
@@ -16,14 +16,14 @@ from hcss_twin.cube.export.selection import (
 )
 
 
-def write_geotiff(selection: Selection, source: str, frame: Frame, path: Path) -> int:
+def write_geotiff(selection: Selection, source: str, frame: ExportFrame, path: Path) -> int:
     """Write one frame, the northernmost row first, and return how many values are missing: NaN, and the file says so.
 
     Parameters
     ----------
     source : str
         Name of the cube's file.
-    frame : Frame
+    frame : ExportFrame
         One of the selection; its displacement is added to x, which places it on the plane of the start.
     path : Path
         A new file.

@@ -75,7 +75,7 @@ class LocalPlane:
 
 
 @dataclass(frozen=True)
-class Grid:
+class PixelGrid:
     """Pixel centres of a frame in the local plane; rows grow north and columns east.
 
     Attributes

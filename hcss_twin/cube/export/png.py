@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.export.selection import (
-    Frame,
+    ExportFrame,
     Plane,
     Selection,
     ascii_text,
@@ -89,7 +89,7 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
 
 
 def write_png(
-    selection: Selection, source: str, frame: Frame, scaling: tuple[Scaling, ...], paths: Sequence[Path]
+    selection: Selection, source: str, frame: ExportFrame, scaling: tuple[Scaling, ...], paths: Sequence[Path]
 ) -> int:
     """Write the pictures of one frame, the northernmost row first; return how many values are missing.
 
@@ -97,7 +97,7 @@ def write_png(
     ----------
     source : str
         Name of the cube's file.
-    frame : Frame
+    frame : ExportFrame
         One of the selection.
     scaling : tuple of Scaling
         One per plane.
@@ -174,7 +174,7 @@ def _samples(image: NDArray[Any], how: Scaling) -> NDArray[np.uint16]:
     return whole
 
 
-def _notes(selection: Selection, source: str, frame: Frame, plane: Plane, how: Scaling) -> dict[str, str]:
+def _notes(selection: Selection, source: str, frame: ExportFrame, plane: Plane, how: Scaling) -> dict[str, str]:
     return {
         "Title": ascii_text(f"{selection.variable}, {image_name(frame, plane)}"),
         "Source": ascii_text(source),
