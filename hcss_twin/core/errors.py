@@ -1,7 +1,4 @@
-"""Exceptions of the package and the wording they share.
-
-How values are written in messages: as the user would type them, and never a screenful.
-"""
+"""Exceptions of the package, and the wording that their messages share."""
 
 from __future__ import annotations
 
@@ -30,11 +27,11 @@ class CubeError(HcssError):
 
 
 class SweepError(HcssError):
-    """A sweep cannot be written where it should, or not by those who should compute it."""
+    """A sweep cannot be written or computed."""
 
 
 class ImageError(HcssError):
-    """An image cannot be judged: its shape, its type or its values do not allow it."""
+    """An image cannot be evaluated: its shape, type or values do not allow it."""
 
 
 class PosteriorError(HcssError):
@@ -42,31 +39,31 @@ class PosteriorError(HcssError):
 
 
 class PropagationError(HcssError):
-    """Uncertainty cannot be propagated as asked, or its file cannot be written or read."""
+    """Uncertainty cannot be propagated as requested, or its file cannot be written or read."""
 
 
 class OptionError(HcssError):
-    """An argument or option is not allowed, whatever the files hold."""
+    """An argument or option is not allowed."""
 
 
 class ProviderNameError(OptionError, ProviderError):
-    """No provider has the name asked for."""
+    """No provider has this name."""
 
 
 class ImageOptionError(OptionError, ImageError):
-    """A choice of how to look at images is not allowed."""
+    """An option of image evaluation is not allowed."""
 
 
 class PosteriorOptionError(OptionError, PosteriorError):
-    """A choice of how to fit is not allowed."""
+    """An option of a fit is not allowed."""
 
 
 class PropagationOptionError(OptionError, PropagationError):
-    """A choice of how to propagate is not allowed."""
+    """An option of propagation is not allowed."""
 
 
 class CertificateWarning(UserWarning):
-    """A cube misses the accuracy asked for; its certificate says by how much and where."""
+    """A cube misses the requested accuracy; its certificate says by how much and where."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,7 @@ class Problem:
 
 
 class ScenarioError(HcssError):
-    """A scenario is not valid; carries every problem found, not only the first."""
+    """A scenario is not valid; carries every problem, not only the first."""
 
     def __init__(self, problems: Iterable[Problem], origin: str = "scenario") -> None:
         self.problems = tuple(problems)
@@ -152,7 +149,7 @@ LONGEST = 80
 
 
 def shown(value: object) -> str:
-    """Write a value as it stands in a scenario file, cut to 80 characters."""
+    """Write a value as in a scenario file, cut to 80 characters."""
     if isinstance(value, bool):
         text = str(value).lower()
     elif isinstance(value, date | time):

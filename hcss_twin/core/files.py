@@ -1,9 +1,4 @@
-"""Files that appear under their name only when they are complete.
-
-Files and folders that are on the disk when they are said to be.
-
-Opening of our own versioned NetCDF formats.
-"""
+"""Files that appear under their name only when they are complete, and opening of our NetCDF formats."""
 
 from __future__ import annotations
 

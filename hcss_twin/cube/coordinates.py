@@ -1,7 +1,4 @@
-"""The clock of a cube: seconds since the scenario's start.
-
-The table of coordinate variables and their values.
-"""
+"""The table of coordinate variables, and their values."""
 
 from __future__ import annotations
 

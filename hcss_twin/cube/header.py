@@ -1,4 +1,4 @@
-"""What a cube knows before its first frame."""
+"""Coordinates, geometry, variables and provenance of a cube, checked before its first frame."""
 
 from __future__ import annotations
 

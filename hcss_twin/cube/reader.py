@@ -1,7 +1,4 @@
-"""Arrays of a cube as they are stored, of either format, by the names that netCDF4 has for them.
-
-Opening of finished cubes.
-"""
+"""Opening of finished cubes, NetCDF or Zarr."""
 
 from __future__ import annotations
 
@@ -122,13 +119,13 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     named = dataset.set_coords([name for name in described if name in dataset])
     names = {dim: f"{dim}_name" for dim in ("band", LAYER) if f"{dim}_name" in dataset}
     named = named.assign_coords({dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()})
-    # a dataset made from another one does not close its file
+    # a derived dataset does not close its file
     named.set_close(dataset.close)
     return named
 
 
 def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
-    """Say why a file could not be opened: for most it is that they are no NetCDF at all."""
+    """Say why a file could not be opened: most are no NetCDF at all."""
     try:
         with open(path, "rb") as file:
             start = file.read(max(map(len, _SIGNATURES)))
@@ -144,7 +141,7 @@ def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
 
 
 def scenario_text(path: str | os.PathLike[str]) -> str:
-    """Return the scenario a cube was made from, as it was given.
+    """Return the text of the scenario of a cube.
 
     Raises
     ------

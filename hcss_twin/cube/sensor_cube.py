@@ -1,7 +1,4 @@
-"""The table of variables that a sensor's cube holds beside the truth layers.
-
-Writing of a cube with the axes and truth layers of a finished one, and other variables of radiance.
-"""
+"""The measured cube: axes and truth of a finished clean cube, with measurements in place of radiance."""
 
 from __future__ import annotations
 
@@ -89,7 +86,7 @@ RADIANCE = "radiance"
 
 
 class CubePair:
-    """A clean cube and the measured one that is being made beside it, frame by frame.
+    """A clean cube and the measured one that is written beside it, frame by frame.
 
     Attributes
     ----------

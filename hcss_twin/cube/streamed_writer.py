@@ -52,10 +52,10 @@ class StreamedWriter(ABC):
     """
 
     overhead_bytes: ClassVar[int] = 0
-    """What a cube takes beside its numbers."""
+    """Size of a cube beside its numbers."""
 
     library_errors: ClassVar[tuple[type[Exception], ...]] = (OSError,)
-    """What the library raises where it cannot write."""
+    """Exceptions of the library where it cannot write."""
 
     def __init__(
         self,
@@ -188,7 +188,7 @@ class StreamedWriter(ABC):
 
     @contextlib.contextmanager
     def _explained(self) -> Iterator[None]:
-        """Turn errors of the library, which never tell the cause, into one with path and free space."""
+        """Turn errors of the library, which do not say the cause, into one with path and free space."""
         try:
             yield
         except self.library_errors as error:
@@ -246,14 +246,14 @@ class StreamedWriter(ABC):
 
 
 MAX_WAITING = 2
-"""Frames handed over and not yet on their way to the disk, the one being written included."""
+"""Frames in the queue, including the one that is being written."""
 
 MAX_WAITING_BYTES = 256 * 2**20
-"""Larger frames wait alone, so that memory stays that of two frames: one made and one written."""
+"""Larger frames wait alone, so that memory holds two frames: one computed and one written."""
 
 
 class BackgroundWriter:
-    """Context manager that hands frames to the writer of a cube in the order given.
+    """Context manager that writes frames in the background, while the next are computed.
 
     A thread calls the writer, one frame after the other; nothing else may call it, or any netCDF function, between
     the first frame and the end of the block, because the library is not thread safe. What the writer raises is raised

@@ -1,7 +1,4 @@
-"""The ``bands`` key: each entry a catalog name, limits, a measured response or a Gaussian one; each band once.
-
-Bands: named in the catalog, given by limits, or by a measured spectral response.
-"""
+"""The ``bands`` key: catalog names, limits, measured responses or Gaussian ones; each band once."""
 
 from __future__ import annotations
 
@@ -60,7 +57,7 @@ def _band(value: object) -> object:
 
 
 _FORMS = {"named limits": ("limits",), "a Gaussian": ("center_um", "fwhm_um"), "a response": ("response",)}
-"""Keys by which the forms of a table are told apart."""
+"""Keys that distinguish the forms of a table."""
 
 _ALLOWED = "a name, [shortest_um, longest_um], {name, response}, {name, limits} or {name, center_um, fwhm_um}"
 
@@ -167,7 +164,7 @@ AnyBand = str | Limits | LimitsBand | GaussianBand | ResponseBand
 
 
 def band_name(band: AnyBand) -> str:
-    """Name under which a band stands in the cube."""
+    """Return the name of a band in the cube."""
     if isinstance(band, str):
         return band
     if isinstance(band, tuple):
@@ -277,7 +274,7 @@ def read_response(file: str, catalog: Catalog) -> tuple[Array, Array]:
     columns = catalog.columns(path)
     for required in ("wavelength_um", "response"):
         if required not in columns:
-            raise CatalogError(f"{path}: column '{required}' is missing; found {', '.join(columns)}")
+            raise CatalogError(f"{path}: column '{required}' is missing; the file has {', '.join(columns)}")
     wavelength, response = columns["wavelength_um"], columns["response"]
     if wavelength.size < 2 or np.any(np.diff(wavelength) <= 0) or wavelength[0] <= 0:
         raise CatalogError(f"{path}: wavelength_um must be positive and ascend over at least two rows")

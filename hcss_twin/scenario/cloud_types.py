@@ -138,7 +138,7 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> LayerGe
 
 
 def altitude_problems(section: Layer, cloud_type: CloudType | None, field: str) -> Iterator[Problem]:
-    """Yield what leaves no room for cloud; without a type only what the section's own altitudes tell."""
+    """Yield altitudes that leave no room for cloud; without a type, of the section alone."""
     usual = cloud_type.layer if cloud_type is not None else None
     base = usual.base if usual is not None and section.base is None else section.base
     top = usual.top if usual is not None and section.top is None else section.top

@@ -1,6 +1,6 @@
 """The sections of a scenario file, each key with its unit, range, default and meaning.
 
-The JSON schema, the reference page and the error messages are made from these models.
+The JSON schema, the reference page and the error messages follow these models.
 """
 
 from __future__ import annotations
@@ -247,7 +247,7 @@ class Clouds(Section):
 
 
 def has_single_layer(data: Any) -> bool:
-    """Whether the keys of a single layer stand in a raw ``[clouds]`` itself."""
+    """Whether a raw ``[clouds]`` has the keys of a single layer."""
     return isinstance(data, dict) and any(key != "layers" for key in data)
 
 
@@ -257,7 +257,7 @@ def single_layer(data: Any) -> Any:
     Raises
     ------
     PydanticCustomError
-        If ``data`` is no table, or the keys stand beside ``layers``.
+        If ``data`` is no table, or has these keys beside ``layers``.
     """
     if isinstance(data, Clouds):
         return data

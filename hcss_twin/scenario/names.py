@@ -1,7 +1,4 @@
-"""Parameters of providers that stand in a section itself instead of its ``parameters``.
-
-Check the names a scenario refers to: catalog entries, providers and their parameters.
-"""
+"""Checks of the names a scenario refers to: catalog entries, providers and their parameters."""
 
 from __future__ import annotations
 
@@ -104,7 +101,7 @@ def _owner(key: str, name: object, kind: Kind, registry: Registry, has_home: boo
     """Return the parameter that a key may be, whose it is, and whether that provider is selected."""
     section = SECTIONS[kind][0]
     selected: Entry | None = None
-    with contextlib.suppress(HcssError):  # told at the key that selects it
+    with contextlib.suppress(HcssError):  # reported at the key that selects it
         selected = registry.resolve(kind, name) if isinstance(name, str) else None
     if selected is not None:
         parameters = _parameters(registry, selected)
@@ -122,7 +119,7 @@ def _owner(key: str, name: object, kind: Kind, registry: Registry, has_home: boo
 def _parameters(registry: Registry, entry: Entry) -> tuple[str, ...]:
     try:
         model = registry.parameters_model(entry)
-    except HcssError:  # of a plugin that is broken, and told where it is selected
+    except HcssError:  # of a broken plugin, reported where it is selected
         return ()
     return () if model is None else tuple(model.model_fields)
 
@@ -312,5 +309,5 @@ def _file_problems(field: str, read: Callable[[], object]) -> Iterator[Problem]:
         yield from (Problem(field, f"{error.origin}: {problem}") for problem in error.problems)
     except CatalogError as error:
         yield Problem(field, str(error))
-    except (OSError, RuntimeError, ValueError) as error:  # names no file can have, files nobody may read
+    except (OSError, RuntimeError, ValueError) as error:  # impossible names, unreadable files
         yield Problem(field, f"cannot be read: {getattr(error, 'strerror', error)}")

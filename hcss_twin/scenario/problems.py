@@ -16,7 +16,7 @@ from hcss_twin.scenario.units import in_plain_units
 Location = tuple[int | str, ...]
 
 REPEATED = ("layers",)
-"""Lists of sections whose keys may stand in the section around them."""
+"""Lists of sections whose keys are also allowed in the section around them."""
 
 ZERO_CELSIUS_K = 273.15
 
@@ -121,7 +121,7 @@ def homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
         for nested in _models_in(field.annotation):
             single = nested is field.annotation or type(None) in typing.get_args(field.annotation)
             here = f"{path}{name}{'' if single else '[0]'}."
-            # The keys of a single layer may stand in [clouds] itself.
+            # the keys of a single layer are allowed in [clouds] itself
             yield from homes(nested, key, path if name in REPEATED else here)
 
 
@@ -146,7 +146,7 @@ def _wrong_length(detail: ErrorDetails) -> str:
 
 
 def _typed(value: object, location: Location, raw: Any) -> tuple[str, object]:
-    """Quote a value as it was typed; return also the number it stands for."""
+    """Quote a value as it was typed; return also its number."""
     for part in location:
         try:
             raw = raw[part]
@@ -275,7 +275,7 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
 def _model_at(model: type[BaseModel], location: Location, key: int | str | None = None) -> type[BaseModel] | None:
     """Return the model at the keys of a location; list indices stay inside their element's model.
 
-    Of several that may stand there, the first that has ``key``, or the first.
+    Of several possible models, the first that has ``key``, or the first.
     """
     models = _models_at(model, location)
     return next((each for each in models if key in each.model_fields), models[0] if models else None)

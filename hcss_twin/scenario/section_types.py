@@ -1,12 +1,6 @@
-"""Base of every section of a scenario file and of a cloud-type file.
+"""Base class of sections, and the types of keys that several sections share.
 
-Limits of effective radius, effective variance and water content, in cloud types and in scenarios alike.
-
-Instants in a scenario: a date and time with zone, never a bare number or a local time.
-
-A window of the image: the part of a larger scene that is computed.
-
-The platform that carries the sensor: its height, its optics in terms of directions, and how it moves.
+Limits of particles hold in cloud types and in scenarios. Instants have a zone: a local time would be ambiguous.
 """
 
 from __future__ import annotations

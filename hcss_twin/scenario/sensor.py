@@ -48,7 +48,7 @@ class NamedSensor(Section):
     """A file of ``catalogs/sensors`` or of a user."""
 
     title: str = Field(min_length=1, description="What it is.")
-    description: str = Field("", description="What the numbers stand for, and what they leave out.")
+    description: str = Field("", description="Meaning of the numbers, and effects they omit.")
     model: str = Field(DEFAULT_MODEL, description="Sensor model.")
     bands: Bands | None = Field(None, min_length=1, max_length=100, description="As `bands` of a scenario.")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
@@ -105,7 +105,7 @@ def load_sensor(name: str, catalog: Catalog) -> NamedSensor:
 def choose_sensor(section: SensorSection, catalog: Catalog) -> SensorChoice:
     """Merge a section with the sensor it names.
 
-    A model nobody named is ours, whatever else is installed under the same name. Parameters of a named sensor are
+    The default model is ours, whatever else is installed under the same name. Parameters of a named sensor are
     those of its own model: where the section names another, they are left aside.
 
     Raises
@@ -123,7 +123,7 @@ def choose_sensor(section: SensorSection, catalog: Catalog) -> SensorChoice:
 
 
 def fill_bands(data: dict[str, Any], catalog: Catalog) -> None:
-    """Give a raw scenario without bands those of the sensor it names; what is wrong with the file is told elsewhere."""
+    """Give a raw scenario without bands those of its named sensor; errors of the file are reported elsewhere."""
     section = data.get("sensor")
     name = section.get("name") if isinstance(section, Mapping) else None
     if not isinstance(name, str) or "bands" in data:

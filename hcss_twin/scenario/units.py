@@ -58,7 +58,7 @@ def parse_quantity(value: object, dimension: str) -> object:
 
 
 def in_plain_units(text: str) -> float | None:
-    """Plain number that text with any known unit stands for; None where it stands for none."""
+    """Return the plain number of a text with any known unit; None for other text."""
     for dimension, units in UNITS.items():
         match = _QUANTITY.fullmatch(text)
         if match and match.group(2) in units:
@@ -117,7 +117,7 @@ Speed = Annotated[float, BeforeValidator(_parser("speed"))]
 Duration = Annotated[float, BeforeValidator(_parser("duration"))]
 Fraction = Annotated[float, BeforeValidator(_parser("fraction"))]
 ParticleRadius = Annotated[float, BeforeValidator(_parser("particle radius"))]
-"""In um, as everywhere that particles are spoken of."""
+"""In um, as usual for particles."""
 
 WaterContent = Annotated[float, BeforeValidator(_parser("water content"))]
 """In g m-3, as in the literature on clouds."""
@@ -134,7 +134,7 @@ _ACCURACY_FACTORS = {"": 1.0, "%": 0.01, "K": 1.0, "mK": 1e-3}
 
 
 def kelvin_of(accuracy: float | str) -> float | None:
-    """Kelvin that a validated accuracy stands for; None for a share of the radiance."""
+    """Return the kelvin of a validated accuracy; None for a fraction of the radiance."""
     return float(accuracy.removesuffix(" K")) if isinstance(accuracy, str) else None
 
 

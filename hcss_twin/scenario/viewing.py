@@ -1,4 +1,4 @@
-"""What a scenario's platform says about view, pixels and motion: contradictions, and the values that follow."""
+"""View, pixel size and motion that follow from a platform, and contradictions between them."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def _pixels(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
     if platform.off_nadir is not None:
         zenith = view_zenith_deg(platform.off_nadir, altitude)
     if not zenith <= LARGEST_ZENITH_DEG:
-        return  # told already
+        return  # reported at platform.off_nadir
     size = _pixel_m(platform, slant_range_m(zenith, altitude))
     if size > LARGEST_PIXEL_M:
         yield Problem(

@@ -104,14 +104,14 @@ class OpticsContract:
         some = provider.single_scattering(cloud, wavenumber_cm1[1::3])
         np.testing.assert_allclose(some.extinction_m1, together.extinction_m1[1::3], rtol=1e-10)
         np.testing.assert_allclose(some.albedo, together.albedo[1::3], rtol=1e-10)
-        # the number of moments may follow the largest particle parameter asked for
+        # the number of moments may depend on the largest particle parameter of a call
         common = min(some.moments.shape[0], together.moments.shape[0])
         np.testing.assert_allclose(some.moments[:common], together.moments[:common, 1::3], rtol=1e-9, atol=1e-12)
 
     def test_result_does_not_depend_on_earlier_calls(
         self, provider: Optics, inputs: OpticsInputs, cloud: Microphysics, wavenumber_cm1: Array
     ) -> None:
-        """Other particles asked for in between change nothing, and get their own answer."""
+        """A call for other particles in between changes nothing, and has its own result."""
         other = dataclasses.replace(cloud, b=1.1 * cloud.b)
         before = provider.single_scattering(cloud, wavenumber_cm1)
         between = provider.single_scattering(other, wavenumber_cm1)

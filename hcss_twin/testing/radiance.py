@@ -23,16 +23,16 @@ from hcss_twin.testing.samples import (
 )
 
 NODES = 33
-"""Thicknesses, evenly spaced in the logarithm, among which the bends are looked for."""
+"""Thicknesses, evenly spaced in the logarithm, for the search of bends."""
 
 BENDS = 2
-"""Intervals between them that are followed."""
+"""Intervals that are bisected."""
 
 HALVINGS = 24
-"""After which an interval is some 1e-8 of its thickness wide, and what changes within it has jumped."""
+"""Bisections; then an interval is about 1e-8 of its thickness wide, and a change within it is a jump."""
 
 HAIR = 1e-9
-"""Relative distance from a suspected thickness at which is looked on either side."""
+"""Relative distance of the checks on either side of a suspected thickness."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,9 @@ class Jump:
 def largest_jump(columns: Callable[[Array], Array], low_m: float, high_m: float, suspected_m: Array) -> Jump:
     """Return the largest change of a term within a hair of thickness.
 
-    A jump shows as second differences that are large at both ends of one interval. The intervals where they are largest
-    are halved again and again, and of the two halves that with the larger change is kept: what is smooth vanishes, a
-    jump stays. One that is smaller than the bends of the curve itself can be missed where it is not suspected.
+    At a jump second differences are large at both ends of one interval. The intervals with the largest are bisected
+    toward the larger change: smooth changes vanish, a jump stays. A jump smaller than the bends of the curve is only
+    detected at suspected thicknesses.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def largest_jump(columns: Callable[[Array], Array], low_m: float, high_m: float,
     low_m, high_m : float
         Range of thickness.
     suspected_m : ndarray (S,)
-        Thicknesses within the range, on either side of which is looked in any case.
+        Thicknesses within the range that are always checked on either side.
     """
     nodes = np.geomspace(low_m, high_m, NODES)
     nodes[0], nodes[-1] = low_m, high_m
@@ -141,7 +141,7 @@ class RadianceModelContract:
 
     @pytest.fixture
     def inputs(self) -> RadianceInputs:
-        """Inputs made of the kit's plain providers; override to choose others."""
+        """Inputs from the kit's plain providers; override to choose others."""
         return sample_radiance_inputs()
 
     @pytest.fixture
@@ -256,7 +256,7 @@ class RadianceModelContract:
     def test_clear_columns_do_not_depend_on_the_layers(
         self, provider: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array, sun: Sun | None
     ) -> None:
-        """A scene without cloud layers can be made, and is the clear column of one with them."""
+        """A scene without cloud layers equals the clear column of one with them."""
         cloudless = self.make_provider(dataclasses.replace(inputs, layers=()))
         without, beside = cloudless.clear(wavenumber_cm1, sun), provider.clear(wavenumber_cm1, sun)
         for name in provider.terms:

@@ -1,7 +1,4 @@
-"""Providers in closed form: partners for trying one provider without depending on the others.
-
-Ready-made inputs on which any provider can be tried.
-"""
+"""Providers in closed form, and ready-made inputs: partners on which any provider can be tried."""
 
 from __future__ import annotations
 
@@ -211,7 +208,7 @@ def sample_atmosphere_inputs(profile: Profile | None = None) -> AtmosphereInputs
 def sample_radiance_inputs(
     profile: Profile | None = None, layers: tuple[CloudLayer, ...] | None = None
 ) -> RadianceInputs:
-    """Return inputs of a radiance model, made of the plain providers of this kit.
+    """Return inputs of a radiance model from the plain providers of this kit.
 
     Parameters
     ----------
@@ -255,7 +252,7 @@ def _flat_sun(wavenumber_cm1: Array) -> Array:
 
 
 def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
-    """Return up to ``count`` wavenumbers at which a provider may be asked, within 500 to 4000 cm-1 if it can.
+    """Return up to ``count`` wavenumbers in the range of a provider, within 500 to 4000 cm-1 if it can.
 
     Its own nodes where it has a native grid, evenly spaced ones within its declared range otherwise.
     """

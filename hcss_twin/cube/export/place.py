@@ -1,4 +1,4 @@
-"""Where the pixels of a frame lie on the globe, as readers of other formats are told."""
+"""Location of the pixels of a frame, as other formats describe it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class LocalPlane:
     semi_major_m : float
         Equatorial radius.
     inverse_flattening : float
-        0 stands for a sphere.
+        0: a sphere.
     """
 
     latitude: float
@@ -136,7 +136,7 @@ def axis(name: str, centres_m: NDArray[np.float64], fallback_m: float | None) ->
     """
     if centres_m.size == 1:
         if fallback_m is None:
-            raise CubeError(f"{name} has one value, from which the size of a pixel cannot be told")
+            raise CubeError(f"{name} has one value, which does not determine the size of a pixel")
         return float(centres_m[0]), fallback_m
     step = float(centres_m[-1] - centres_m[0]) / (centres_m.size - 1)
     if not step > 0.0:

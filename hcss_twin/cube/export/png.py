@@ -38,7 +38,7 @@ class Scaling:
     ----------
     scale, offset : float
     missing_sample : int or None
-        The sample that stands for a missing value; None where none can be missing.
+        The sample of a missing value; None where none can be missing.
     largest_error : float
         Of rounding to samples.
     lowest, highest : float or None
@@ -57,7 +57,7 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
     """Return the scaling of each plane, the same for all its frames.
 
     Whole numbers from 0 to 65535 (masks, digital numbers) are their own samples. Other values use 1 to 65535 between
-    the smallest and the largest of all frames, or between the limits; 0 stands for a missing value.
+    the smallest and the largest of all frames, or between the limits; 0 is a missing value.
 
     Parameters
     ----------

@@ -1,7 +1,4 @@
-"""What is taken from a cube: one variable, some of its frames and bands.
-
-What every format is told about an export, as far as it has room for it.
-"""
+"""What is exported of a cube: one variable, some of its frames and bands, and their description."""
 
 from __future__ import annotations
 
@@ -180,7 +177,7 @@ def _planes(dataset: xr.Dataset, name: str, kind: str, bands: Sequence[str]) -> 
         if band not in known:
             raise CubeError(f"band '{band}': the cube has no such band; {choose_from(band, known)}")
         if list(bands).count(band) > 1:
-            raise CubeError(f"band '{band}': asked for more than once")
+            raise CubeError(f"band '{band}': requested more than once")
     return tuple(known.index(band) for band in bands or known)
 
 
@@ -210,7 +207,7 @@ def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[Expo
             nearest = min(max(number, 0), last)
             raise CubeError(f"frame {number}: the cube has 0 to {last}; closest is {nearest}")
         if list(wanted).count(number) > 1:
-            raise CubeError(f"frame {number}: asked for more than once")
+            raise CubeError(f"frame {number}: requested more than once")
     return tuple(
         ExportFrame(number, f"{times[number]}Z", float(seconds[number]), float(displacements[number]))
         for number in wanted or range(seconds.size)
@@ -235,7 +232,7 @@ def _plain(value: Any) -> Any:
 
 
 def description(selection: Selection, source: str) -> dict[str, Any]:
-    """Return everything that is known of an export but its values, as JSON can say it.
+    """Return the description of an export, without its values, for JSON.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ class _Guard:
         return attributed(declares, self._speaker) if self._speaker else declares
 
     def __getattr__(self, name: str) -> Any:
-        # copies and unpickled objects are asked for attributes before they have a provider
+        # copying and unpickling look up attributes before there is a provider
         if name.startswith("__") or name in ("_provider", "_label", "_speaker"):
             raise AttributeError(name)
         # first, so that hasattr() says whether the provider has an optional method

@@ -36,10 +36,10 @@ __all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
 
 
 class Registry:
-    """Providers that can be selected, and plugins that could not be taken.
+    """Providers that can be selected, and broken plugins.
 
-    Made anew for each run; there is no global one. A plugin is taken whole or not at all, and
-    whatever it raises is kept in :attr:`broken` instead of being propagated.
+    Each run has its own; there is no global registry. A plugin is registered completely or not at all; its exceptions
+    are stored in :attr:`broken` and not propagated.
     """
 
     def __init__(self) -> None:
@@ -50,8 +50,8 @@ class Registry:
     def discover(cls) -> Registry:
         """Return a registry of the defaults and of every installed entry point of group ``hcss_twin``."""
         registry = cls.defaults_only()
-        for origin, found in installed():
-            registry.add_lazily(origin, _loader(found))
+        for origin, source in installed():
+            registry.add_lazily(origin, _loader(source))
         return registry
 
     @classmethod
@@ -62,11 +62,11 @@ class Registry:
         return registry
 
     def add(self, plugin: object, origin: Origin) -> None:
-        """Take a plugin module or object that is imported already."""
+        """Register an imported plugin module or object."""
         self.add_lazily(origin, lambda: plugin)
 
     def add_lazily(self, origin: Origin, load: Callable[[], object]) -> None:
-        """Take the plugin that ``load`` returns; any failure is recorded and kept from the others."""
+        """Register the plugin that ``load`` returns; a failure is recorded and does not affect others."""
         collection = Collection()
         try:
             collection.take(load())
@@ -95,7 +95,7 @@ class Registry:
 
     @property
     def broken(self) -> tuple[BrokenPlugin, ...]:
-        """Plugins that could not be taken, with their errors."""
+        """Plugins that could not be registered, with their errors."""
         return tuple(self._broken)
 
     def entries(self, kind: Kind | str | None = None) -> tuple[Entry, ...]:
