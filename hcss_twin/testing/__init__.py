@@ -13,7 +13,10 @@ import pytest
 
 # The classes live outside the test files that inherit them; this gives their asserts full messages.
 pytest.register_assert_rewrite(
-    *(f"hcss_twin.testing.{name}" for name in ("clouds", "optics", "radiance", "registration", "sea", "sensor"))
+    *(
+        f"hcss_twin.testing.{name}"
+        for name in ("clouds", "optics", "radiance", "registration", "samples", "sea", "sensor")
+    )
 )
 
 from hcss_twin.testing.clouds import CloudGeneratorContract  # noqa: E402

@@ -13,16 +13,16 @@ import pytest
 from hcss_twin.physics.paths import Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, AtmosphereInputs, Microphysics, Optics, OpticsInputs, TransmittanceProvider
-from hcss_twin.providers.common import FRACTION_TOLERANCE, check_declares, check_options
+from hcss_twin.providers.common import FRACTION_TOLERANCE
 from hcss_twin.testing.samples import (
+    SpectralContract,
     sample_atmosphere_inputs,
     sample_microphysics,
     sample_optics_inputs,
-    sample_wavenumbers,
 )
 
 
-class OpticsContract:
+class OpticsContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``."""
 
     def make_provider(self, inputs: OpticsInputs) -> Optics:
@@ -35,24 +35,9 @@ class OpticsContract:
         return sample_optics_inputs()
 
     @pytest.fixture
-    def provider(self, inputs: OpticsInputs) -> Optics:
-        """Provider made from ``inputs``."""
-        return self.make_provider(inputs)
-
-    @pytest.fixture
     def cloud(self) -> Microphysics:
         """Particles to ask for; override for a provider of ice only."""
         return sample_microphysics("water")
-
-    @pytest.fixture
-    def wavenumber_cm1(self, provider: Optics) -> Array:
-        """Wavenumbers to ask for; override to choose others."""
-        return sample_wavenumbers(provider.declares)
-
-    def test_declaration_is_sound(self, provider: Optics) -> None:
-        """Names, ranges and optional attributes that the engine understands."""
-        check_declares(provider.declares)
-        check_options(provider)
 
     def test_shapes(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
         """(V,), (V,) and (K, V) with K of at least 2, all real."""
@@ -122,7 +107,7 @@ class OpticsContract:
             np.testing.assert_array_equal(getattr(between, name), getattr(alone, name))
 
 
-class TransmittanceContract:
+class TransmittanceContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes
@@ -146,25 +131,10 @@ class TransmittanceContract:
         return sample_atmosphere_inputs()
 
     @pytest.fixture
-    def provider(self, inputs: AtmosphereInputs) -> TransmittanceProvider:
-        """Provider made from ``inputs``."""
-        return self.make_provider(inputs)
-
-    @pytest.fixture
-    def wavenumber_cm1(self, provider: TransmittanceProvider) -> Array:
-        """Wavenumbers to ask for; override to choose others."""
-        return sample_wavenumbers(provider.declares)
-
-    @pytest.fixture
     def paths(self) -> list[Path]:
         """Single and composite paths, from the sea and from a cloud top, as the engine asks for them."""
         single = [to_space(base, zenith) for base in (0.0, 1500.0) for zenith in (0.0, 30.0, 60.0)]
         return [*single, single[1] + single[2], single[5] + single[3]]
-
-    def test_declaration_is_sound(self, provider: TransmittanceProvider) -> None:
-        """Names, ranges and optional attributes that the engine understands."""
-        check_declares(provider.declares)
-        check_options(provider)
 
     def test_path_without_legs_transmits_everything(self, provider: Any, wavenumber_cm1: Array) -> None:
         """T = 1 for an empty path."""

@@ -13,14 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import Array, CloudLayer, RadianceInputs, RadianceModel, Sun
-from hcss_twin.providers.common import check_declares, check_options
-from hcss_twin.testing.samples import (
-    frozen,
-    sample_high_layer,
-    sample_layer,
-    sample_radiance_inputs,
-    sample_wavenumbers,
-)
+from hcss_twin.testing.samples import SpectralContract, frozen, sample_high_layer, sample_layer, sample_radiance_inputs
 
 NODES = 33
 """Thicknesses, evenly spaced in the logarithm, for the search of bends."""
@@ -120,7 +113,7 @@ _THICKNESS_M = frozen([[50.0], [120.0], [400.0], [800.0]])
 _TWO_LAYERS_M = frozen([[50.0, 0.0], [800.0, 0.0], [0.0, 100.0], [0.0, 2000.0], [50.0, 2000.0], [400.0, 150.0]])
 
 
-class RadianceModelContract:
+class RadianceModelContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes
@@ -144,16 +137,6 @@ class RadianceModelContract:
         """Inputs from the kit's plain providers; override to choose others."""
         return sample_radiance_inputs()
 
-    @pytest.fixture
-    def provider(self, inputs: RadianceInputs) -> RadianceModel:
-        """Provider made from ``inputs``."""
-        return self.make_provider(inputs)
-
-    @pytest.fixture
-    def wavenumber_cm1(self, provider: RadianceModel) -> Array:
-        """Wavenumbers to ask for; override to choose others."""
-        return sample_wavenumbers(provider.declares)
-
     @pytest.fixture(params=[None, 40.0], ids=["no sun", "sun"])
     def sun(self, request: pytest.FixtureRequest) -> Sun | None:
         """No sun, and one at 40 degrees of zenith."""
@@ -161,8 +144,7 @@ class RadianceModelContract:
 
     def test_declaration_is_sound(self, provider: RadianceModel) -> None:
         """Names and ranges that the engine understands; solar terms are terms."""
-        check_declares(provider.declares)
-        check_options(provider)
+        super().test_declaration_is_sound(provider)
         assert provider.terms
         assert provider.solar_terms <= set(provider.terms)
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
+import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.physics.paths import Path
@@ -29,6 +30,7 @@ from hcss_twin.providers import (
     SingleScattering,
     View,
 )
+from hcss_twin.providers.common import check_declares, check_options
 
 
 class PlainSea:
@@ -264,3 +266,30 @@ def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
     grid = declares.native_grid_cm1
     inside = grid[(grid >= low) & (grid <= high)]
     return frozen(inside[np.unique(np.linspace(0, inside.size - 1, count).astype(int))])
+
+
+class ProviderContract:
+    """What the classes of tests of all kinds share."""
+
+    def make_provider(self, inputs: Any) -> Any:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    @pytest.fixture
+    def provider(self, inputs: Any) -> Any:
+        """Provider made from ``inputs``."""
+        return self.make_provider(inputs)
+
+    def test_declaration_is_sound(self, provider: Any) -> None:
+        """Names, ranges and optional attributes that the engine understands."""
+        check_declares(provider.declares)
+        check_options(provider)
+
+
+class SpectralContract(ProviderContract):
+    """Of providers with spectral results."""
+
+    @pytest.fixture
+    def wavenumber_cm1(self, provider: Any) -> Array:
+        """Wavenumbers of the calls; override to choose others."""
+        return sample_wavenumbers(provider.declares)
