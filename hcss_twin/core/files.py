@@ -1,9 +1,4 @@
-"""Files that appear under their name only when they are complete.
-
-Files and folders that are on the disk when they are said to be.
-
-Opening of our own versioned NetCDF formats.
-"""
+"""Files that appear under their name only when they are complete, and opening of our NetCDF formats."""
 
 from __future__ import annotations
 
@@ -85,7 +80,7 @@ def open_format(path: Path, name: str, version: int) -> Iterator[Any]:
     except OSError as error:
         raise CatalogError(f"{path}: not a readable NetCDF file: {error}") from error
     with dataset:
-        found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
-        if found != (name, version):
-            raise CatalogError(f"{path}: format {found[0]!r} version {found[1]}; allowed: {name!r} version {version}")
+        actual = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
+        if actual != (name, version):
+            raise CatalogError(f"{path}: format {actual[0]!r} version {actual[1]}; allowed: {name!r} version {version}")
         yield dataset

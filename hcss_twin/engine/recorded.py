@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.environment import installed_version, versions
 from hcss_twin.core.errors import CubeError, ProviderError
 from hcss_twin.core.json_numbers import json_number, json_value
-from hcss_twin.core.versions import installed_version, versions
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry

@@ -18,8 +18,8 @@ from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.omissions.bounds import few_columns
 from hcss_twin.plan.views import ImageViews
 from hcss_twin.providers import RadianceModel, Sun
-from hcss_twin.scenario.accuracy import MAX, MIN, kelvin_of
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.units import MAX_ACCURACY, MIN_ACCURACY, kelvin_of
 
 SHARES: Mapping[str, float] = {
     "wavenumbers": 0.25,
@@ -139,7 +139,7 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
     if kelvin is None:
         return RequestedAccuracy(float(scenario.accuracy))
     if not suns:
-        return RequestedAccuracy(MAX, kelvin)
+        return RequestedAccuracy(MAX_ACCURACY, kelvin)
     grid = assembly.spectral_grid
     shares = []
     names = [band.name for band in assembly.bands]
@@ -161,14 +161,14 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
             hottest += WAVES_K
         shares.append(kelvin * _slope(grid, band, hottest))
     relative = min(shares)
-    if relative < MIN:
+    if relative < MIN_ACCURACY:
         message = (
             f"{scenario.accuracy!r} is {relative:.1e} of the radiance of pixels in band "
-            f"'{names[int(np.argmin(shares))]}'; allowed: {MIN:g} or more; closest valid choice is "
-            f"'{1.01 * kelvin * MIN / relative:.2g} K'"
+            f"'{names[int(np.argmin(shares))]}'; allowed: {MIN_ACCURACY:g} or more; closest valid choice is "
+            f"'{1.01 * kelvin * MIN_ACCURACY / relative:.2g} K'"
         )
         raise ScenarioError([Problem("accuracy", message)])
-    return RequestedAccuracy(min(relative, MAX), kelvin)
+    return RequestedAccuracy(min(relative, MAX_ACCURACY), kelvin)
 
 
 def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:

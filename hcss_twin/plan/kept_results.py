@@ -11,8 +11,8 @@ from typing import Any, Generic, TypeVar
 
 from hcss_twin.core.cache import Store, package_fingerprint, read_record, top_level, write_record
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
+from hcss_twin.core.environment import versions
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.core.versions import versions
 from hcss_twin.providers.registry.discovery import Entry
 
 _T = TypeVar("_T")

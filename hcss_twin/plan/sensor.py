@@ -31,7 +31,7 @@ from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.sensor import NamedSensor, Sensor, choose_sensor, load_sensor
+from hcss_twin.scenario.sensor import NamedSensor, SensorSection, choose_sensor, load_sensor
 
 ALL = "all"
 
@@ -42,7 +42,7 @@ class MadeSensor:
 
     Attributes
     ----------
-    section : Sensor
+    section : SensorSection
         What the user asked for.
     named : NamedSensor or None
         The file it names.
@@ -64,7 +64,7 @@ class MadeSensor:
         What users should know about blur at the edges.
     """
 
-    section: Sensor
+    section: SensorSection
     named: NamedSensor | None
     entry: Entry
     parameters: Mapping[str, Any]
@@ -133,7 +133,7 @@ class MadeSensor:
         }
 
 
-def make_sensor(section: Sensor, inputs: SensorInputs) -> MadeSensor:
+def make_sensor(section: SensorSection, inputs: SensorInputs) -> MadeSensor:
     """Build the sensor of a section, for frames that are measured as they are.
 
     Parameters

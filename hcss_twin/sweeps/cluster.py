@@ -13,8 +13,8 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import SweepError
-from hcss_twin.core.versions import versions
 from hcss_twin.sweeps.folder import Outcome
 from hcss_twin.sweeps.points import Schedule
 from hcss_twin.sweeps.work import Task

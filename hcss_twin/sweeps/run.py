@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import SweepError
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.core.versions import versions
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.dataset_layout import require_one_layout
 from hcss_twin.sweeps.design import Design

@@ -11,7 +11,7 @@ from cheap import CHEAP
 
 import hcss_twin.sweeps.work
 from hcss_twin import CubeError, Scenario, SweepError, open_cube, open_sweep, simulate, sweep
-from hcss_twin.core.versions import versions
+from hcss_twin.core.environment import versions
 from hcss_twin.engine import compile
 from hcss_twin.models.atmosphere.band_model import provider as band_model
 from hcss_twin.plan import kept_findings

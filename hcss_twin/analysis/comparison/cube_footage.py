@@ -17,7 +17,7 @@ from hcss_twin.analysis.comparison.footage import EvaluationChoice, Footage, Met
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError, HcssError, ImageError, choose_from
-from hcss_twin.cube.export.selection import Frame, Plane, Selection, select
+from hcss_twin.cube.export.selection import ExportFrame, Plane, Selection, select
 from hcss_twin.engine.recorded import Recorded
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature, dense_grid
 from hcss_twin.scenario.bands import Bands, spectral_band
@@ -129,7 +129,7 @@ def cube_footage(
     )
 
 
-def _reader(selection: Selection, frames: tuple[Frame, ...]) -> Callable[[int], Array]:
+def _reader(selection: Selection, frames: tuple[ExportFrame, ...]) -> Callable[[int], Array]:
     def read(number: int) -> Array:
         return np.asarray(selection.values(frames[number])[0], dtype=np.float64)
 

@@ -18,8 +18,8 @@ import numpy as np
 from hcss_twin.analysis.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ImageError, ImageOptionError
-from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
+from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, has_values_in_cloud_only
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet

@@ -52,7 +52,7 @@ class RoughSea:
 
     Raises
     ------
-    ValueError
+    ScenarioError, ValueError
         If wind speed, temperature or salinity are outside their ranges.
     CatalogError
         If a refractive index cannot be read.

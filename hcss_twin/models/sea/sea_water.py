@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.parameters import RoughSeaParameters
+from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index
 from hcss_twin.models.sea.slope_statistics import MEASURED_WIND_M_S
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
@@ -84,8 +85,10 @@ def load_sea_water(
 
     Raises
     ------
+    ScenarioError
+        If the temperature (when used) is outside its range.
     ValueError
-        If temperature (when used) or salinity is outside its range.
+        If the salinity is.
     CatalogError
         If a table cannot be read.
     """
@@ -96,10 +99,12 @@ def load_sea_water(
     if not by_temperature:
         return SeaWater(base, None, None, temperature_K, salinity_psu)
     if not ALLOWED_K[0] <= temperature_K <= ALLOWED_K[1]:
-        raise ValueError(
-            f"temperature_K {temperature_K} of the sea: its refractive index is known for {ALLOWED_K[0]} to "
-            f"{ALLOWED_K[1]}; water_temperature = false takes the table's temperature instead"
+        message = (
+            f"{temperature_K:g} K is outside the range of the refractive index of sea water; allowed: "
+            f"{ALLOWED_K[0]:g} to {ALLOWED_K[1]:g} K, or any with sea.parameters.water_temperature = false, which "
+            f"takes the index at {WARM_K:g} K"
         )
+        raise ScenarioError([Problem("sea.temperature", message)])
     cold, warm = load_refractive_index(catalog, "water-273K"), load_refractive_index(catalog, "water")
     return SeaWater(base, cold, warm, temperature_K, salinity_psu)
 

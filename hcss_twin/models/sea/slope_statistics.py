@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ProviderError
+from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.models.sea.wave_field import cutoff_frequency_rad_s
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 
@@ -161,8 +161,8 @@ def slope_statistics(wind_speed_m_s: float, law: SlopeLaw) -> SlopeStatistics:
 
     Raises
     ------
-    ValueError
-        If the wind speed is outside its range.
+    ValueError, ScenarioError
+        If the wind speed is outside the range of Cox and Munk's laws, or that of the Gram-Charlier series.
     """
     total = mean_square_slope(wind_speed_m_s)
     if law == "isotropic":
@@ -175,10 +175,11 @@ def slope_statistics(wind_speed_m_s: float, law: SlopeLaw) -> SlopeStatistics:
         return SlopeStatistics(upwind, crosswind)
     low, high = GRAM_CHARLIER_WIND_M_S
     if not low <= wind_speed_m_s <= high:
-        raise ValueError(
-            f"wind_speed_m_s {wind_speed_m_s:g} with slopes 'gram-charlier': allowed {low:g} to {high:g}; "
-            f"'upwind-crosswind' reaches {ALLOWED_WIND_M_S[1]:g} m/s"
+        message = (
+            f"{wind_speed_m_s:g} m/s with sea.parameters.slopes = 'gram-charlier'; allowed: {low:g} to {high:g} m/s, "
+            f"or up to {ALLOWED_WIND_M_S[1]:g} m/s with slopes = 'upwind-crosswind'"
         )
+        raise ScenarioError([Problem("sea.wind_speed", message)])
     skewness = (0.01 - 0.0086 * wind_speed_m_s, 0.04 - 0.033 * wind_speed_m_s)
     raw = SlopeStatistics(1.0, 1.0, skewness, _PEAKEDNESS)
     # A sum over a fine grid: the density has kinks where the series changes sign, and vanishes at the edge.

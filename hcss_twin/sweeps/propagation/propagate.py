@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.compilation import announce_compilation
+from hcss_twin.core.environment import announce_compilation, versions
 from hcss_twin.core.errors import (
     CertificateWarning,
     PropagationError,
@@ -22,7 +22,6 @@ from hcss_twin.core.errors import (
     choose_from,
 )
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.core.versions import versions
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.simulate import run
 from hcss_twin.plan.make_plan import make_plan

@@ -1,4 +1,4 @@
-"""A small cube of random numbers, for trying and testing code that writes or reads cubes."""
+"""A small cube of random numbers, for tests of code that writes or reads cubes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.cube.frames import frame_shape
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, BandInfo, CubeHeader, LayerInfo
-from hcss_twin.cube.variables import expand
+from hcss_twin.cube.requested_variables import expand
 
 EXAMPLE_TERMS = {"sea_emission": "Emission of the sea.", "sun_glint": "Sunlight reflected by the sea."}
 
