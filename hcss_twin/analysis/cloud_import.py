@@ -1,4 +1,4 @@
-"""From an image file to an entry of the cloud database."""
+"""Import of an image file into the cloud database: clouds cut out, their facts and fractal dimension measured."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import box_counting_dimension
-from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate
-from hcss_twin.analysis.measures.fractal_dimension.slopes import variogram_dimension
+from hcss_twin.analysis.measures.box_counting import box_counting_dimension
+from hcss_twin.analysis.measures.fractal_dimension import DimensionEstimate, variogram_dimension
 from hcss_twin.core.errors import CatalogError, ImageError
 from hcss_twin.models.clouds.database.entry import NOT_STATED, CloudEntry, EntryFacts
 from hcss_twin.models.clouds.database.segmentation import Cleaning, segment

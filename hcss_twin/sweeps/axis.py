@@ -1,7 +1,4 @@
-"""The values between two ends: numbers, quantities with a unit, or instants.
-
-One swept key and its values: a list, a range, a distribution or an ensemble of seeds.
-"""
+"""One swept key and its values: a list, a range, a distribution or an ensemble of seeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Points computed by Dask: on processes of this machine, or on a cluster that is there already."""
+"""Points computed by Dask: on processes of this machine, or on a cluster that is there already.
+
+Import it where Dask is installed only.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +14,17 @@ import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
+import dask
+from distributed import Client, LocalCluster, Worker, WorkerPlugin, as_completed, get_worker
+from distributed.scheduler import KilledWorker
+
 from hcss_twin.core.errors import SweepError
+from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.core.versions import versions
-from hcss_twin.sweeps.folder import Outcome
-from hcss_twin.sweeps.points import Schedule
-from hcss_twin.sweeps.work import Task
+from hcss_twin.sweeps.points import Outcome, Schedule, Task, compute
 
 IN_HAND = 2
 """Points that a worker has: one that it computes and one that it need not wait for."""
@@ -26,6 +33,37 @@ _DIED_TWICE = "its worker process died, and so did the next that tried: out of m
 
 _CONNECT_S = 10
 _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})")
+
+
+class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
+    """What the points of one process share; they take turns, because the netCDF library is not thread safe.
+
+    Parameters
+    ----------
+    is_ours : bool
+        Whether the process was started for the sweep. Ctrl-C in a terminal reaches it too, but it is ended by who
+        started it.
+    """
+
+    name = "hcss-point-worker"
+    # Sweeps that meet on a cluster take turns, too: who comes first brings it, and it stays.
+    idempotent = True
+
+    def __init__(self, is_ours: bool) -> None:
+        self._is_ours = is_ours
+
+    def setup(self, worker: Worker) -> None:
+        """Make what the threads of a worker share."""
+        self.turn, self.shelf = Lock(), ResultCache()
+        if self._is_ours:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def compute_on_worker(task: Task) -> Outcome:
+    """Compute a point when its turn has come."""
+    here = get_worker().plugins[PointWorker.name]
+    with here.turn:
+        return compute(task, here.shelf)
 
 
 class Cluster:
@@ -46,10 +84,6 @@ class Cluster:
 
     def compute(self, schedule: Schedule[Task]) -> Iterator[Outcome]:
         """Yield the outcome of each point, in the order in which they are finished."""
-        from distributed import as_completed
-
-        from hcss_twin.sweeps.on_worker import PointWorker
-
         self._client.register_plugin(PointWorker(self._is_ours))
         under_way: dict[Any, tuple[int, Task]] = {}
         suspects: list[tuple[int, Task]] = []
@@ -88,8 +122,6 @@ class Cluster:
                 self._client.cancel(list(under_way), force=True)
 
     def _submit(self, task: Task) -> Any:
-        from hcss_twin.sweeps.on_worker import compute_on_worker
-
         # Another sweep on the same cluster, and another try, have the same number.
         key = f"hcss-point-{secrets.token_hex(4)}-{task.point}"
         return self._client.submit(compute_on_worker, task, pure=False, key=key)
@@ -133,12 +165,8 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
     Raises
     ------
     SweepError
-        If Dask is not installed, or the processes do not start.
+        If the processes do not start.
     """
-    _require_dask()
-    import dask
-    from distributed import Client, LocalCluster
-
     with ExitStack() as stack:
         stack.enter_context(dask.config.set(_OF_OUR_PROCESSES))
         try:
@@ -169,11 +197,8 @@ def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
     Raises
     ------
     SweepError
-        If Dask is not installed, nobody answers at the address, or the workers cannot do the work.
+        If nobody answers at the address, or the workers cannot do the work.
     """
-    _require_dask()
-    from distributed import Client
-
     _require_answer(scheduler)
     try:
         client = Client(scheduler, set_as_default=False, timeout=_CONNECT_S)
@@ -213,20 +238,8 @@ def _undisturbed() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _require_dask() -> None:
-    try:
-        import distributed  # noqa: F401
-    except ImportError as error:
-        raise SweepError(
-            "several workers need Dask, which is not installed: pip install 'hcss-twin[sweep]'; allowed without it: "
-            "one worker"
-        ) from error
-
-
 def _outcome(future: Any, task: Task) -> Outcome | None:
     """Return what came of a point; None if its worker died."""
-    from distributed.scheduler import KilledWorker
-
     if future.status in ("cancelled", "lost"):
         raise SweepError("the connection to the Dask scheduler is lost; run the sweep again to go on where it was")
     error = future.exception()

@@ -1,4 +1,4 @@
-"""What a sweep file asks for: a scenario, the keys that are swept, and how their values are combined."""
+"""The content of a sweep file: a scenario, the swept keys, and how their values are combined."""
 
 from __future__ import annotations
 

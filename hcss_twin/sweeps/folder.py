@@ -1,12 +1,8 @@
-"""What is known about one point of a sweep.
-
-The folder of a sweep: its cubes, what is known of each point, and whose sweep it is.
-"""
+"""The folder of a sweep: its cubes, what is known of each point, and which sweep it belongs to."""
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import os
 import time
@@ -18,7 +14,7 @@ from typing import Any, Literal
 
 from hcss_twin.core.errors import CubeError, SweepError
 from hcss_twin.core.files import atomic_write
-from hcss_twin.sweeps.points import Point, ranges
+from hcss_twin.sweeps.points import Outcome, Point, ranges, sha256_of
 
 State = Literal["pending", "done", "failed"]
 
@@ -76,28 +72,15 @@ class PointRecord:
         )
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What came of computing one point; fields as in :class:`PointRecord`."""
-
-    point: int
-    file: str | None = None
-    bytes: int | None = None
-    sha256: str | None = None
-    seconds: float | None = None
-    error: str | None = None
-
-
-def sha256_of(path: Path) -> str:
-    """Return the hash of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 INDEX = "index.json"
+
+
 LOG = "points.jsonl"
+
+
 FORMAT = 1
 """Of the index; raised when its fields change their meaning."""
+
 
 _INDEX_EVERY_S = 2.0
 """The log has every point at once; the index, which is written whole, follows."""

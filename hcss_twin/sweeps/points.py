@@ -1,23 +1,26 @@
-"""The points of a sweep: scenarios, all of them checked before the first is computed.
-
-The order of points: one of those that share tables goes first, so that the tables are compiled once.
-"""
+"""The points of a sweep: made and checked, ordered so that tables are compiled once, and computed."""
 
 from __future__ import annotations
 
 import hashlib
 import heapq
 import json
+import os
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from hashlib import sha256
 from itertools import groupby
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from hcss_twin.core.errors import Problem, ScenarioError, shown
+from hcss_twin.core.errors import HcssError, Problem, ScenarioError, shown
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.engine.simulate import run
+from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.overrides import key_parts
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.scenario import SWEEP, Scenario
 from hcss_twin.sweeps.design import Design
 
 _MAX_TOLD = 5
@@ -106,14 +109,43 @@ def _told(wrong: Mapping[Problem, list[int]], typed: list[Mapping[str, Any]]) ->
 def ranges(numbers: Iterable[int]) -> str:
     """Write increasing numbers as ``0, 3 to 7, 9``, and not more than a few of them."""
     texts = []
-    for _, run in groupby(enumerate(numbers), key=lambda each: each[1] - each[0]):
-        members = [number for _, number in run]
+    for _, group in groupby(enumerate(numbers), key=lambda each: each[1] - each[0]):
+        members = [number for _, number in group]
         texts.append(f"{members[0]}" if len(members) == 1 else f"{members[0]} to {members[-1]}")
     more = f" and {len(texts) - _MAX_TOLD} more" if len(texts) > _MAX_TOLD else ""
     return ", ".join(texts[:_MAX_TOLD]) + more
 
 
+OF_ALL_POINTS = ("image.rows", "image.columns", "image.pixel_size", "frames", "bands", "output.variables")
+"""Keys that points of one dataset have in common, because its dimensions and coordinates come from them."""
+
+
+def require_one_layout(design: Design, points: Sequence[Point]) -> None:
+    """Check, before any point is computed, that all of them fit into one dataset.
+
+    Raises
+    ------
+    ScenarioError
+        Naming the key that separates them.
+    """
+    if design.combine != "product":
+        told = "a dataset needs a dimension for each key; allowed: combine = 'product', or no dataset"
+        raise ScenarioError([Problem(f"{SWEEP}.combine", told)], design.origin)
+    first = _layout(points[0])
+    for point in points[1:]:
+        for key, value in _layout(point).items():
+            if value != first[key]:
+                told = f"differs between points 0 and {point.number}; a dataset needs it in common, allowed: no dataset"
+                raise ScenarioError([Problem(f"{SWEEP}: {key}", told)], design.origin)
+
+
+def _layout(point: Point) -> Mapping[str, Any]:
+    plain = json.loads(point.scenario.to_json())
+    return {key: value_at(plain, key) for key in OF_ALL_POINTS}
+
+
 _T = TypeVar("_T")
+
 
 _OF_THE_FIELD = ("coverage", "coverage_mode", "edge_taper", "generator", "parameters")
 """Keys of a cloud layer that say where clouds are, which tables do not know; whether there are any they do."""
@@ -133,7 +165,7 @@ def shared_tables(scenario: Scenario) -> str:
         layer["is_there"] = layer["coverage"] > 0.0
         for name in _OF_THE_FIELD:
             del layer[name]
-    return sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
 
 
 class Schedule(Generic[_T]):
@@ -179,3 +211,103 @@ class Schedule(Generic[_T]):
         for follower in waiting[:count]:
             heapq.heappush(self._ready, follower)
         del waiting[:count]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of computing one point; fields as in :class:`PointRecord`."""
+
+    point: int
+    file: str | None = None
+    bytes: int | None = None
+    sha256: str | None = None
+    seconds: float | None = None
+    error: str | None = None
+
+
+def sha256_of(path: Path) -> str:
+    """Return the hash of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+DATE = "SOURCE_DATE_EPOCH"
+"""Environment variable that fixes the date of creation, and with it every byte of a cube."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a worker needs to know; it is sent to other processes and machines.
+
+    Attributes
+    ----------
+    point : int
+    scenario : Scenario
+    path : str
+        Absolute path of the cube.
+    date : str or None
+        ``SOURCE_DATE_EPOCH`` of the process that the sweep was started in.
+    """
+
+    point: int
+    scenario: Scenario
+    path: str
+    date: str | None
+
+
+def compute(task: Task, shelf: ResultCache) -> Outcome:
+    """Compute a point and write its cube; whatever is wrong with the point becomes its error.
+
+    Only an interrupt is let through.
+
+    Parameters
+    ----------
+    shelf : ResultCache
+        What the points of one process share.
+    """
+    start, path = time.perf_counter(), Path(task.path)
+    found: list[Certificate] = []
+    error: str | None = None
+    try:
+        with _date(task.date):
+            run(make_plan(task.scenario, shelf=shelf), path, report=found.append)
+        size, digest = path.stat().st_size, sha256_of(path)
+    except ScenarioError as cause:  # what only the plan finds out
+        return Outcome(task.point, seconds=_since(start), error="; ".join(map(str, cause.problems)))
+    except HcssError as cause:
+        return Outcome(task.point, seconds=_since(start), error=str(cause))
+    except Exception as cause:  # a fault of one point must not end the others
+        return Outcome(task.point, seconds=_since(start), error=f"{type(cause).__name__}: {cause}")
+    for certificate in found:
+        if not certificate.passed:
+            error = f"certificate {certificate.lines[0]}"
+    return Outcome(task.point, path.name, size, digest, _since(start), error)
+
+
+def _since(start: float) -> float:
+    return round(time.perf_counter() - start, 4)
+
+
+@contextmanager
+def _date(fixed: str | None) -> Iterator[None]:
+    """Let the process have the date of creation that the sweep was started with."""
+    before = os.environ.get(DATE)
+    if fixed is not None:
+        os.environ[DATE] = fixed
+    try:
+        yield
+    finally:
+        if fixed is not None and before is None:
+            del os.environ[DATE]
+        elif before is not None:
+            os.environ[DATE] = before
+
+
+def compute_here(schedule: Schedule[Task]) -> Iterator[Outcome]:
+    """Yield the outcome of each point."""
+    shelf = ResultCache()
+    while (following := schedule.next()) is not None:
+        index, task = following
+        outcome = compute(task, shelf)
+        schedule.finished(index, outcome.error is None)
+        yield outcome

@@ -1,37 +1,31 @@
-"""Points computed one after the other in this process.
-
-A sweep from its file to a folder of cubes: the order of things, and nothing else.
-"""
+"""A sweep from its file to a folder of cubes."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from hcss_twin.core.errors import SweepError
-from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.core.versions import versions
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.sweeps.dataset_layout import require_one_layout
 from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.folder import INDEX, Outcome, PointRecord, SweepFolder, cube_name
-from hcss_twin.sweeps.points import Point, Schedule, digest_of, points_of, shared_tables
-from hcss_twin.sweeps.work import DATE, Task, compute
-
-
-def compute_here(schedule: Schedule[Task]) -> Iterator[Outcome]:
-    """Yield the outcome of each point."""
-    shelf = ResultCache()
-    while (following := schedule.next()) is not None:
-        index, task = following
-        outcome = compute(task, shelf)
-        schedule.finished(index, outcome.error is None)
-        yield outcome
-
+from hcss_twin.sweeps.folder import INDEX, PointRecord, SweepFolder, cube_name
+from hcss_twin.sweeps.points import (
+    DATE,
+    Outcome,
+    Point,
+    Schedule,
+    Task,
+    compute_here,
+    digest_of,
+    points_of,
+    require_one_layout,
+    shared_tables,
+)
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
@@ -199,8 +193,13 @@ def _outcomes(
     if scheduler is None and min(workers, count) == 1:
         yield from compute_here(schedule)
         return
-    from hcss_twin.sweeps.cluster import local_cluster, remote_cluster
-
+    try:
+        from hcss_twin.sweeps.cluster import local_cluster, remote_cluster
+    except ImportError as error:
+        raise SweepError(
+            "several workers need Dask, which is not installed: pip install 'hcss-twin[sweep]'; allowed without it: "
+            "one worker"
+        ) from error
     with ExitStack() as stack:
         opened = (
             local_cluster(min(workers, count)) if scheduler is None else remote_cluster(scheduler, folder.resolve())

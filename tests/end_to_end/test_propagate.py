@@ -15,7 +15,7 @@ from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import HcssError
 from hcss_twin.engine.certificate.part_sample import CLEAR, PARTS
 from hcss_twin.sweeps.propagation.dataset import open_propagation, with_summary
-from hcss_twin.sweeps.propagation.posterior_draws import PosteriorDraws
+from hcss_twin.sweeps.propagation.joint_sample import PosteriorDraws
 
 SMALL = CHEAP | {
     "image.rows": 40,

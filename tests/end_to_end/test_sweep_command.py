@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from hcss_twin import ScenarioError, SweepError
 from hcss_twin.cli.main import cli
 from hcss_twin.sweeps import run
-from hcss_twin.sweeps.folder import Outcome
+from hcss_twin.sweeps.points import Outcome
 
 SCENE = {**CHEAP, "image.rows": 4, "image.columns": 4, "frames.count": 1, "output.variables": ["cloud_mask"]}
 FILE = """

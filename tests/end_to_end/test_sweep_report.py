@@ -8,8 +8,7 @@ from pages import read_page
 import hcss_twin
 from hcss_twin import SweepError, open_cube, sweep
 from hcss_twin.sweeps import run
-from hcss_twin.sweeps.folder import Outcome
-from hcss_twin.sweeps.work import compute
+from hcss_twin.sweeps.points import Outcome, compute
 
 SMALL = {
     **CHEAP,

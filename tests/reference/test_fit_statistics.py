@@ -9,7 +9,7 @@ from scipy.special import ndtri
 from scipy.stats import multivariate_normal, multivariate_t, rankdata
 
 from hcss_twin.analysis.matching.structure import CloudImage, grey_inputs
-from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram
+from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram, DimensionLikelihood
 from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise
 from hcss_twin.analysis.uncertainty.image_data import (
     ImageData,
@@ -19,7 +19,6 @@ from hcss_twin.analysis.uncertainty.image_data import (
     image_scores,
 )
 from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood
-from hcss_twin.analysis.uncertainty.posterior_model import DimensionLikelihood
 from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
 from hcss_twin.models.clouds.fractal.generator import FractalClouds

@@ -7,11 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.analysis.matching.dimension_range import match_dimension
-from hcss_twin.analysis.matching.finish import refine
-from hcss_twin.analysis.matching.fragment import empty_frame
+from hcss_twin.analysis.matching.dimension_range import empty_frame, match_dimension
 from hcss_twin.analysis.matching.match import FRESH_SEEDS, SEARCH_SEEDS, match
-from hcss_twin.analysis.matching.start import brightness_exponent, fit_variogram, frame_cells, reference_cells
+from hcss_twin.analysis.matching.search import brightness_exponent, fit_variogram, frame_cells, reference_cells, refine
 from hcss_twin.analysis.matching.structure import (
     CloudImage,
     image_structure,

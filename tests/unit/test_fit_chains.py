@@ -5,10 +5,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hcss_twin.analysis.uncertainty.chains import Chains, begin, converge, extend, judge, split_r_hat, walkers_of
+from hcss_twin.analysis.uncertainty.chains import (
+    Chains,
+    SingleModel,
+    begin,
+    converge,
+    extend,
+    judge,
+    split_r_hat,
+    walkers_of,
+)
+from hcss_twin.analysis.uncertainty.fit import _pilot
 from hcss_twin.analysis.uncertainty.fit_run import Checkpoint, State
-from hcss_twin.analysis.uncertainty.posterior_model import SingleModel
-from hcss_twin.analysis.uncertainty.prepare import _pilot
 from hcss_twin.core.errors import PosteriorError
 
 MEAN, COVARIANCE = np.array([1.0, -2.0]), np.array([[1.0, 0.9], [0.9, 2.0]])

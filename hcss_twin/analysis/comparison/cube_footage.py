@@ -1,7 +1,4 @@
-"""Brightness temperature of a cube's radiance, by the spectral response of its own bands.
-
-A cube as footage: one variable and band of it.
-"""
+"""A cube as footage: one variable and band, with the brightness temperature of its radiance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How like a real image or sequence a simulated one is."""
+"""Comparison of a simulated image, sequence or cube with a real one (``hcss evaluate``)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from contextlib import ExitStack
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.comparison.common import (
+from hcss_twin.analysis.comparison.footage import EvaluationChoice
+from hcss_twin.analysis.comparison.image_footage import open_footage
+from hcss_twin.analysis.comparison.metrics import build_metrics
+from hcss_twin.analysis.comparison.pairing import (
     common_parts,
     common_quantity,
     distances_of_frames,
@@ -19,10 +22,7 @@ from hcss_twin.analysis.comparison.common import (
     same_pixel_size,
     typical_frame,
 )
-from hcss_twin.analysis.comparison.footage import EvaluationChoice
-from hcss_twin.analysis.comparison.image_footage import open_footage
-from hcss_twin.analysis.comparison.metrics import build_metrics
-from hcss_twin.analysis.comparison.result import Evaluation
+from hcss_twin.analysis.comparison.result import Evaluation, Side
 from hcss_twin.analysis.comparison.side import (
     MEANINGS,
     Measured,
@@ -32,9 +32,7 @@ from hcss_twin.analysis.comparison.side import (
     measure_side,
     pictured,
 )
-from hcss_twin.analysis.comparison.side_result import Side
-from hcss_twin.analysis.measures.definitions import MODES, Mode
-from hcss_twin.analysis.measures.morphology import MorphologyErrors
+from hcss_twin.analysis.measures.morphology import MODES, Mode, MorphologyErrors
 from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, spectral_distance_db
 
 BINS = 80

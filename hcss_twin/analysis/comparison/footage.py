@@ -1,7 +1,4 @@
-"""What of a file is compared.
-
-An opened image, several of them, or a cube: frames of one quantity.
-"""
+"""Frames of one quantity, from an image, several images or a cube; and the options by which they are chosen."""
 
 from __future__ import annotations
 

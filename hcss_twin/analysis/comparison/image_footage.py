@@ -1,7 +1,4 @@
-"""Images as footage: one file, or several of one scene.
-
-What kind of file a path names.
-"""
+"""Opening of the two files of a comparison; one image, or several of one scene, as footage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rows of a comparison."""
+"""The metrics of a comparison: each is a measure of single frames, averaged over the frames of each side."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from hcss_twin.analysis.comparison.result import Metric, Scale
-from hcss_twin.analysis.comparison.side_result import FrameResult
-from hcss_twin.analysis.measures.definitions import Mode, four_measures
+from hcss_twin.analysis.comparison.result import FrameResult, Metric, Scale
+from hcss_twin.analysis.measures.image_measures import TemporalAutocorrelation
+from hcss_twin.analysis.measures.morphology import Mode, four_measures
 from hcss_twin.analysis.measures.power_spectrum import PowerSpectrum
-from hcss_twin.analysis.measures.temporal import TemporalAutocorrelation
 
 Definition = Literal["as-printed", "corrected", "both"]
 Measure = Callable[[FrameResult], float]

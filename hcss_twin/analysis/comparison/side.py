@@ -1,7 +1,4 @@
-"""Grey levels of the clouds in one frame, as `hcss match` and the static scenes have them.
-
-One side of a comparison: its frames brought to the compared quantity and part, and measured.
-"""
+"""One side of a comparison: its frames brought to the compared quantity and part, clouds found, and measured."""
 
 from __future__ import annotations
 
@@ -14,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.comparison.footage import EvaluationChoice, Footage, Method
-from hcss_twin.analysis.comparison.side_result import FrameResult, Pictured
+from hcss_twin.analysis.comparison.result import FrameResult, Pictured
 from hcss_twin.analysis.measures.histogram_metrics import joint_histogram, to_grey_levels
-from hcss_twin.analysis.measures.image_measures import measure_image
-from hcss_twin.analysis.measures.temporal import TemporalAutocorrelation, temporal_autocorrelation
+from hcss_twin.analysis.measures.image_measures import TemporalAutocorrelation, measure_image, temporal_autocorrelation
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, relative_grey, thickness_of

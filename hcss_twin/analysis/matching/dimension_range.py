@@ -10,20 +10,26 @@ from typing import Literal
 
 import numpy as np
 
-from hcss_twin.analysis.matching.match import FRESH_SEEDS, SEARCH_SEEDS, rounded
+from hcss_twin.analysis.matching.match import FRESH_SEEDS, SEARCH_SEEDS, clouds_fragment, rounded
 from hcss_twin.analysis.matching.structure import CloudImage, simulate_image
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 Dimension = Literal["fractal", "surface"]
 
+
 # Changes of L that are tried, the smallest first, and Hurst exponents at each.
 _FACTORS = (1.0, 2.0, 0.5, 4.0, 0.25)
+
+
 _HURST = (0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
+
 
 # Between two Hurst exponents with the wanted dimension between theirs.
 _BISECTIONS = 6
+
 
 _APART = 1000
 
@@ -173,3 +179,47 @@ def _changes(start: FractalParameters, found: FractalParameters) -> str:
     if found.L != start.L:
         parts.append(f"L from {list(start.L or ())} to {list(found.L or ())}")
     return " and ".join(parts) or "nothing"
+
+
+# The frame of the paper's tables.
+SIDE = 800
+
+
+PIXEL_SIZE_M = 20.0
+
+
+def type_parameters(cloud_type: str, catalog: Catalog) -> FractalParameters:
+    """Return the complete parameters of a cloud type of the catalog.
+
+    Raises
+    ------
+    CatalogError
+        If there is no such type.
+    """
+    shape = catalog.toml(catalog.find(cloud_type, "cloud_types", ".toml"))["fractal"]
+    x, y = shape["L"]
+    first, last = shape["k"]
+    return FractalParameters(gamma=float(shape["gamma"]), H=float(shape["H"]), L=(float(x), float(y)), k=(first, last))
+
+
+def empty_frame(rows: int = SIDE, columns: int = SIDE, pixel_size_m: float = PIXEL_SIZE_M) -> CloudImage:
+    """Return a frame that only has a size; that of the paper by default."""
+    return CloudImage(np.zeros((rows, columns), dtype=np.float32), pixel_size_m)
+
+
+def dimension_fragment(
+    found: DimensionMatch, coverage: float, like: CloudImage, started_from: str, cloud_type: str
+) -> str:
+    """Return TOML as :func:`match_fragment`, for a range of the fractal dimension.
+
+    ``started_from`` says whose parameters were changed.
+    """
+    low, high = found.wanted
+    mean = sum(found.dimensions) / len(found.dimensions)
+    comments = [
+        f"Clouds with a {found.dimension} dimension of {low:g} to {high:g}, found by hcss match from the "
+        f"parameters of {started_from}; changed: {found.changed}.",
+        f"Over {len(found.seeds)} seeds that the search had not seen it is {mean:.3f} ({min(found.dimensions):.3f} "
+        f"to {max(found.dimensions):.3f}); {found.inside:.0%} of them lie in the range.",
+    ]
+    return clouds_fragment(found.parameters, coverage, like, cloud_type, comments)

@@ -1,21 +1,25 @@
-"""Algorithm 1 of the HCSS paper: generator parameters whose morphology is that of an image."""
+"""Algorithm 1 of the HCSS paper: generator parameters whose morphology is that of an image, and their TOML."""
 
 from __future__ import annotations
 
+import json
 import math
+import textwrap
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from hcss_twin.analysis.matching.finish import Progress, refine
 from hcss_twin.analysis.matching.quantities import Quantity, compare, describe_unmatched
-from hcss_twin.analysis.matching.start import (
+from hcss_twin.analysis.matching.search import (
     BRIGHTNESS_EXPONENT,
     FEWEST_CELLS,
     HURST,
+    Progress,
     brightness_exponent,
     fit_variogram,
     frame_cells,
+    refine,
 )
 from hcss_twin.analysis.matching.structure import (
     CloudImage,
@@ -28,18 +32,24 @@ from hcss_twin.analysis.matching.structure import (
 )
 from hcss_twin.analysis.matching.target import Target
 from hcss_twin.analysis.measures.morphology import morphology_errors
-from hcss_twin.core.errors import ImageError
+from hcss_twin.core.errors import CatalogError, ImageError
+from hcss_twin.core.files import atomic_write
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 # Realisations per step of the search, and fresh ones by which its result is judged.
 SEARCH_SEEDS = 6
+
+
 FRESH_SEEDS = 10
+
 
 # Images that the search simulates.
 BUDGET = 360
 
+
 # Fresh seeds begin this far from those of the search.
 _APART = 1000
+
 
 # A parameter this near to a limit has been stopped by it.
 _NEAR = 1.02
@@ -195,3 +205,63 @@ def _at_limits(parameters: FractalParameters, image: CloudImage) -> list[str]:
         if not _NEAR * limits[0] < value < limits[1] / _NEAR:
             lines.append(f"{name}: {value:g} is at the limit of the search, {limits[0]:g} to {limits[1]:g}")
     return lines
+
+
+_WIDTH = 110
+
+
+def match_fragment(match: Match, cloud_type: str) -> str:
+    """Return TOML: the section ``[clouds]``, and as comments what it was made from and how good it is.
+
+    It may end any scenario file without clouds; the image's size and pixels, for which it was judged, are
+    a comment.
+    """
+    best, worst = min(match.rmse), max(match.rmse)
+    comments = [
+        f"Clouds like those of {match.target.source}, found by hcss match.",
+        *match.target.notes,
+        f"RMSE of eq 24 of the HCSS paper over {len(match.rmse)} seeds that the search had not seen: "
+        f"{match.mean_rmse:.1%} ({best:.1%} to {worst:.1%}).",
+        *(f"Not matched: {line}." for line in match.unmatched),
+    ]
+    return clouds_fragment(match.parameters, match.coverage, match.target.image, cloud_type, comments)
+
+
+def clouds_fragment(
+    parameters: FractalParameters, coverage: float, image: CloudImage, cloud_type: str, comments: list[str]
+) -> str:
+    """Return the section ``[clouds]`` of a scenario with complete parameters, judged at ``image``, under comments."""
+    rows, columns = image.level.shape
+    lines: list[str] = []
+    for comment in (
+        *comments,
+        f"Judged at: image = {{rows = {rows}, columns = {columns}, pixel_size = {image.pixel_size_m:g}}}",
+        f"The type {cloud_type} gives height and particles, which grey levels do not tell.",
+    ):
+        # A comment in TOML holds no control characters, a file name may.
+        plain = "".join(letter if letter.isprintable() else "?" for letter in comment)
+        lines += textwrap.wrap(plain, _WIDTH, initial_indent="# ", subsequent_indent="#   ")
+    lines += [
+        "",
+        "[clouds]",
+        f"type = {json.dumps(cloud_type)}",
+        f"coverage = {round(coverage, 9)!r}",
+        'generator = "fractal"',
+        "",
+        "[clouds.parameters]",
+    ]
+    for name, value in parameters.model_dump().items():
+        lines.append(f"{name} = {list(value) if isinstance(value, tuple) else value!r}")
+    return "\n".join(lines) + "\n"
+
+
+def write_fragment(text: str, path: Path) -> None:
+    """Write a fragment, whole or not at all.
+
+    Raises
+    ------
+    CatalogError
+        If the file cannot be written.
+    """
+    with atomic_write(path, CatalogError) as draft:
+        draft.write_text(text, encoding="utf-8")

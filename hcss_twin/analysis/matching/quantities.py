@@ -1,7 +1,4 @@
-"""Properties of an image that no parameter of the fractal field changes.
-
-An image beside simulations of it, quantity by quantity.
-"""
+"""A matched image beside simulations of it, quantity by quantity."""
 
 from __future__ import annotations
 

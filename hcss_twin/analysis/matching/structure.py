@@ -1,9 +1,7 @@
-"""How an image differs from itself some pixels away, and what that says about the field under it.
+"""Cloud images as grey levels, their semivariances, and those of the Gaussian field under them.
 
-A cloud image as the morphology sees it: clear pixels 0, cloudy ones 1 to 255, linear in thickness.
-
-Measured and simulated images come through the same layer, one that is 1 to 255 thick, so that both
-have the same definition of a grey level: that of eq 7 of the HCSS paper.
+Clear pixels are 0, cloudy ones 1 to 255, linear in thickness (eq 7 of the HCSS paper). Measured and simulated images
+come from the same layer, 1 to 255 thick, so that a grey level means the same in both.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The image that is to be matched."""
+"""The image that is to be matched: the clouds that the imagery generator would make of a file."""
 
 from __future__ import annotations
 

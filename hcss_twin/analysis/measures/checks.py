@@ -1,7 +1,4 @@
-"""What every measure asks of an image and of a mask.
-
-The largest rectangle of an image that has no missing pixel.
-"""
+"""Checks of images and masks that all measures share, and the largest rectangle without missing pixels."""
 
 from __future__ import annotations
 

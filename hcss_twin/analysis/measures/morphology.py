@@ -1,6 +1,7 @@
-"""Eq 24 of the HCSS paper: errors relative to the simulated values, and their root mean square.
+"""The shape of the clouds in an image in a few numbers, and eq 24 of the HCSS paper, which compares two images.
 
-The shape of the clouds in an image in a few numbers, and how far two images differ in them.
+Eqs 21 to 24 exist as the paper prints them and as they should be. Factors that both images share cancel in eq 24: Den
+ten times too large and DP divided by W - 1 leave the errors and the RMSE as they are. Only the denominator matters.
 """
 
 from __future__ import annotations
@@ -8,13 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.analysis.measures.box_counting import body_dimension, boundary_dimension
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE, checked_image, checked_mask, complete_part, range_within
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import body_dimension, boundary_dimension
 from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, to_grey_levels
 from hcss_twin.analysis.measures.semivariance import semivariances
 from hcss_twin.core.errors import ImageError
@@ -40,9 +41,13 @@ def root_mean_square(errors: Sequence[float]) -> float:
 # Lags of the slope and of the ratio of axes, pixels: the finest there are.
 _SHORT_LAGS = 2
 
+
 # The ratio of lengths is taken at this many semivariances that both axes reach, which must span a factor 1.1.
 _LEVELS = 9
+
+
 _NARROWEST = math.log(1.1)
+
 
 # Fewer pairs of cloudy neighbours along an axis say nothing about a variogram.
 _FEWEST_PAIRS = 100
@@ -217,3 +222,91 @@ def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErro
             raise ImageError(f"simulated.{name}: 0 given, allowed: anything else, as eq 24 divides by it")
     errors = relative_errors([getattr(true, name) for name in names], [getattr(simulated, name) for name in names])
     return MorphologyErrors(**dict(zip(names, errors, strict=True)), rmse=root_mean_square(errors))
+
+
+GREY_LEVELS = 256
+
+
+PRINTED_DENSITY = 10.0
+"""The paper's Den is this many times eq 22, which is at most 1 (its Tables VIII and IX: 7.3 to 8.5)."""
+
+
+Mode = Literal["as-printed", "corrected"]
+
+
+MODES: tuple[Mode, ...] = ("as-printed", "corrected")
+
+
+@dataclass(frozen=True)
+class Definition:
+    """One measure in both definitions.
+
+    Attributes
+    ----------
+    name : str
+        EV, Den, DP, FD or RMSE.
+    as_printed, corrected : str
+        In words.
+    """
+
+    name: str
+    as_printed: str
+    corrected: str
+
+
+DEFINITIONS = (
+    Definition(
+        "EV",
+        "entropy of the 2-D histogram of horizontal neighbours in bits (eq 21); the paper's printed values are about "
+        "half of what eq 21 gives for such clouds",
+        "the same",
+    ),
+    Definition("Den", "ten times eq 22: the printed values exceed its bound of 1", "eq 22: mean of 1 / (1 + |g - g'|)"),
+    Definition(
+        "DP",
+        "pairs of equal neighbours over W - 1 = 255 (eq 23)",
+        "over W = 256, the entries of the diagonal; either grows with the number of pixels",
+    ),
+    Definition(
+        "FD",
+        "eq 6, whose limit runs the wrong way and names no set, has to be read: boxes that fill the body of the cloud, "
+        "the one count that gives the printed values",
+        "the same; dimensions of surface and outline are separate rows",
+    ),
+    Definition(
+        "RMSE",
+        "eq 24: errors relative to the simulated values",
+        "errors relative to the real values, which do not depend on the simulation",
+    ),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FourMeasures:
+    """EV, Den, DP and FD in one of the definitions."""
+
+    entropy: float
+    density: float
+    diagonal_peak: float
+    fractal_dimension: float
+
+
+def four_measures(measured: Morphology, mode: Mode) -> FourMeasures:
+    """Return EV, Den, DP and FD of an image in the definition of ``mode``."""
+    if mode == "as-printed":
+        density, peak = PRINTED_DENSITY * measured.density, measured.diagonal_peak
+    else:
+        density, peak = measured.density, measured.diagonal_peak * (GREY_LEVELS - 1) / GREY_LEVELS
+    return FourMeasures(measured.entropy, density, peak, measured.fractal_dimension)
+
+
+def eq_24(real: Morphology, simulated: Morphology, mode: Mode) -> MorphologyErrors:
+    """Compare two images by eq 24, relative to the simulated (as printed) or to the real values (corrected).
+
+    Raises
+    ------
+    ImageError
+        If a value that is divided by is 0.
+    """
+    # |a - b| / b: exchanging the images exchanges the denominators.
+    return morphology_errors(real, simulated) if mode == "as-printed" else morphology_errors(simulated, real)

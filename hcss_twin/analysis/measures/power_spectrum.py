@@ -1,7 +1,4 @@
-"""What an image goes through before its spectrum is taken.
-
-Power of an image by wavenumber and by direction.
-"""
+"""Power of an image by wavenumber and by direction."""
 
 from __future__ import annotations
 

@@ -1,25 +1,85 @@
-"""Whether chains have converged.
-
-Chains that run until they have converged: emcee, in blocks, which can be stopped and gone on with.
-"""
+"""Markov chains of emcee: the posterior density of one image, resumable sampling in blocks, and convergence."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.posterior_model import Model
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Space
 from hcss_twin.core.arrays import Array
+
+Likelihood = Callable[[Array], Array]
+"""From H, gamma, Lx, Ly, coverage (N, 5) to ln of the likelihood (N,)."""
+
+
+class Model(Protocol):
+    """What chains need to know."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name of each dimension."""
+        ...
+
+    def log_probability(self, position: Array) -> Array:
+        """Return ln of the posterior density (N,) of positions (N, D)."""
+        ...
+
+    def moves(self) -> list[tuple[Any, float]]:
+        """Return emcee's moves and their weights."""
+        ...
+
+    def values(self, position: Array) -> dict[str, Array]:
+        """Return the parameters (...) or (..., image) at positions (..., D)."""
+        ...
+
+
+@dataclass(frozen=True)
+class SingleModel:
+    """Parameters of one image."""
+
+    space: Space
+    likelihood: Likelihood
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Free parameters."""
+        return self.space.names
+
+    def log_probability(self, position: Array) -> Array:
+        """Return ln of the posterior density (N,) of positions (N, D)."""
+        total = self.space.log_prior(position)
+        possible = np.isfinite(total)
+        total[~possible] = -np.inf
+        if possible.any():
+            found = self.likelihood(self.space.complete(position[possible]))
+            total[possible] += np.where(np.isnan(found), -np.inf, found)
+        return total
+
+    def moves(self) -> list[tuple[Any, float]]:
+        """Return differential evolution, with whole jumps between modes now and then.
+
+        Half the autocorrelation time of the stretch move here.
+        """
+        from emcee.moves import DEMove
+
+        return [(DEMove(), 0.9), (DEMove(gamma0=1.0), 0.1)]
+
+    def values(self, position: Array) -> dict[str, Array]:
+        """Return the free parameters (...) at positions (..., D)."""
+        return {name: KINDS[name].scale.back(position[..., i]) for i, name in enumerate(self.names)}
+
 
 BURN_IN = 0.2
 """Part of the steps that is dropped."""
 
+
 LONGEST = 50.0
 """Autocorrelation times that chains must have after that, so that the time itself is known."""
+
 
 LARGEST_R_HAT = 1.02
 """The mean of half a walker's n steps scatters with a variance of 2 tau / n: split R-hat of stationary chains is some
@@ -114,6 +174,7 @@ def split_r_hat(chain: Array) -> Array:
 
 # Steps before the first judgement; then each time the chain has grown by this part of itself.
 _FIRST, _GROWTH = 500, 4
+
 
 # Walkers per dimension, and the fewest.
 _PER_DIMENSION, _FEWEST_WALKERS = 4, 32

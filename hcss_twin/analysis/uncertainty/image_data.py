@@ -1,15 +1,12 @@
-"""The variogram that a fit looks at: of normal scores, with clear pixels at the threshold.
+"""The statistics of an image that a fit uses: the variogram of normal scores, with clear pixels at the threshold.
 
-Grey levels are some rising function of the field V where there is cloud, and nothing where there is
-none. Their ranks are the field's, whatever the function (brightness exponent, eq 7, a calibration), so
-that ranks are taken to standard normal scores z, as if the frame's values were the normal distribution;
-clear pixels, of which only is known that they lie below, get the threshold t: y = max(z, t).
+Grey levels are some increasing function of the field V where there is cloud. Their ranks are the field's, whatever the
+function (brightness exponent, eq 7, a calibration), so that ranks are converted to standard normal scores z; clear
+pixels, of which only is known that they lie below the threshold t, get the threshold: y = max(z, t).
 
-For a bivariate normal pair with the correlation rho the semivariance (1/2) E[(max(a, t) - max(b, t))^2]
-is a function of rho and t alone (Gaussian anamorphosis: J.-P. Chiles and P. Delfiner, Geostatistics, 2nd
-ed., Wiley 2012, section 6.3). Here it is tabulated, so that the expected variogram of V becomes that of y.
-
-What a fit knows of an image, and the same of a simulated one.
+For a bivariate normal pair with the correlation rho the semivariance (1/2) E[(max(a, t) - max(b, t))^2] is a function
+of rho and t alone (Gaussian anamorphosis: J.-P. Chiles and P. Delfiner, Geostatistics, 2nd ed., Wiley 2012, section
+6.3). It is tabulated, so that the expected variogram of V becomes that of y.
 """
 
 from __future__ import annotations

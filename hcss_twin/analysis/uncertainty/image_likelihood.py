@@ -1,7 +1,4 @@
-"""The density of an image's statistics, compiled: chains ask for it some 100 000 times.
-
-The likelihood of cloud parameters given one image: analytic, and vectorised over walkers.
-"""
+"""The likelihood of cloud parameters given one image: analytic, compiled, and vectorised over walkers."""
 
 from __future__ import annotations
 
@@ -18,7 +15,7 @@ from scipy.special import ndtri
 from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram
 from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise, contrasts
 from hcss_twin.analysis.uncertainty.image_data import ImageData, ScoreSemivariance
-from hcss_twin.analysis.uncertainty.space import KINDS, SHAPE
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, SHAPE
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, PosteriorError
 

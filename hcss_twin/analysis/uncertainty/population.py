@@ -1,10 +1,8 @@
-"""Posterior density of the population that several images are from, and of the parameters of each.
+"""Posterior of the population that several images are from, and of the parameters of each; and how to sample it.
 
-One step of chains in the space of a population: image after image, then means and spreads, then both together.
-
-Given the population images do not know of each other, so that each image's parameters are proposed, and taken or not,
-by themselves; given the images, so is each parameter's mean and spread, which costs no likelihood. All dimensions at
-once, which is what a general sampler proposes, would nearly always be refused.
+Given the population, images are independent, so that the parameters of each image are proposed and accepted separately;
+given the images, so are the mean and spread of each parameter, which costs no likelihood. A general sampler moves all
+dimensions at once, and nearly every proposal would be rejected.
 """
 
 from __future__ import annotations
@@ -19,9 +17,8 @@ from emcee.state import State
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from hcss_twin.analysis.uncertainty.posterior_model import Likelihood
-from hcss_twin.analysis.uncertainty.priors import Prior
-from hcss_twin.analysis.uncertainty.space import KINDS, Space
+from hcss_twin.analysis.uncertainty.chains import Likelihood
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior, Space
 from hcss_twin.core.arrays import Array
 
 # Of the first guess of a population's spread, on the scale; and its scatter among walkers.

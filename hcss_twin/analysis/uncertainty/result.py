@@ -1,7 +1,4 @@
-"""What images with the posterior's parameters would show, beside what the image shows.
-
-From chains that have converged to the file of the posterior.
-"""
+"""From converged chains to the file of the posterior, with a posterior predictive check of the variogram."""
 
 from __future__ import annotations
 
@@ -12,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.chains import Chains, Convergence
+from hcss_twin.analysis.uncertainty.chains import Chains, Convergence, SingleModel
 from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood, on_scales
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, SHAPE, Space
 from hcss_twin.analysis.uncertainty.population import PopulationModel
 from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
-from hcss_twin.analysis.uncertainty.posterior_model import SingleModel
-from hcss_twin.analysis.uncertainty.space import KINDS, SHAPE, Space
 from hcss_twin.core.arrays import Array
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)

@@ -1,4 +1,4 @@
-"""The file of a propagation: the values of all draws, and what they say."""
+"""The file of a propagation: the values of all draws, and their summary."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PropagationError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.sweeps.propagation.draw_statistics import LEVELS, METRICS, DrawStatistics
-from hcss_twin.sweeps.propagation.joint_sample import JointSample
-from hcss_twin.sweeps.propagation.posterior_draws import images_of
+from hcss_twin.sweeps.propagation.joint_sample import JointSample, images_of
 from hcss_twin.sweeps.propagation.summary import pooled_pixels, summarise
 
 if TYPE_CHECKING:

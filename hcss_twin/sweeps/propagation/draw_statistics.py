@@ -1,9 +1,11 @@
-"""What is kept of one scene: means, spreads and quantiles of pixels by class and band, and metrics of its clouds."""
+"""Statistics of one scene, pixels by class and band and metrics of its clouds; and the tables that scenes share."""
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, Problem, ScenarioError
 from hcss_twin.engine.certificate.part_sample import strata, stratum_names
+from hcss_twin.engine.compile import compile_tables, table_key, tables_of
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness import BrightnessTemperature
@@ -20,16 +23,21 @@ from hcss_twin.plan.windows import Window, length
 
 Thickness = NDArray[np.float32]
 
+
 ALL = "all"
 """Class of every pixel."""
 
+
 METRICS = ("coverage", "entropy", "density", "diagonal_peak", "fractal_dimension")
+
 
 LEVELS = (np.arange(64) + 0.5) / 64
 """Of the quantiles over the pixels of a scene: each stands for 1/64 of them."""
 
+
 VARIABLES = ("radiance", "cloud_mask", "cloud_thickness")
 """Of the cube that the statistics are of; brightness temperature is made of radiance."""
+
 
 MAX_PIXELS = 2**25
 """Of all frames of a scene, whose radiance in all bands is held in memory."""
@@ -183,3 +191,68 @@ def _mean_where_known(metrics: Array) -> Array:
     count = known.sum(axis=0)
     total = np.where(known, metrics, 0.0).sum(axis=0)
     return np.asarray(np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0))
+
+
+_HELD = 4
+"""Tables in memory: all that one draw and the last need."""
+
+
+@dataclass
+class TableCount:
+    """How often tables were made.
+
+    Attributes
+    ----------
+    scenes : int
+        Scenes that asked for tables.
+    sets : int
+        Different tables that they needed, if no more than a few different ones come in a row.
+    compiled : int
+        Those of them that were compiled; the others were kept from earlier runs.
+    """
+
+    scenes: int = 0
+    sets: int = 0
+    compiled: int = 0
+
+
+class SharedTables:
+    """Gives the tables of one plan after the other.
+
+    Attributes
+    ----------
+    count : TableCount
+    """
+
+    def __init__(self) -> None:
+        self.count = TableCount()
+        self._held: OrderedDict[str, RadianceTables] = OrderedDict()
+        self._temperatures: OrderedDict[bytes, BrightnessTemperature] = OrderedDict()
+
+    def of(self, plan: Plan) -> RadianceTables:
+        """Return the tables of a plan, the same to the bit as those of a run of its own."""
+        self.count.scenes += 1
+        key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views is not None else None}"
+        if key not in self._held:
+            self.count.sets += 1
+            compiled: list[Plan] = []  # of several views, where pixels have views of their own
+            self._held[key] = tables_of(plan, partial(_noted, compiled))
+            self.count.compiled += bool(compiled)
+            while len(self._held) > _HELD:
+                self._held.popitem(last=False)
+        self._held.move_to_end(key)
+        return self._held[key]
+
+    def temperature(self, plan: Plan) -> BrightnessTemperature:
+        """Return what turns radiance into brightness temperature; its table takes longer than a small frame."""
+        grid = plan.spectral_grid
+        key = grid.wavenumber_cm1.tobytes() + grid.weights_cm1.tobytes()
+        if key not in self._temperatures:
+            self._temperatures.clear()
+            self._temperatures[key] = BrightnessTemperature(grid, [band.name for band in plan.bands])
+        return self._temperatures[key]
+
+
+def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
+    compiled.append(plan)
+    return compile_tables(plan)

@@ -1,33 +1,26 @@
-"""The scenarios of all draws, checked before the first is computed.
-
-Radiance tables of draws: made once for all that they are the same for.
-"""
+"""A scenario with uncertain keys, and the scenarios of all draws, checked before the first is computed."""
 
 from __future__ import annotations
 
 import json
-from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError, shown
+from hcss_twin.core.errors import Problem, ScenarioError, choose_from, closest, count, shown
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.engine.compile import compile_tables, table_key, tables_of
-from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.models.radiance.brightness import BrightnessTemperature
-from hcss_twin.plan.plan import Plan
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.scenario import UNCERTAIN, Scenario, read_scenario_file
 from hcss_twin.sweeps.design import keys_overlap
 from hcss_twin.sweeps.points import ranges, value_at
 from hcss_twin.sweeps.propagation.draw_statistics import VARIABLES
-from hcss_twin.sweeps.propagation.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture
+from hcss_twin.sweeps.propagation.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
 
 _SUMMED_UP: Mapping[str, Any] = {"output.variables": list(VARIABLES), "output.certificate": 0}
 """Of the scenes that are summed up; cubes of draws hold what the user asked for."""
@@ -82,6 +75,141 @@ class Source:
         """Return the scenario with more keys replaced; raises :class:`ScenarioError`."""
         overrides = {**self.overrides, **(changes or {})}
         return Scenario.from_dict(self.raw, overrides, base=self.base, origin=self.origin, shelf=self.shelf)
+
+
+SHORT_FORMS = {
+    "uniform": ("from", "to"),
+    "log-uniform": ("from", "to"),
+    "normal": ("mean", "standard_deviation", "from", "to"),
+}
+"""What the numbers of ``NAME:NUMBER:NUMBER`` mean."""
+
+
+_ALLOWED = (
+    'allowed: {distribution = "normal", mean = 291, standard_deviation = 0.5}, "uniform" or "log-uniform" with from '
+    "and to, or in short normal:291:0.5, normal:291:0.5:271:305 (cut off), uniform:3:9, log-uniform:1:10"
+)
+
+
+_KEYS = 'allowed: keys of a scenario, for example "sea.temperature"'
+
+
+def uncertain_keys(given: Mapping[str, Any], section: str = UNCERTAIN) -> tuple[UncertainKey, ...]:
+    """Check what stands in ``[uncertain]`` or behind ``--uncertain``.
+
+    Parameters
+    ----------
+    given : mapping
+        Key, dotted or in nested tables, to a distribution: a table, or text in the short form.
+
+    Raises
+    ------
+    ScenarioError
+        With everything that is wrong.
+    """
+    problems: list[Problem] = []
+    found: list[UncertainKey] = []
+    for key, each in _flat(given).items():
+        try:
+            found.append(UncertainKey(key, _table(each)))
+            found[-1].values(1, 0)
+        except ValueError as error:
+            problems.append(Problem(f"{section}.{key}", str(error)))
+    problems += _key_problems([each.key for each in found], section)
+    if problems:
+        raise ScenarioError(problems, section)
+    return tuple(found)
+
+
+def _flat(section: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """Join keys of nested tables by dots; a table with the name of a distribution is one."""
+    found: dict[str, Any] = {}
+    for name, each in section.items():
+        if isinstance(each, Mapping) and each and "distribution" not in each:
+            found.update(_flat(each, f"{path}{name}."))
+        else:
+            found[f"{path}{name}"] = each
+    return found
+
+
+def _table(given: Any) -> Mapping[str, Any]:
+    if isinstance(given, str):
+        return _parsed(given)
+    if not isinstance(given, Mapping) or "distribution" not in given:
+        raise ValueError(f"{shown(given)} is no distribution; {_ALLOWED}")
+    for name in ("samples", "seed"):
+        if name in given:
+            raise ValueError(f"{name}: the number of draws and their seed are those of all inputs; {_ALLOWED}")
+    return dict(given)
+
+
+def _parsed(text: str) -> Mapping[str, Any]:
+    name, *numbers = (part.strip() for part in text.split(":"))
+    if name not in SHORT_FORMS:
+        raise ValueError(f"{shown(text)}: distribution '{name}'; {choose_from(name, SHORT_FORMS)}")
+    meaning = SHORT_FORMS[name]
+    if not 2 <= len(numbers) <= len(meaning):
+        raise ValueError(f"{shown(text)} has {count(len(numbers), 'number', 'numbers')}; {_ALLOWED}")
+    values = dict(zip(meaning, map(_read_number, numbers), strict=False))
+    return {"distribution": name, **values}
+
+
+def _read_number(text: str) -> float | str:
+    """Read a number; text with a unit stays as it is."""
+    try:
+        value = float(text)
+    except ValueError:
+        return text
+    if not np.isfinite(value):
+        raise ValueError(f"{text}: allowed: finite numbers")
+    return value
+
+
+def _key_problems(keys: list[str], section: str) -> Iterator[Problem]:
+    for place, key in enumerate(keys):
+        for other in keys[:place]:
+            if keys_overlap(key, other):
+                yield Problem(f"{section}.{key}", f"overlaps {other}, which is uncertain, too; allowed: one of both")
+        first = key.partition(".")[0]
+        if first not in ScenarioModel.model_fields:
+            guess = closest(first, ScenarioModel.model_fields)
+            hint = f"; closest is '{guess}'" if guess else ""
+            yield Problem(f"{section}.{key}", f"no key of a scenario; {_KEYS}{hint}")
+        elif first in ("seed", "output", "bands", "frames", "title"):
+            yield Problem(
+                f"{section}.{key}",
+                "must be the same in all draws, whose results are put together; allowed: any other key",
+            )
+
+
+def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
+    """Return the part of a scenario that the parameters of clouds belong to.
+
+    Parameters
+    ----------
+    layer : int or None
+        Number of the layer; needed where there are several.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such layer, or its clouds are not those that a posterior is of.
+    """
+    layers = scenario.clouds.layers
+    if layer is None and len(layers) != 1:
+        told = f"{len(layers)} layers; say which the posterior is of, allowed: layer 0 to {len(layers) - 1}"
+        if not layers:
+            told = "the scenario has no clouds; allowed: a cloud layer"
+        raise ScenarioError([Problem("clouds.layers", told)], origin)
+    number = layer or 0
+    if not 0 <= number < len(layers):
+        told = f"layer {number} given; allowed: 0 to {len(layers) - 1}"
+        raise ScenarioError([Problem("clouds.layers", told)], origin)
+    path = "clouds" if len(layers) == 1 else f"clouds.layers.{number}"
+    if layers[number].generator not in ("fractal", f"{OWN_DISTRIBUTION}/fractal"):
+        told = f"{shown(layers[number].generator)}; a posterior is of clouds of the generator, allowed: 'fractal'"
+        raise ScenarioError([Problem(f"{path}.generator", told)], origin)
+    return path
 
 
 def overlap_problems(source: Source, sample_keys: Sequence[str], posterior_keys: Sequence[str]) -> Iterator[Problem]:
@@ -185,68 +313,3 @@ def _plural(noun: str, number: int) -> str:
 def _is_about(field: str, key: str) -> bool:
     plain = field.replace("[", ".").replace("]", "")
     return keys_overlap(plain, key)
-
-
-_HELD = 4
-"""Tables in memory: all that one draw and the last need."""
-
-
-@dataclass
-class TableCount:
-    """How often tables were made.
-
-    Attributes
-    ----------
-    scenes : int
-        Scenes that asked for tables.
-    sets : int
-        Different tables that they needed, if no more than a few different ones come in a row.
-    compiled : int
-        Those of them that were compiled; the others were kept from earlier runs.
-    """
-
-    scenes: int = 0
-    sets: int = 0
-    compiled: int = 0
-
-
-class SharedTables:
-    """Gives the tables of one plan after the other.
-
-    Attributes
-    ----------
-    count : TableCount
-    """
-
-    def __init__(self) -> None:
-        self.count = TableCount()
-        self._held: OrderedDict[str, RadianceTables] = OrderedDict()
-        self._temperatures: OrderedDict[bytes, BrightnessTemperature] = OrderedDict()
-
-    def of(self, plan: Plan) -> RadianceTables:
-        """Return the tables of a plan, the same to the bit as those of a run of its own."""
-        self.count.scenes += 1
-        key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views is not None else None}"
-        if key not in self._held:
-            self.count.sets += 1
-            compiled: list[Plan] = []  # of several views, where pixels have views of their own
-            self._held[key] = tables_of(plan, partial(_noted, compiled))
-            self.count.compiled += bool(compiled)
-            while len(self._held) > _HELD:
-                self._held.popitem(last=False)
-        self._held.move_to_end(key)
-        return self._held[key]
-
-    def temperature(self, plan: Plan) -> BrightnessTemperature:
-        """Return what turns radiance into brightness temperature; its table takes longer than a small frame."""
-        grid = plan.spectral_grid
-        key = grid.wavenumber_cm1.tobytes() + grid.weights_cm1.tobytes()
-        if key not in self._temperatures:
-            self._temperatures.clear()
-            self._temperatures[key] = BrightnessTemperature(grid, [band.name for band in plan.bands])
-        return self._temperatures[key]
-
-
-def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
-    compiled.append(plan)
-    return compile_tables(plan)

@@ -1,4 +1,4 @@
-"""Propagation: draw all uncertain inputs, make the scene of each draw, and say how radiance scatters and why."""
+"""Propagation: draw all uncertain inputs, compute the scene of each draw, and summarise the scatter of radiance."""
 
 from __future__ import annotations
 
@@ -36,18 +36,31 @@ from hcss_twin.sweeps.propagation.dataset import (
     with_summary,
     write_propagation,
 )
-from hcss_twin.sweeps.propagation.draw_statistics import DrawStatistics, class_names, require_room, statistics_of
-from hcss_twin.sweeps.propagation.draws import (
+from hcss_twin.sweeps.propagation.draw_statistics import (
+    DrawStatistics,
     SharedTables,
-    Source,
     TableCount,
+    class_names,
+    require_room,
+    statistics_of,
+)
+from hcss_twin.sweeps.propagation.draws import (
+    Source,
+    layer_of,
     numbers_of,
     overlap_problems,
     scenarios_of,
+    uncertain_keys,
     with_draw,
 )
-from hcss_twin.sweeps.propagation.joint_sample import DRAWS, JointSample, Mixture, joint_sample, uncertain_keys
-from hcss_twin.sweeps.propagation.posterior_draws import PosteriorDraws, layer_of, notes_of
+from hcss_twin.sweeps.propagation.joint_sample import (
+    DRAWS,
+    JointSample,
+    Mixture,
+    PosteriorDraws,
+    joint_sample,
+    notes_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,4 +1,4 @@
-"""From the values of all draws to what they say: moments, quantiles, and the share of each input."""
+"""Summary of all draws: moments, quantiles, and the share of each input in the variance."""
 
 from __future__ import annotations
 

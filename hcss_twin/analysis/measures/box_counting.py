@@ -1,11 +1,4 @@
-"""Greatest and least grey level in boxes of 2, 4, 8, ... pixels.
-
-Box counting of the body under a grey-level surface: what the FD of the HCSS paper is compared with.
-
-Fractal dimension of the boundary of a mask by box counting.
-
-Fractal dimension by differential box counting of an 8-bit image.
-"""
+"""Fractal dimension by box counting: of a grey-level surface, of the body under it, and of the boundary of a mask."""
 
 from __future__ import annotations
 
@@ -18,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE, checked_image, checked_levels, checked_mask, finite_range
-from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate, Measured
+from hcss_twin.analysis.measures.fractal_dimension import DimensionEstimate, EstimatorCalibration
 from hcss_twin.core.errors import ImageError
 
 
@@ -180,7 +173,7 @@ def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
         s *= 2
     dimension = -float(np.polyfit(log_side, log_count, 1)[0])
     # The table is kept by the dimension of the surface, which is one greater.
-    error = Measured.load().standard_error("boundary", dimension + 1.0, min(cloudy.shape))
+    error = EstimatorCalibration.load().standard_error("boundary", dimension + 1.0, min(cloudy.shape))
     return DimensionEstimate(dimension, error, "box counting of the boundary")
 
 
@@ -194,6 +187,7 @@ def _checked(mask: Any) -> NDArray[np.bool_]:
 
 # The largest box is at most this part of the shorter side: larger ones are few and only add scatter.
 _LARGEST_BOX_of_differential_box_counting = 8
+
 
 # Below, there are two sizes of box.
 _SMALLEST_SURE = 64
@@ -255,7 +249,7 @@ def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: b
     raw = -float(np.polyfit(log_side, log_count, 1)[0])
     if not calibrated:
         return DimensionEstimate(raw, math.nan, f"differential box counting, {levels} levels, raw")
-    measured = Measured.load()
+    measured = EstimatorCalibration.load()
     dimension = measured.calibrated("box counting, raw", raw, side)
     error = math.nan
     if side >= _SMALLEST_SURE:
