@@ -111,14 +111,14 @@ _OPTIONAL = ("scale", "first", "seed")
 
 
 @dataclass(frozen=True)
-class Axis:
+class SweptAxis:
     """A key of a scenario and the values that it takes, as a scenario file would have them."""
 
     key: str
     values: tuple[Any, ...]
 
 
-def axis_of(key: str, given: Any) -> Axis:
+def axis_of(key: str, given: Any) -> SweptAxis:
     """Read what stands behind a key of ``[sweep]``.
 
     Raises
@@ -143,7 +143,7 @@ def axis_of(key: str, given: Any) -> Axis:
         raise ValueError("the list is empty; allowed: at least one value")
     if len(values) > MAX_VALUES:
         raise ValueError(f"{len(values)} values; allowed: at most {MAX_VALUES}")
-    return Axis(key, values)
+    return SweptAxis(key, values)
 
 
 def _range(given: Mapping[str, Any]) -> tuple[Any, ...]:

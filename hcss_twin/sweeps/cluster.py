@@ -24,7 +24,7 @@ from distributed.scheduler import KilledWorker
 from hcss_twin.core.errors import SweepError
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.core.versions import versions
-from hcss_twin.sweeps.points import Outcome, Schedule, Task, compute
+from hcss_twin.sweeps.points import PointOutcome, PointTask, Schedule, compute
 
 IN_HAND = 2
 """Points that a worker has: one that it computes and one that it need not wait for."""
@@ -54,16 +54,16 @@ class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no typ
 
     def setup(self, worker: Worker) -> None:
         """Make what the threads of a worker share."""
-        self.turn, self.shelf = Lock(), ResultCache()
+        self.turn, self.cache = Lock(), ResultCache()
         if self._is_ours:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def compute_on_worker(task: Task) -> Outcome:
+def compute_on_worker(task: PointTask) -> PointOutcome:
     """Compute a point when its turn has come."""
     here = get_worker().plugins[PointWorker.name]
     with here.turn:
-        return compute(task, here.shelf)
+        return compute(task, here.cache)
 
 
 class Cluster:
@@ -82,17 +82,17 @@ class Cluster:
     def __init__(self, client: Any, is_ours: bool) -> None:
         self._client, self._is_ours = client, is_ours
 
-    def compute(self, schedule: Schedule[Task]) -> Iterator[Outcome]:
+    def compute(self, schedule: Schedule[PointTask]) -> Iterator[PointOutcome]:
         """Yield the outcome of each point, in the order in which they are finished."""
         self._client.register_plugin(PointWorker(self._is_ours))
-        under_way: dict[Any, tuple[int, Task]] = {}
-        suspects: list[tuple[int, Task]] = []
+        under_way: dict[Any, tuple[int, PointTask]] = {}
+        suspects: list[tuple[int, PointTask]] = []
         alone = False
         finished = as_completed(loop=self._client.loop)
         try:
             while True:
                 workers = max(1, len(self._client.nthreads()))
-                found: list[tuple[int, Task]] = []
+                found: list[tuple[int, PointTask]] = []
                 if not alone or not under_way:
                     alone = False
                     while len(under_way) + len(found) < IN_HAND * workers:
@@ -114,14 +114,14 @@ class Cluster:
                 if outcome is None and not alone:
                     suspects.append((index, task))
                     continue
-                outcome = outcome or Outcome(task.point, error=_DIED_TWICE)
+                outcome = outcome or PointOutcome(task.point, error=_DIED_TWICE)
                 schedule.finished(index, outcome.error is None)
                 yield outcome
         finally:
             with suppress(OSError, TimeoutError):  # of a scheduler that is gone
                 self._client.cancel(list(under_way), force=True)
 
-    def _submit(self, task: Task) -> Any:
+    def _submit(self, task: PointTask) -> Any:
         # Another sweep on the same cluster, and another try, have the same number.
         key = f"hcss-point-{secrets.token_hex(4)}-{task.point}"
         return self._client.submit(compute_on_worker, task, pure=False, key=key)
@@ -238,17 +238,17 @@ def _undisturbed() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _outcome(future: Any, task: Task) -> Outcome | None:
+def _outcome(future: Any, task: PointTask) -> PointOutcome | None:
     """Return what came of a point; None if its worker died."""
     if future.status in ("cancelled", "lost"):
         raise SweepError("the connection to the Dask scheduler is lost; run the sweep again to go on where it was")
     error = future.exception()
     if error is None:
-        outcome: Outcome = future.result()
+        outcome: PointOutcome = future.result()
         return outcome
     if isinstance(error, KilledWorker):
         return None
-    return Outcome(task.point, error=f"{type(error).__name__}: {error}")
+    return PointOutcome(task.point, error=f"{type(error).__name__}: {error}")
 
 
 def _sees(folder: str) -> bool:

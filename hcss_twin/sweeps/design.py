@@ -13,7 +13,7 @@ from hcss_twin.core.errors import Problem, ScenarioError, closest, shown
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
-from hcss_twin.sweeps.axis import FORMS, Axis, axis_of
+from hcss_twin.sweeps.axis import FORMS, SweptAxis, axis_of
 
 FOLDERS = ("sweeps", "scenarios")
 """Of the catalog, in which names are looked up."""
@@ -36,7 +36,7 @@ class Design:
         Keys replaced in all points.
     base : Path
         Folder from which relative paths lead.
-    axes : tuple of Axis
+    axes : tuple of SweptAxis
         In the order of the file.
     combine : str
         ``product``: every value of each key with every value of the others, the last key changing fastest;
@@ -49,7 +49,7 @@ class Design:
     overrides: Mapping[str, Any]
     base: Path
     origin: str
-    axes: tuple[Axis, ...]
+    axes: tuple[SweptAxis, ...]
     combine: str
     dataset: str | None
 
@@ -208,7 +208,7 @@ def keys_overlap(one: str, other: str) -> bool:
     return a.startswith(b) or b.startswith(a)
 
 
-def _repeated(axes: list[Axis]) -> Iterator[Problem]:
+def _repeated(axes: list[SweptAxis]) -> Iterator[Problem]:
     for axis in axes:
         seen: set[str] = set()
         for value in axis.values:

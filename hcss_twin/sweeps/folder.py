@@ -14,9 +14,9 @@ from typing import Any, Literal
 
 from hcss_twin.core.errors import CubeError, SweepError
 from hcss_twin.core.files import atomic_write
-from hcss_twin.sweeps.points import Outcome, Point, ranges, sha256_of
+from hcss_twin.sweeps.points import PointOutcome, SweepPoint, ranges, sha256_of
 
-State = Literal["pending", "done", "failed"]
+PointState = Literal["pending", "done", "failed"]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class PointRecord:
 
     point: int
     values: Mapping[str, Any]
-    state: State = "pending"
+    state: PointState = "pending"
     file: str | None = None
     bytes: int | None = None
     sha256: str | None = None
@@ -59,7 +59,7 @@ class PointRecord:
         """Return plain values."""
         return {**asdict(self), "values": dict(self.values)}
 
-    def with_outcome(self, outcome: Outcome) -> PointRecord:
+    def with_outcome(self, outcome: PointOutcome) -> PointRecord:
         """Return it with what came of computing it."""
         return replace(
             self,
@@ -111,10 +111,10 @@ class SweepFolder:
         Of what the sweep computes.
     about : mapping
         What the index says of the sweep as a whole.
-    points : sequence of Point
+    points : sequence of SweepPoint
     """
 
-    def __init__(self, path: Path, digest: str, about: Mapping[str, Any], points: Sequence[Point]) -> None:
+    def __init__(self, path: Path, digest: str, about: Mapping[str, Any], points: Sequence[SweepPoint]) -> None:
         self.path = path
         self._digest, self._about, self._points = digest, about, points
         self.records = [PointRecord(point.number, point.values) for point in points]
@@ -162,7 +162,7 @@ class SweepFolder:
                 self._adopt_cubes()
                 self.write_index()
 
-    def note(self, outcome: Outcome) -> PointRecord:
+    def note(self, outcome: PointOutcome) -> PointRecord:
         """Take note of a computed point."""
         record = self.records[outcome.point].with_outcome(outcome)
         self.records[outcome.point] = record
@@ -273,7 +273,7 @@ class SweepFolder:
             path = self.path / cube_name(point.number, len(self._points))
             if record.file is None and path.is_file() and _is_cube_of(path, point):
                 error = _certificate_error(path)
-                outcome = Outcome(point.number, path.name, path.stat().st_size, sha256_of(path), None, error)
+                outcome = PointOutcome(point.number, path.name, path.stat().st_size, sha256_of(path), None, error)
                 self.note(outcome)
 
     def told(self, state: str) -> str:
@@ -285,7 +285,7 @@ def _has_size(path: Path, size: int | None) -> bool:
     return path.is_file() and path.stat().st_size == size
 
 
-def _is_cube_of(path: Path, point: Point) -> bool:
+def _is_cube_of(path: Path, point: SweepPoint) -> bool:
     from hcss_twin.cube.reader import scenario_text
 
     try:

@@ -27,7 +27,7 @@ _MAX_TOLD = 5
 
 
 @dataclass(frozen=True)
-class Point:
+class SweepPoint:
     """One scenario of a sweep.
 
     Attributes
@@ -43,7 +43,7 @@ class Point:
     scenario: Scenario
 
 
-def points_of(design: Design) -> tuple[Point, ...]:
+def points_of(design: Design) -> tuple[SweepPoint, ...]:
     """Make and check every point.
 
     Raises
@@ -51,22 +51,22 @@ def points_of(design: Design) -> tuple[Point, ...]:
     ScenarioError
         With the problems of all points, each told once, with the points that have it.
     """
-    points: list[Point] = []
+    points: list[SweepPoint] = []
     wrong: dict[Problem, list[int]] = {}
     typed: list[Mapping[str, Any]] = []
-    shelf = ResultCache()
+    cache = ResultCache()
     for number, values in enumerate(design.values()):
         typed.append(values)
         try:
             scenario = Scenario.from_dict(
-                design.scenario, {**design.overrides, **values}, base=design.base, origin=design.origin, shelf=shelf
+                design.scenario, {**design.overrides, **values}, base=design.base, origin=design.origin, shelf=cache
             )
         except ScenarioError as error:
             for problem in error.problems:
                 wrong.setdefault(problem, []).append(number)
         else:
             plain = json.loads(scenario.to_json())
-            points.append(Point(number, {key: value_at(plain, key) for key in values}, scenario))
+            points.append(SweepPoint(number, {key: value_at(plain, key) for key in values}, scenario))
     if wrong:
         raise ScenarioError(_told(wrong, typed), design.origin)
     return tuple(points)
@@ -83,7 +83,7 @@ def value_at(plain: Mapping[str, Any], key: str) -> Any:
     return found
 
 
-def digest_of(points: Iterable[Point]) -> str:
+def digest_of(points: Iterable[SweepPoint]) -> str:
     """Return a hash of what a sweep computes: the keys and the whole scenario of each point, in order."""
     digest = hashlib.sha256()
     for point in points:
@@ -120,7 +120,7 @@ OF_ALL_POINTS = ("image.rows", "image.columns", "image.pixel_size", "frames", "b
 """Keys that points of one dataset have in common, because its dimensions and coordinates come from them."""
 
 
-def require_one_layout(design: Design, points: Sequence[Point]) -> None:
+def require_one_layout(design: Design, points: Sequence[SweepPoint]) -> None:
     """Check, before any point is computed, that all of them fit into one dataset.
 
     Raises
@@ -139,7 +139,7 @@ def require_one_layout(design: Design, points: Sequence[Point]) -> None:
                 raise ScenarioError([Problem(f"{SWEEP}: {key}", told)], design.origin)
 
 
-def _layout(point: Point) -> Mapping[str, Any]:
+def _layout(point: SweepPoint) -> Mapping[str, Any]:
     plain = json.loads(point.scenario.to_json())
     return {key: value_at(plain, key) for key in OF_ALL_POINTS}
 
@@ -214,7 +214,7 @@ class Schedule(Generic[_T]):
 
 
 @dataclass(frozen=True)
-class Outcome:
+class PointOutcome:
     """What came of computing one point; fields as in :class:`PointRecord`."""
 
     point: int
@@ -236,7 +236,7 @@ DATE = "SOURCE_DATE_EPOCH"
 
 
 @dataclass(frozen=True)
-class Task:
+class PointTask:
     """What a worker needs to know; it is sent to other processes and machines.
 
     Attributes
@@ -255,14 +255,14 @@ class Task:
     date: str | None
 
 
-def compute(task: Task, shelf: ResultCache) -> Outcome:
+def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
     """Compute a point and write its cube; whatever is wrong with the point becomes its error.
 
     Only an interrupt is let through.
 
     Parameters
     ----------
-    shelf : ResultCache
+    cache : ResultCache
         What the points of one process share.
     """
     start, path = time.perf_counter(), Path(task.path)
@@ -270,18 +270,18 @@ def compute(task: Task, shelf: ResultCache) -> Outcome:
     error: str | None = None
     try:
         with _date(task.date):
-            run(make_plan(task.scenario, shelf=shelf), path, report=found.append)
+            run(make_plan(task.scenario, shelf=cache), path, report=found.append)
         size, digest = path.stat().st_size, sha256_of(path)
     except ScenarioError as cause:  # what only the plan finds out
-        return Outcome(task.point, seconds=_since(start), error="; ".join(map(str, cause.problems)))
+        return PointOutcome(task.point, seconds=_since(start), error="; ".join(map(str, cause.problems)))
     except HcssError as cause:
-        return Outcome(task.point, seconds=_since(start), error=str(cause))
+        return PointOutcome(task.point, seconds=_since(start), error=str(cause))
     except Exception as cause:  # a fault of one point must not end the others
-        return Outcome(task.point, seconds=_since(start), error=f"{type(cause).__name__}: {cause}")
+        return PointOutcome(task.point, seconds=_since(start), error=f"{type(cause).__name__}: {cause}")
     for certificate in found:
         if not certificate.passed:
             error = f"certificate {certificate.lines[0]}"
-    return Outcome(task.point, path.name, size, digest, _since(start), error)
+    return PointOutcome(task.point, path.name, size, digest, _since(start), error)
 
 
 def _since(start: float) -> float:
@@ -303,11 +303,11 @@ def _date(fixed: str | None) -> Iterator[None]:
             os.environ[DATE] = before
 
 
-def compute_here(schedule: Schedule[Task]) -> Iterator[Outcome]:
+def compute_here(schedule: Schedule[PointTask]) -> Iterator[PointOutcome]:
     """Yield the outcome of each point."""
-    shelf = ResultCache()
+    cache = ResultCache()
     while (following := schedule.next()) is not None:
         index, task = following
-        outcome = compute(task, shelf)
+        outcome = compute(task, cache)
         schedule.finished(index, outcome.error is None)
         yield outcome

@@ -16,10 +16,10 @@ from hcss_twin.sweeps.design import Design
 from hcss_twin.sweeps.folder import INDEX, PointRecord, SweepFolder, cube_name
 from hcss_twin.sweeps.points import (
     DATE,
-    Outcome,
-    Point,
+    PointOutcome,
+    PointTask,
     Schedule,
-    Task,
+    SweepPoint,
     compute_here,
     digest_of,
     points_of,
@@ -171,12 +171,12 @@ def _require_workers(workers: int, scheduler: str | None, origin: str) -> None:
         raise SweepError(f"{workers} workers beside the scheduler {scheduler}, which has its own; allowed: one of both")
 
 
-def _schedule(kept: SweepFolder, points: Iterable[Point], missing: list[Point]) -> Schedule[Task]:
+def _schedule(kept: SweepFolder, points: Iterable[SweepPoint], missing: list[SweepPoint]) -> Schedule[PointTask]:
     groups = {point.number: shared_tables(point.scenario) for point in points}
     compiled = {groups[record.point] for record in kept.records if record.state == "done"}
     date = os.environ.get(DATE)
     tasks = [
-        Task(
+        PointTask(
             point.number, point.scenario, str((kept.path / cube_name(point.number, len(kept.records))).resolve()), date
         )
         for point in missing
@@ -185,8 +185,8 @@ def _schedule(kept: SweepFolder, points: Iterable[Point], missing: list[Point]) 
 
 
 def _outcomes(
-    schedule: Schedule[Task], workers: int, scheduler: str | None, folder: Path, count: int
-) -> Generator[Outcome]:
+    schedule: Schedule[PointTask], workers: int, scheduler: str | None, folder: Path, count: int
+) -> Generator[PointOutcome]:
     """Yield outcomes as points are finished, from wherever they are computed."""
     if count == 0:
         return

@@ -15,9 +15,9 @@ from hcss_twin.core.versions import versions
 from hcss_twin.engine import compile
 from hcss_twin.models.atmosphere.band_model import provider as band_model
 from hcss_twin.plan import kept_findings
-from hcss_twin.sweeps import run
+from hcss_twin.sweeps import points
 from hcss_twin.sweeps import run as running
-from hcss_twin.sweeps.points import Outcome, compute
+from hcss_twin.sweeps.points import PointOutcome, compute
 
 SMALL = {
     **CHEAP,
@@ -50,7 +50,7 @@ def computed(monkeypatch):
             raise failing[task.point]
         return compute(task, shelf)
 
-    monkeypatch.setattr(run, "compute", watched)
+    monkeypatch.setattr(points, "compute", watched)
     return numbers, failing
 
 
@@ -158,9 +158,9 @@ def test_points_without_a_cube_are_missing_in_the_dataset(tmp_path, monkeypatch)
     failing = {1}
 
     def faulty(task, shelf):
-        return Outcome(task.point, error="out of luck") if task.point in failing else compute(task, shelf)
+        return PointOutcome(task.point, error="out of luck") if task.point in failing else compute(task, shelf)
 
-    monkeypatch.setattr(run, "compute", faulty)
+    monkeypatch.setattr(points, "compute", faulty)
     result = swept(tmp_path / "sweep", {"seed": [1, 2, 3]}, SMALL, dataset=tmp_path / "all.nc")
     with open_sweep(result.dataset) as data:
         assert data.point_state.values.tolist() == [0, 1, 0]

@@ -178,7 +178,7 @@ TERMS: dict[Mode, dict[str, str]] = {
 """Terms of eq 24 in each definition, and the metrics that they are of."""
 
 
-Scale = Literal["any", "pixel size", "pixel size and number of pixels"]
+Dependence = Literal["any", "pixel size", "pixel size and number of pixels"]
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ class Metric:
     real_spread: float
     sim_spread: float
     difference: float
-    scale: Scale
+    scale: Dependence
     comparable: bool
     is_ratio: bool = True
     limits: tuple[float, float] | None = None

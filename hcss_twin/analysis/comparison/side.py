@@ -15,7 +15,7 @@ from hcss_twin.analysis.comparison.result import FrameResult, Pictured
 from hcss_twin.analysis.measures.histogram_metrics import joint_histogram, to_grey_levels
 from hcss_twin.analysis.measures.image_measures import TemporalAutocorrelation, measure_image, temporal_autocorrelation
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
+from hcss_twin.core.errors import ImageError, ordinal
 from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, relative_grey, thickness_of
 
 LEVELS = (1.0, 255.0)
@@ -86,14 +86,17 @@ def grey_clouds(
 
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
-In = Literal["kelvin", "unit", "grey levels"]
+ComparedAs = Literal["kelvin", "unit", "grey levels"]
 
-MAX_KEPT = 2**25
-"""Values that are kept for histograms and the correlation over time; of more, every n-th row and column."""
+MAX_VALUES = 2**25
+"""Values held for histograms and the correlation over time; of more, every n-th row and column."""
+
+# Relative range of values in which nothing can be told from the error of the radiance tables, a cube's usual accuracy.
+_INVISIBLE = 1e-3
 
 
 @dataclass(frozen=True)
-class Frame:
+class FrameArrays:
     """What is measured of one frame.
 
     Attributes
@@ -112,7 +115,7 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Prepared:
+class ComparedSide:
     """How frames of one side are brought to what is compared.
 
     Attributes
@@ -129,7 +132,7 @@ class Prepared:
     title: str
     footage: Footage
     choice: EvaluationChoice
-    quantity: In
+    quantity: ComparedAs
     part: tuple[slice, slice]
 
     @property
@@ -138,7 +141,7 @@ class Prepared:
         rows, columns = self.part
         return rows.stop - rows.start, columns.stop - columns.start
 
-    def frame(self, number: int) -> Frame:
+    def frame(self, number: int) -> FrameArrays:
         """Return the part of a frame; clouds are found in the whole frame.
 
         Raises
@@ -163,11 +166,11 @@ class Prepared:
         known = np.ones(part.shape, np.bool_) if footage.method == "valid" else ~np.isnan(part)
         if self.quantity == "grey levels":
             part = np.where(known, level.astype(np.float64), np.nan)
-        return Frame(np.ascontiguousarray(part), np.ascontiguousarray(level), np.ascontiguousarray(known))
+        return FrameArrays(np.ascontiguousarray(part), np.ascontiguousarray(level), np.ascontiguousarray(known))
 
 
 @dataclass(frozen=True)
-class Measured:
+class SideMeasures:
     """What was found in the frames of one side.
 
     Attributes
@@ -189,8 +192,8 @@ class Measured:
     step: int
 
 
-def measure_side(side: Prepared, progress: Progress | None = None) -> Measured:
-    """Measure all frames of a side; those without measurable clouds are left out and told.
+def measure_side(side: ComparedSide, progress: Progress | None = None) -> SideMeasures:
+    """Measure all frames of a side; those without measurable clouds are left out and listed with the reason.
 
     Raises
     ------
@@ -199,7 +202,7 @@ def measure_side(side: Prepared, progress: Progress | None = None) -> Measured:
     """
     footage = side.footage
     rows, columns = side.shape
-    step = math.ceil(math.sqrt(max(1.0, footage.count * rows * columns / MAX_KEPT)))
+    step = math.ceil(math.sqrt(max(1.0, footage.count * rows * columns / MAX_VALUES)))
     frames, numbers, left_out, kept = [], [], [], []
     every: Iterable[int] = range(footage.count)
     for number in every if progress is None else progress(every, footage.count):
@@ -225,11 +228,33 @@ def measure_side(side: Prepared, progress: Progress | None = None) -> Measured:
     if not frames:
         label, why = left_out[0]
         which = "" if footage.count == 1 else f", frame {label}"
-        raise ImageError(f"{side.title} {footage.name}{which}: {why}")
-    return Measured(tuple(frames), tuple(numbers), tuple(left_out), np.stack(kept), step)
+        raise ImageError(f"{side.title} {footage.name}{which}: {_without_contrast(side) or why}")
+    return SideMeasures(tuple(frames), tuple(numbers), tuple(left_out), np.stack(kept), step)
 
 
-def correlation_over_time(measured: Measured, notes: list[str]) -> TemporalAutocorrelation | None:
+def _without_contrast(side: ComparedSide) -> str:
+    """Say that clouds cannot be seen in the variable or band of a cube, if that is so; else return nothing."""
+    footage = side.footage
+    if footage.kind != "cube":
+        return ""
+    ranges, largest = [], 0.0
+    for number in range(footage.count):
+        values = footage.values(number)
+        if not np.isnan(values).all():
+            ranges.append(float(np.nanmax(values) - np.nanmin(values)))
+            largest = max(largest, float(np.nanmax(np.abs(values))))
+    if not ranges or max(ranges) > _INVISIBLE * largest:
+        return ""
+    where = f"band {footage.band}" if footage.band else footage.quantity
+    option = f"--{side.title.lower()}"
+    return (
+        f"no pixel differs from clear sea by more than {max(ranges):.2g} {footage.units}".rstrip()
+        + f", {max(ranges) / max(largest, 1e-300):.1g} of the {footage.quantity}: clouds are invisible in {where}; "
+        f"choose another band ({option}-band) or variable ({option}-variable)"
+    )
+
+
+def correlation_over_time(measured: SideMeasures, notes: list[str]) -> TemporalAutocorrelation | None:
     """Return the autocorrelation of a side with several frames; None, and why in ``notes``, where it has none."""
     if len(measured.frames) < 2:
         return None
@@ -239,12 +264,12 @@ def correlation_over_time(measured: Measured, notes: list[str]) -> TemporalAutoc
     seconds = np.array([frame.seconds for frame in measured.frames])
     steps = np.diff(seconds)
     if np.isnan(seconds).any():
-        notes.append("The files tell no times: the correlation over time is by order.")
+        notes.append("The files give no times: the correlation over time is by frame number.")
     elif np.ptp(steps) > 0.01 * float(np.mean(steps)):
-        notes.append("Frames are not evenly spaced in time: the correlation over time is by order.")
+        notes.append("Frames are not evenly spaced in time: the correlation over time is by frame number.")
     if measured.step > 1:
         notes.append(
-            f"Correlation over time and histograms are of every {measured.step}th row and column of the "
+            f"Correlation over time and histograms use every {ordinal(measured.step)} row and column of the "
             f"{len(measured.frames)} frames."
         )
     try:
@@ -255,13 +280,13 @@ def correlation_over_time(measured: Measured, notes: list[str]) -> TemporalAutoc
     if found.is_unresolved:
         after = "" if np.isnan(seconds).any() else f", {found.lag_s[1]:g} s later"
         notes.append(
-            f"Decorrelation is too quick to be told: in the next frame{after}, the correlation is "
+            f"Decorrelation is faster than the interval between frames: in the next frame{after}, the correlation is "
             f"{found.correlation[1]:.2g}, below 1/e."
         )
     return found
 
 
-def pictured(side: Prepared, number: int) -> Pictured:
+def pictured(side: ComparedSide, number: int) -> Pictured:
     """Return a frame to be drawn, with its 2-D histogram as ``morphology`` counts it."""
     frame = side.frame(number)
     level = frame.level

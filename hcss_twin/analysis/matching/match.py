@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hcss_twin.analysis.matching.quantities import Quantity, compare, describe_unmatched
+from hcss_twin.analysis.matching.quantities import MatchedQuantity, compare, describe_unmatched
 from hcss_twin.analysis.matching.search import (
     BRIGHTNESS_EXPONENT,
     FEWEST_CELLS,
@@ -65,7 +65,7 @@ class Match:
         What was matched.
     parameters : FractalParameters
         Complete, rounded as they are written.
-    quantities : tuple of Quantity
+    quantities : tuple of MatchedQuantity
         The image beside the fresh simulations.
     rmse : tuple of float
         Eq 24 for each fresh simulation, as a fraction.
@@ -85,7 +85,7 @@ class Match:
 
     target: Target
     parameters: FractalParameters
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[MatchedQuantity, ...]
     rmse: tuple[float, ...]
     seeds: tuple[int, ...]
     structure: Structure

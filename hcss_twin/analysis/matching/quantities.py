@@ -63,7 +63,7 @@ EQ24 = ("EV", "Den", "DP", "FD")
 
 
 @dataclass(frozen=True)
-class Quantity:
+class MatchedQuantity:
     """One measure of the image and of the simulations.
 
     Attributes
@@ -107,7 +107,7 @@ class Quantity:
         return not size > self.tolerance
 
 
-def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Quantity, ...]:
+def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[MatchedQuantity, ...]:
     """Measure everything in the image and in the simulations.
 
     Raises
@@ -152,12 +152,14 @@ def _quantity(
     tolerance: float,
     is_ratio: bool,
     is_one_sided: bool = False,
-) -> Quantity:
+) -> MatchedQuantity:
     mean, spread = float(np.mean(simulated)), float(np.std(simulated))
-    return Quantity(name, meaning, image, mean, spread, tolerance, is_ratio, is_one_sided)
+    return MatchedQuantity(name, meaning, image, mean, spread, tolerance, is_ratio, is_one_sided)
 
 
-def describe_unmatched(quantities: Sequence[Quantity], image: Structure, simulated: Structure) -> tuple[str, ...]:
+def describe_unmatched(
+    quantities: Sequence[MatchedQuantity], image: Structure, simulated: Structure
+) -> tuple[str, ...]:
     """Say in sentences what differs, and why where that is known."""
     lines = []
     for each in quantities:

@@ -74,7 +74,7 @@ _TOLERANCE = 1.02
 
 
 @dataclass(frozen=True)
-class Start:
+class VariogramFit:
     """Where the simulations start.
 
     Attributes
@@ -89,7 +89,7 @@ class Start:
     misfit: float
 
 
-def fit_variogram(underlying: Structure, image: CloudImage) -> Start:
+def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
     """Fit gamma, H, L and kmax to the variogram of the field under an image.
 
     The normal scores of a frame have unit variance in the frame; the field has less there, where
@@ -123,7 +123,7 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> Start:
     longest, most = cells_per_frame(image)
     low = np.array([HURST[0], *np.log(longest)])
     high = np.array([HURST[1], *np.log(most)])
-    fits: list[Start] = []
+    fits: list[VariogramFit] = []
     for gamma in GAMMAS:
         unknowns = np.array([0.5, *np.clip(math.log(4.0), low[1:], high[1:])])
         # Octaves with more cells than pixels are white noise, of which one is enough.
@@ -134,7 +134,7 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> Start:
             )
             if np.all(np.isfinite(found.fun)):
                 misfit = float(np.sqrt(np.mean(found.fun**2) / np.mean(weight**2)))
-                fits.append(Start(_parameters(found.x, gamma, last, image), misfit))
+                fits.append(VariogramFit(_parameters(found.x, gamma, last, image), misfit))
     if not fits:
         raise ImageError("image: no fractal field has a variogram like it")
     best = min(fit.misfit for fit in fits)
@@ -177,7 +177,7 @@ _STEPS = np.array([0.08, 0.35, 0.35, 0.3])
 
 
 @dataclass(frozen=True)
-class Finish:
+class Refinement:
     """What the simulations found.
 
     Attributes
@@ -257,7 +257,7 @@ def refine(
     seeds: tuple[int, ...],
     budget: int,
     progress: Progress | None = None,
-) -> Finish:
+) -> Refinement:
     """Refine H, L and the brightness exponent by Nelder and Mead's simplex with common random numbers.
 
     Made small is sqrt(E + w^2 (v + a^2 + g^2 + u^2 d^2)): E is the mean over seeds of the square of
@@ -311,4 +311,4 @@ def refine(
             "fatol": 1e-4,
         },
     )
-    return Finish(search.best, search.objective, search.simulations)
+    return Refinement(search.best, search.objective, search.simulations)

@@ -151,7 +151,7 @@ def _read(path: Path, choice: ImageChoice) -> Target:
 
 
 @dataclass(frozen=True)
-class _Source:
+class _ImageFacts:
     """What a file says about itself; ``image`` is None for an entry, ``why`` tells why there is no size."""
 
     shape: tuple[int, ...]
@@ -161,19 +161,19 @@ class _Source:
     image: Image | None
 
 
-def _open(path: Path, choice: ImageChoice) -> _Source:
+def _open(path: Path, choice: ImageChoice) -> _ImageFacts:
     try:
         facts, shape = read_facts(path)
     except CatalogError:
         # Any other image. If it was meant to be an entry, the reader says what is wrong with it.
         image = read_image(path, choice.variable)
         why = f" ({image.pixel_size_note})" if image.pixel_size_note else ""
-        return _Source(image.values.shape, image.pixel_size_m, image.pixel_size_is_nominal, why, image)
+        return _ImageFacts(image.values.shape, image.pixel_size_m, image.pixel_size_is_nominal, why, image)
     usual = ImageChoice()
     given = [name for name in _OF_AN_IMAGE if getattr(choice, name) != getattr(usual, name)]
     if given:
         raise ImageError(f"{', '.join(given)}: has no meaning for an entry of the database; leave it out")
-    return _Source(shape, facts.pixel_size_m, facts.pixel_size_is_nominal, "", None)
+    return _ImageFacts(shape, facts.pixel_size_m, facts.pixel_size_is_nominal, "", None)
 
 
 def _check(choice: ImageChoice) -> None:

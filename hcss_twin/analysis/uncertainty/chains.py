@@ -16,7 +16,7 @@ Likelihood = Callable[[Array], Array]
 """From H, gamma, Lx, Ly, coverage (N, 5) to ln of the likelihood (N,)."""
 
 
-class Model(Protocol):
+class PosteriorModel(Protocol):
     """What chains need to know."""
 
     @property
@@ -181,7 +181,7 @@ _PER_DIMENSION, _FEWEST_WALKERS = 4, 32
 
 
 @dataclass(frozen=True)
-class Chains:
+class MarkovChains:
     """What has been sampled so far.
 
     Attributes
@@ -213,13 +213,13 @@ def walkers_of(dimensions: int) -> int:
     return max(_FEWEST_WALKERS, _PER_DIMENSION * dimensions)
 
 
-def begin(log_probability: Callable[[Array], Array], start: Array, seed: int) -> Chains:
+def begin(log_probability: Callable[[Array], Array], start: Array, seed: int) -> MarkovChains:
     """Put walkers at ``start`` (walkers, D)."""
     state = np.random.RandomState(seed).get_state()
-    return Chains(start[None], log_probability(start)[None], tuple(state))
+    return MarkovChains(start[None], log_probability(start)[None], tuple(state))
 
 
-def extend(model: Model, chains: Chains, steps: int) -> Chains:
+def extend(model: PosteriorModel, chains: MarkovChains, steps: int) -> MarkovChains:
     """Go on for some steps; where a chain is interrupted between calls does not change it."""
     import emcee
 
@@ -229,7 +229,7 @@ def extend(model: Model, chains: Chains, steps: int) -> Chains:
     sampler.log_prob_fn = model.log_probability
     state = emcee.State(chains.positions[-1], log_prob=chains.log_probability[-1], random_state=chains.random_state)
     last = sampler.run_mcmc(state, steps, skip_initial_state_check=True)
-    return Chains(
+    return MarkovChains(
         np.concatenate([chains.positions, sampler.get_chain()]),
         np.concatenate([chains.log_probability, sampler.get_log_prob()]),
         tuple(last.random_state),
@@ -237,15 +237,19 @@ def extend(model: Model, chains: Chains, steps: int) -> Chains:
 
 
 def converge(
-    model: Model, chains: Chains, wanted: float, most_steps: int, told: Callable[[Chains, Convergence | None], None]
-) -> tuple[Chains, Convergence]:
+    model: PosteriorModel,
+    chains: MarkovChains,
+    wanted: float,
+    most_steps: int,
+    told: Callable[[MarkovChains, Convergence | None], None],
+) -> tuple[MarkovChains, Convergence]:
     """Go on until chains have converged, or to the limit.
 
     Parameters
     ----------
-    model : Model
+    model : PosteriorModel
         Of which the density and the moves are taken.
-    chains : Chains
+    chains : MarkovChains
         From :func:`begin`, or from an earlier run.
     wanted : float
         Effective sample size of every parameter.

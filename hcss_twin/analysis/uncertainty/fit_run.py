@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.uncertainty.chains import Chains, Convergence, SingleModel, begin, converge, walkers_of
+from hcss_twin.analysis.uncertainty.chains import Convergence, MarkovChains, SingleModel, begin, converge, walkers_of
 from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise
 from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood
 from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior, Space
@@ -168,11 +168,11 @@ _DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
 
 
 @dataclass(frozen=True)
-class State:
+class FitState:
     """What has been computed: the noise of each image, and chains."""
 
     noises: tuple[EstimatorNoise, ...]
-    chains: Chains
+    chains: MarkovChains
 
 
 class Checkpoint:
@@ -191,7 +191,7 @@ class Checkpoint:
         self._fingerprint = fingerprint
         self._written = 0.0
 
-    def read(self) -> State | None:
+    def read(self) -> FitState | None:
         """Return the state, or None where there is none.
 
         Raises
@@ -214,11 +214,11 @@ class Checkpoint:
                 )
                 kind, position, has_gauss, cached = (file[f"random_{i}"][()] for i in (0, 2, 3, 4))
                 random_state = (str(kind), file["random_1"], int(position), int(has_gauss), float(cached))
-                return State(noises, Chains(file["positions"], file["log_probability"], random_state))
+                return FitState(noises, MarkovChains(file["positions"], file["log_probability"], random_state))
         except _DAMAGED as error:
             raise PosteriorError(f"{self._path}: damaged state of a fit: {error}; {remedy}") from error
 
-    def write(self, state: State, now: bool = False) -> None:
+    def write(self, state: FitState, now: bool = False) -> None:
         """Write a state, not more often than every few seconds unless told to.
 
         Raises
@@ -286,7 +286,7 @@ class FitRun:
             "misfit": chosen["misfit"],
         }
 
-    def resume(self) -> State | None:
+    def resume(self) -> FitState | None:
         """Return what an earlier run left."""
         return self._checkpoint.read()
 
@@ -295,8 +295,8 @@ class FitRun:
         model: SingleModel | PopulationModel,
         likelihoods: tuple[ImageLikelihood, ...],
         pilots: Sequence[Array],
-        state: State | None,
-    ) -> tuple[Chains, Convergence]:
+        state: FitState | None,
+    ) -> tuple[MarkovChains, Convergence]:
         """Run chains to their end.
 
         Raises
@@ -308,13 +308,13 @@ class FitRun:
         noises = tuple(each.noise for each in likelihoods if each.noise is not None)
         chains = self._start(model, pilots) if state is None else state.chains
 
-        def told(chains: Chains, found: Convergence | None) -> None:
-            self._checkpoint.write(State(noises, chains))
+        def told(chains: MarkovChains, found: Convergence | None) -> None:
+            self._checkpoint.write(FitState(noises, chains))
             self.told("sampling", 0.0 if found is None else min(found.fraction, 1.0))
 
         chains, found = converge(model, chains, options.samples, options.most_steps, told)
         if not found.has_converged:
-            self._checkpoint.write(State(noises, chains), now=True)
+            self._checkpoint.write(FitState(noises, chains), now=True)
             raise PosteriorError(_refusal(found, model.names, options, chains))
         return chains, found
 
@@ -322,7 +322,7 @@ class FitRun:
         """Forget the state: the posterior has been written."""
         self._checkpoint.remove()
 
-    def _start(self, model: SingleModel | PopulationModel, pilots: Sequence[Array]) -> Chains:
+    def _start(self, model: SingleModel | PopulationModel, pilots: Sequence[Array]) -> MarkovChains:
         rng = np.random.default_rng(np.random.SeedSequence([self._options.seed, 2]))
         walkers = walkers_of(len(model.names))
         drawn = [pilot[rng.permutation(pilot.shape[0])[:walkers]] for pilot in pilots]
@@ -330,7 +330,7 @@ class FitRun:
         return begin(model.log_probability, start, int(rng.integers(0, 2**31)))
 
 
-def _refusal(found: Convergence, names: tuple[str, ...], options: FitOptions, chains: Chains) -> str:
+def _refusal(found: Convergence, names: tuple[str, ...], options: FitOptions, chains: MarkovChains) -> str:
     lines = "\n  ".join(found.complaints(names))
     return (
         f"not converged after {chains.positions.shape[0]} steps; no posterior is written\n  {lines}\n"

@@ -137,7 +137,7 @@ class Prior:
 
 
 @dataclass(frozen=True)
-class Scale:
+class ParameterScale:
     """A rising function of a parameter.
 
     Attributes
@@ -180,7 +180,7 @@ class ParameterKind:
         Meaning.
     low, high : float
         Open limits of what the generator takes.
-    scale : Scale
+    scale : ParameterScale
         Where chains move.
     widest : float
         Greatest spread of a population on the scale, by default.
@@ -189,18 +189,18 @@ class ParameterKind:
     long_name: str
     low: float
     high: float
-    scale: Scale
+    scale: ParameterScale
     widest: float
 
 
 KINDS = {
-    "H": ParameterKind("Hurst exponent", 0.0, 1.0, Scale("value"), 0.5),
+    "H": ParameterKind("Hurst exponent", 0.0, 1.0, ParameterScale("value"), 0.5),
     "gamma": ParameterKind(
-        "gap parameter, ratio of cells of one octave to the last", 1.01, 8.0, Scale("logarithm"), 0.7
+        "gap parameter, ratio of cells of one octave to the last", 1.01, 8.0, ParameterScale("logarithm"), 0.7
     ),
-    "Lx": ParameterKind("lattice cells per 16 km along x at k = 0", 0.0, math.inf, Scale("logarithm"), 2.0),
-    "Ly": ParameterKind("lattice cells per 16 km along y at k = 0", 0.0, math.inf, Scale("logarithm"), 2.0),
-    "coverage": ParameterKind("cloudy fraction of the unbounded sky", 0.0, 1.0, Scale("probit"), 2.0),
+    "Lx": ParameterKind("lattice cells per 16 km along x at k = 0", 0.0, math.inf, ParameterScale("logarithm"), 2.0),
+    "Ly": ParameterKind("lattice cells per 16 km along y at k = 0", 0.0, math.inf, ParameterScale("logarithm"), 2.0),
+    "coverage": ParameterKind("cloudy fraction of the unbounded sky", 0.0, 1.0, ParameterScale("probit"), 2.0),
 }
 """Parameters of one image, in the order of all arrays."""
 

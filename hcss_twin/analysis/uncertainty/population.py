@@ -145,7 +145,7 @@ class PopulationSweep(Move):  # type: ignore[misc]
     def propose(self, model: Any, state: State) -> tuple[State, NDArray[np.bool_]]:
         """Move each half of the walkers; the other tells how far."""
         random = model.random
-        whole = _Half.of(self._model, state.coords, self._likelihood)
+        whole = _WalkerSet.of(self._model, state.coords, self._likelihood)
         walkers = state.coords.shape[0]
         shuffled = random.permutation(walkers)
         for own in (shuffled[: walkers // 2], shuffled[walkers // 2 :]):
@@ -162,7 +162,7 @@ class PopulationSweep(Move):  # type: ignore[misc]
         return State(coords, log_prob=whole.log_probability(), random_state=random.get_state()), moved
 
 
-class _Half:
+class _WalkerSet:
     """Walkers (N): means and logarithms of spreads (N, P), parameters (N, I, P) and likelihoods (N, I) of images."""
 
     def __init__(self, model: PopulationModel, mean: Array, log_spread: Array, own: Array, likelihood: Array) -> None:
@@ -170,7 +170,7 @@ class _Half:
         self.mean, self.log_spread, self.own, self.likelihood = mean, log_spread, own, likelihood
 
     @classmethod
-    def of(cls, model: PopulationModel, position: Array, likelihood: Array | None) -> _Half:
+    def of(cls, model: PopulationModel, position: Array, likelihood: Array | None) -> _WalkerSet:
         mean, log_spread, own = (part.copy() for part in model.parts(position))
         if likelihood is None:
             everywhere = np.ones(position.shape[0], dtype=np.bool_)
@@ -178,12 +178,12 @@ class _Half:
             likelihood = np.stack(each, axis=1)
         return cls(model, mean, log_spread, own, likelihood)
 
-    def take(self, walkers: NDArray[np.intp]) -> _Half:
-        return _Half(
+    def take(self, walkers: NDArray[np.intp]) -> _WalkerSet:
+        return _WalkerSet(
             self._model, self.mean[walkers], self.log_spread[walkers], self.own[walkers], self.likelihood[walkers]
         )
 
-    def put(self, walkers: NDArray[np.intp], half: _Half) -> None:
+    def put(self, walkers: NDArray[np.intp], half: _WalkerSet) -> None:
         self.mean[walkers], self.log_spread[walkers] = half.mean, half.log_spread
         self.own[walkers], self.likelihood[walkers] = half.own, half.likelihood
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.chains import Chains, Convergence, SingleModel
+from hcss_twin.analysis.uncertainty.chains import Convergence, MarkovChains, SingleModel
 from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood, on_scales
 from hcss_twin.analysis.uncertainty.parameter_space import KINDS, SHAPE, Space
 from hcss_twin.analysis.uncertainty.population import PopulationModel
@@ -99,7 +99,7 @@ def write_result(
     model: SingleModel | PopulationModel,
     space: Space,
     likelihoods: Sequence[ImageLikelihood],
-    chains: Chains,
+    chains: MarkovChains,
     convergence: Convergence,
     inputs: Sequence[tuple[str, str]],
     about: Mapping[str, Any],

@@ -27,7 +27,7 @@ _SUMMED_UP: Mapping[str, Any] = {"output.variables": list(VARIABLES), "output.ce
 
 
 @dataclass(frozen=True)
-class Source:
+class UncertainScenario:
     """A scenario before its uncertain keys have values.
 
     Attributes
@@ -40,7 +40,7 @@ class Source:
         What the section holds.
     base : Path
     origin : str
-    shelf : ResultCache
+    cache : ResultCache
         What all draws share.
     """
 
@@ -49,12 +49,12 @@ class Source:
     uncertain: Mapping[str, Any]
     base: Path
     origin: str
-    shelf: ResultCache
+    cache: ResultCache
 
     @classmethod
     def load(
         cls, source: str | Path | Mapping[str, Any] | Scenario, overrides: Mapping[str, Any] | None = None
-    ) -> Source:
+    ) -> UncertainScenario:
         """Read a scenario file by name or path, or take its keys; raises :class:`ScenarioError`."""
         if isinstance(source, Scenario):
             raw, base, origin = json.loads(source.to_json()), source.base, source.origin
@@ -74,7 +74,7 @@ class Source:
     def scenario(self, changes: Mapping[str, Any] | None = None) -> Scenario:
         """Return the scenario with more keys replaced; raises :class:`ScenarioError`."""
         overrides = {**self.overrides, **(changes or {})}
-        return Scenario.from_dict(self.raw, overrides, base=self.base, origin=self.origin, shelf=self.shelf)
+        return Scenario.from_dict(self.raw, overrides, base=self.base, origin=self.origin, shelf=self.cache)
 
 
 SHORT_FORMS = {
@@ -212,7 +212,9 @@ def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
     return path
 
 
-def overlap_problems(source: Source, sample_keys: Sequence[str], posterior_keys: Sequence[str]) -> Iterator[Problem]:
+def overlap_problems(
+    source: UncertainScenario, sample_keys: Sequence[str], posterior_keys: Sequence[str]
+) -> Iterator[Problem]:
     """Yield what is both uncertain and given otherwise: by the posterior, or by ``--set``."""
     for key in sample_keys:
         for other in posterior_keys:
@@ -227,7 +229,7 @@ def overlap_problems(source: Source, sample_keys: Sequence[str], posterior_keys:
                 )
 
 
-def scenarios_of(source: Source, sample: JointSample) -> dict[str, tuple[Scenario, ...]]:
+def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tuple[Scenario, ...]]:
     """Make and check the scenarios of all draws of all mixtures.
 
     Returns

@@ -45,7 +45,7 @@ from hcss_twin.sweeps.propagation.draw_statistics import (
     statistics_of,
 )
 from hcss_twin.sweeps.propagation.draws import (
-    Source,
+    UncertainScenario,
     layer_of,
     numbers_of,
     overlap_problems,
@@ -162,7 +162,7 @@ def propagate(
     """
     path = None if output is None else Path(output)
     _check(draws, shares, cubes_of, path)
-    taken = Source.load(source, overrides)
+    taken = UncertainScenario.load(source, overrides)
     keys = uncertain_keys({**taken.uncertain, **(uncertain or {})})
     scenario = taken.scenario()
     drawn = None if posterior is None else PosteriorDraws.read(posterior)
@@ -182,7 +182,7 @@ def propagate(
     if scenario.sensor is not None:
         notes.append("radiance is that which reaches the sensor; what it measures is in cubes of draws")
     with announce_compilation(logging.getLogger(__name__).warning):
-        made = _Scenes(sample, taken.shelf)
+        made = _Scenes(sample, taken.cache)
         made.compute(scenarios, progress)
         attributes = {
             VERSION_ATTRIBUTE: np.int32(VERSION),
@@ -211,8 +211,8 @@ def cube_path(output: Path, draw: int) -> Path:
 class _Scenes:
     """Computes the scenes of all draws, one after the other, and keeps what is kept of each."""
 
-    def __init__(self, sample: JointSample, shelf: ResultCache) -> None:
-        self._sample, self._shelf = sample, shelf
+    def __init__(self, sample: JointSample, cache: ResultCache) -> None:
+        self._sample, self._shelf = sample, cache
         self.tables = SharedTables()
         self._found: dict[str, list[DrawStatistics]] = {each.name: [] for each in sample.mixtures}
         self._kelvin: list[NDArray[np.float32]] = []
@@ -264,10 +264,10 @@ class _Scenes:
         )
 
 
-def _cube(source: Source, sample: JointSample, draw: int, path: Path, found: list[Certificate]) -> Path:
+def _cube(source: UncertainScenario, sample: JointSample, draw: int, path: Path, found: list[Certificate]) -> Path:
     """Write the cube of a draw, with all that the scenario asks for."""
     scenario = source.scenario(sample.overrides(sample.mixtures[0], draw))
-    return run(make_plan(scenario, shelf=source.shelf), cube_path(path, draw), report=_reporting(found))
+    return run(make_plan(scenario, shelf=source.cache), cube_path(path, draw), report=_reporting(found))
 
 
 def _reporting(found: list[Certificate]) -> Callable[[Certificate], None]:

@@ -38,7 +38,7 @@ _OfDraws = Callable[[NDArray[np.intp]], Array]
 
 
 @dataclass(frozen=True)
-class Row:
+class VarianceRow:
     """One row of the variance table.
 
     Attributes
@@ -56,7 +56,7 @@ class Row:
     mixture: int | None = None
 
 
-def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str]) -> tuple[Row, ...]:
+def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str]) -> tuple[VarianceRow, ...]:
     """Return the rows of the variance table.
 
     Parameters
@@ -70,14 +70,16 @@ def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str])
     """
     exchanged = {name.removeprefix("other "): place for place, name in enumerate(mixtures)}
     parameters = tuple(place for place, name in enumerate(inputs) if name not in keys)
-    rows = [Row(REST), Row(SEED, mixture=1)]
+    rows = [VarianceRow(REST), VarianceRow(SEED, mixture=1)]
     if parameters:
-        rows.append(Row(POSTERIOR, parameters, exchanged.get(POSTERIOR)))
-    rows += [Row(name, (place,), exchanged.get(name) if name in keys else None) for place, name in enumerate(inputs)]
+        rows.append(VarianceRow(POSTERIOR, parameters, exchanged.get(POSTERIOR)))
+    rows += [
+        VarianceRow(name, (place,), exchanged.get(name) if name in keys else None) for place, name in enumerate(inputs)
+    ]
     return tuple(rows)
 
 
-def estimator_names(rows: Sequence[Row], mixtures: int) -> tuple[list[str], list[str]]:
+def estimator_names(rows: Sequence[VarianceRow], mixtures: int) -> tuple[list[str], list[str]]:
     """Return how the first-order and the total share of each row are estimated."""
     full = mixtures > 2
     first = [
@@ -140,7 +142,7 @@ def summarise(drawn: xr.Dataset) -> xr.Dataset:
 
 
 def _estimates(
-    values: Array, inputs: Array, rows: Sequence[Row], seed: np.random.SeedSequence
+    values: Array, inputs: Array, rows: Sequence[VarianceRow], seed: np.random.SeedSequence
 ) -> dict[str, tuple[NDArray[Any], tuple[str, ...]]]:
     """Return each statistic (front, output) with the names of its first dimensions."""
     width, sources = values.shape[2], len(rows)
@@ -190,7 +192,7 @@ def _moments(y: Array, draws: NDArray[np.intp]) -> Array:
     return np.concatenate([estimators.mean(own)[None], estimators.standard_deviation(own)[None], several])
 
 
-def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[Row], draws: NDArray[np.intp]) -> Array:
+def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[VarianceRow], draws: NDArray[np.intp]) -> Array:
     """Return first-order and total shares of some draws below each other, (share, output)."""
     own = y[:, draws]
     blank = np.full(own.shape[2], np.nan)
