@@ -42,8 +42,8 @@ class ImportOptions:
     variable : str or None
         Plane of a file with several.
     method : {"otsu", "local", "coverage", "valid"}
-        How cloudy pixels are found. ``valid`` is for products that have values in cloud only, such as
-        cloud-top heights: every pixel with a value is cloud, every other one clear.
+        How cloudy pixels are found. ``valid`` is for products that have values in cloud only, such as cloud-top
+        heights: every pixel with a value is cloud, every other one clear.
     window : int or None
         Side of the surroundings of method ``local``.
     coverage : float or None
@@ -73,11 +73,8 @@ class ImportOptions:
 def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry:
     """Cut the clouds out of an image.
 
-    Raises
-    ------
-    CatalogError
-        If the image cannot be read, has no known pixel size, no contrast, or no cloud of the least size;
-        or if the coverage is given for another method than its own, or not given for it.
+    Raises CatalogError if the image cannot be read, has no known pixel size, no contrast, or no cloud of the least
+    size; or if the coverage is given for another method than its own, or not given for it.
     """
     options = options or ImportOptions()
     _check(path, options)

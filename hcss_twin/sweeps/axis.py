@@ -42,10 +42,7 @@ class Span:
 def span_of(*given: Any) -> Span:
     """Read values that belong together: all numbers, all with the same unit, or all instants with a zone.
 
-    Raises
-    ------
-    ValueError
-        With what is wrong, if they are none of these.
+    Raises ValueError with what is wrong, if they are none of these.
     """
     instants = tuple(map(_read_instant, given))
     if all(isinstance(each, datetime) for each in instants):
@@ -121,10 +118,7 @@ class SweptAxis:
 def axis_of(key: str, given: Any) -> SweptAxis:
     """Read what stands behind a key of ``[sweep]``.
 
-    Raises
-    ------
-    ValueError
-        With what is wrong, what is allowed and the closest choice.
+    Raises ValueError with what is wrong, what is allowed and the closest choice.
     """
     if isinstance(given, list | tuple):
         values = tuple(given)

@@ -69,8 +69,8 @@ def compute_on_worker(task: PointTask) -> PointOutcome:
 class Cluster:
     """Workers that share the folder of the sweep.
 
-    Each has one point in hand and one waiting. Who dies takes both along: they are tried once more when the others
-    are done, each alone on its worker, so that only the one that kills has failed.
+    Each has one point in hand and one waiting. Who dies takes both along: they are tried once more when the others are
+    done, each alone on its worker, so that only the one that kills has failed.
 
     Parameters
     ----------
@@ -129,10 +129,7 @@ class Cluster:
     def require_alike(self, folder: Path) -> None:
         """Check that every worker has our versions and sees the folder.
 
-        Raises
-        ------
-        SweepError
-            If one has not.
+        Raises SweepError if one has not.
         """
         mine = versions()
         for address, theirs in self._client.run(versions).items():
@@ -162,10 +159,7 @@ _OF_OUR_PROCESSES = {
 def local_cluster(workers: int) -> Iterator[Cluster]:
     """Start processes on this machine, one thread each, and end them with the block.
 
-    Raises
-    ------
-    SweepError
-        If the processes do not start.
+    Raises SweepError if the processes do not start.
     """
     with ExitStack() as stack:
         stack.enter_context(dask.config.set(_OF_OUR_PROCESSES))
@@ -194,10 +188,7 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
 def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
     """Use the workers of a scheduler, which stay as they are.
 
-    Raises
-    ------
-    SweepError
-        If nobody answers at the address, or the workers cannot do the work.
+    Raises SweepError if nobody answers at the address, or the workers cannot do the work.
     """
     _require_answer(scheduler)
     try:

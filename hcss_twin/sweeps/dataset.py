@@ -34,13 +34,10 @@ MARK = "hcss_sweep"
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open the dataset of a sweep; values are read from the file when they are used.
 
-    Swept keys, bands and cloud layers are selected by value or name:
-    ``open_sweep(path).radiance.sel(view_zenith=30, band="mwir")``. Close the dataset after use.
+    Swept keys, bands and cloud layers are selected by value or name: ``open_sweep(path).radiance.sel(view_zenith=30,
+    band="mwir")``. Close the dataset after use.
 
-    Raises
-    ------
-    CubeError
-        If the file is missing or is no dataset of a sweep.
+    Raises CubeError if the file is missing or is no dataset of a sweep.
     """
     import xarray as xr
 
@@ -70,10 +67,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
 def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> None:
     """Check, before anything is computed, that a dataset may be written here.
 
-    Raises
-    ------
-    SweepError
-        If the file is something else than the dataset of this sweep, or there is no folder for it.
+    Raises SweepError if the file is something else than the dataset of this sweep, or there is no folder for it.
     """
     own = path.absolute().parent == folder.absolute()
     if own and (path.name in (INDEX, LOG) or is_cube_name(path.name)):
@@ -98,10 +92,7 @@ def write_dataset(path: Path, design: Design, digest: str, folder: Path, records
 
     Points without a cube are missing values: NaN, or ``_FillValue`` of whole numbers.
 
-    Raises
-    ------
-    SweepError
-        If no point has a cube, cubes do not have the same variables, or the disk refuses.
+    Raises SweepError if no point has a cube, cubes do not have the same variables, or the disk refuses.
     """
     cubes = {record.point: folder / record.file for record in records if record.file is not None}
     if not cubes:
@@ -359,10 +350,7 @@ class Differences:
 def differences(cubes: Mapping[int, Path]) -> Differences:
     """Compare all cubes with the first, one at a time.
 
-    Raises
-    ------
-    SweepError
-        If one has other variables, or variables of other sizes.
+    Raises SweepError if one has other variables, or variables of other sizes.
     """
     numbers = sorted(cubes)
     attributes: dict[str, Any] = {}

@@ -39,8 +39,8 @@ class Design:
     axes : tuple of SweptAxis
         In the order of the file.
     combine : str
-        ``product``: every value of each key with every value of the others, the last key changing fastest;
-        ``zip``: the first values of all keys, then the second, and so on.
+        ``product``: every value of each key with every value of the others, the last key changing fastest; ``zip``: the
+        first values of all keys, then the second, and so on.
     dataset : str or None
         Name of the file that is to hold all points.
     """

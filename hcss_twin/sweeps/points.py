@@ -46,10 +46,7 @@ class SweepPoint:
 def points_of(design: Design) -> tuple[SweepPoint, ...]:
     """Make and check every point.
 
-    Raises
-    ------
-    ScenarioError
-        With the problems of all points, each told once, with the points that have it.
+    Raises ScenarioError with the problems of all points, each told once, with the points that have it.
     """
     points: list[SweepPoint] = []
     wrong: dict[Problem, list[int]] = {}
@@ -123,10 +120,7 @@ OF_ALL_POINTS = ("image.rows", "image.columns", "image.pixel_size", "frames", "b
 def require_one_layout(design: Design, points: Sequence[SweepPoint]) -> None:
     """Check, before any point is computed, that all of them fit into one dataset.
 
-    Raises
-    ------
-    ScenarioError
-        Naming the key that separates them.
+    Raises ScenarioError naming the key that separates them.
     """
     if design.combine != "product":
         told = "a dataset needs a dimension for each key; allowed: combine = 'product', or no dataset"

@@ -58,10 +58,7 @@ class SweepResult:
     def cube(self, point: int) -> Path:
         """Return the path of a point's cube.
 
-        Raises
-        ------
-        SweepError
-            If the point failed without one.
+        Raises SweepError if the point failed without one.
         """
         record = self.points[point]
         if record.file is None:
@@ -106,8 +103,8 @@ def sweep(
     overrides : mapping, optional
         Dotted key to value, the same in all points.
     workers : int
-        Processes on this machine; 1 computes in this one. A script that asks for more needs the usual
-        ``if __name__ == "__main__":``.
+        Processes on this machine; 1 computes in this one. A script that asks for more needs the usual ``if __name__ ==
+        "__main__":``.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers compute instead; they must share the folder.
     dataset : path, optional

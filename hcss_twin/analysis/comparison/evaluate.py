@@ -8,8 +8,6 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-
 from hcss_twin.analysis.comparison.footage import EvaluationChoice
 from hcss_twin.analysis.comparison.image_footage import open_footage
 from hcss_twin.analysis.comparison.metrics import build_metrics
@@ -35,6 +33,7 @@ from hcss_twin.analysis.comparison.side import (
 )
 from hcss_twin.analysis.measures.morphology import MODES, Mode, MorphologyErrors
 from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, spectral_distance_db
+from hcss_twin.core.arrays import Array
 
 BINS = 80
 

@@ -53,10 +53,7 @@ class EvaluationChoice:
     def check(self) -> None:
         """Refuse options that contradict each other: none is ignored.
 
-        Raises
-        ------
-        ImageOptionError
-            Naming the option.
+        Raises ImageOptionError naming the option.
         """
         if (self.coverage is None) is (self.method == "coverage"):
             raise ImageOptionError("coverage: goes with the method 'coverage', and only with it")

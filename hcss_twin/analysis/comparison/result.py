@@ -274,10 +274,7 @@ class Evaluation:
     def metric(self, name: str) -> Metric:
         """Return a metric by its name.
 
-        Raises
-        ------
-        KeyError
-            If there is none.
+        Raises KeyError if there is none.
         """
         for each in self.metrics:
             if each.name == name:

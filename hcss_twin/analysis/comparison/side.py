@@ -144,10 +144,7 @@ class ComparedSide:
     def frame(self, number: int) -> FrameArrays:
         """Return the part of a frame; clouds are found in the whole frame.
 
-        Raises
-        ------
-        ImageError
-            If there is no contrast or no cloud.
+        Raises ImageError if there is no contrast or no cloud.
         """
         footage = self.footage
         values = footage.values(number)
@@ -195,10 +192,7 @@ class SideMeasures:
 def measure_side(side: ComparedSide, progress: Progress | None = None) -> SideMeasures:
     """Measure all frames of a side; those without measurable clouds are left out and listed with the reason.
 
-    Raises
-    ------
-    ImageError
-        If no frame can be measured.
+    Raises ImageError if no frame can be measured.
     """
     footage = side.footage
     rows, columns = side.shape

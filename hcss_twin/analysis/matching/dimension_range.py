@@ -43,8 +43,8 @@ class DimensionMatch:
     parameters : FractalParameters
         Complete, rounded as they are written.
     dimension : {"fractal", "surface"}
-        Which dimension it is, an attribute of
-        :class:`hcss_twin.analysis.measures.morphology.Morphology` without ``_dimension``.
+        Which dimension it is, an attribute of :class:`hcss_twin.analysis.measures.morphology.Morphology` without
+        ``_dimension``.
     wanted : (float, float)
         The range.
     dimensions : tuple of float
@@ -79,9 +79,8 @@ def match_dimension(
 ) -> DimensionMatch:
     """Change H, and L only if that is not enough, until the mean dimension lies in a range.
 
-    A dimension need not be monotonic in H: the body's is not. Therefore H is scanned first, and among the
-    solutions the one nearest to the start is taken. Where the scan crosses the middle of the range, that is
-    aimed at.
+    A dimension need not be monotonic in H: the body's is not. Therefore H is scanned first, and among the solutions the
+    one nearest to the start is taken. Where the scan crosses the middle of the range, that is aimed at.
 
     Parameters
     ----------
@@ -96,8 +95,8 @@ def match_dimension(
     dimension : {"fractal", "surface"}
         That of the tables of the paper, or that of the grey levels' variogram.
     seed : int
-        The search uses this seed and the five after it; the mean over ten from 1000 later on must lie in
-        the range as well.
+        The search uses this seed and the five after it; the mean over ten from 1000 later on must lie in the range as
+        well.
 
     Raises
     ------
@@ -191,10 +190,7 @@ PIXEL_SIZE_M = 20.0
 def type_parameters(cloud_type: str, catalog: Catalog) -> FractalParameters:
     """Return the complete parameters of a cloud type of the catalog.
 
-    Raises
-    ------
-    CatalogError
-        If there is no such type.
+    Raises CatalogError if there is no such type.
     """
     shape = catalog.toml(catalog.find(cloud_type, "cloud_types", ".toml"))["fractal"]
     x, y = shape["L"]

@@ -118,8 +118,8 @@ class Match:
 def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progress | None = None) -> Match:
     """Find parameters of the fractal generator for an image.
 
-    The variogram of the normal field under the image gives gamma, H, L and k without any simulation;
-    simulations then refine H, L and the brightness exponent. Coverage is exact by construction.
+    The variogram of the normal field under the image gives gamma, H, L and k without any simulation; simulations then
+    refine H, L and the brightness exponent. Coverage is exact by construction.
 
     Parameters
     ----------
@@ -213,8 +213,7 @@ _WIDTH = 110
 def match_fragment(match: Match, cloud_type: str) -> str:
     """Return TOML: the section ``[clouds]``, and as comments what it was made from and how good it is.
 
-    It may end any scenario file without clouds; the image's size and pixels, for which it was judged, are
-    a comment.
+    It may end any scenario file without clouds; the image's size and pixels, for which it was judged, are a comment.
     """
     best, worst = min(match.rmse), max(match.rmse)
     comments = [
@@ -258,10 +257,7 @@ def clouds_fragment(
 def write_fragment(text: str, path: Path) -> None:
     """Write a fragment, whole or not at all.
 
-    Raises
-    ------
-    CatalogError
-        If the file cannot be written.
+    Raises CatalogError if the file cannot be written.
     """
     with atomic_write(path, CatalogError) as draft:
         draft.write_text(text, encoding="utf-8")

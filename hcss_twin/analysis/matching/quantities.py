@@ -17,8 +17,8 @@ _STEPS = (2, 4, 8)
 def obliqueness(image: CloudImage) -> float:
     """Return the ratio of mean square differences along the two diagonals, at least 1.
 
-    1 where clouds are stretched along x or y, or not at all: the lattices of eq 2 are. Geometric mean
-    over diagonal steps of 2, 4 and 8 pixels.
+    1 where clouds are stretched along x or y, or not at all: the lattices of eq 2 are. Geometric mean over diagonal
+    steps of 2, 4 and 8 pixels.
     """
     level = image.level.astype(np.float64)
     ratios = []
@@ -77,8 +77,8 @@ class MatchedQuantity:
     tolerance : float
         Largest |error| that counts as matched; infinity where the quantity is only shown.
     is_ratio : bool
-        Whether the error is relative to the image's value or a difference. Eq 24, which the RMSE is made of, divides
-        by the simulated value instead.
+        Whether the error is relative to the image's value or a difference. Eq 24, which the RMSE is made of, divides by
+        the simulated value instead.
     is_one_sided : bool
         Whether an image with less than the simulations have is one of their own.
     """
@@ -110,10 +110,7 @@ class MatchedQuantity:
 def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[MatchedQuantity, ...]:
     """Measure everything in the image and in the simulations.
 
-    Raises
-    ------
-    ImageError
-        If an image has too little cloud to be measured.
+    Raises ImageError if an image has too little cloud to be measured.
     """
     measured = image.morphology()
     shapes = [each.morphology() for each in simulations]

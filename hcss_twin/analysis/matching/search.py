@@ -92,8 +92,8 @@ class VariogramFit:
 def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
     """Fit gamma, H, L and kmax to the variogram of the field under an image.
 
-    The normal scores of a frame have unit variance in the frame; the field has less there, where
-    its cells are large (:func:`frame_variance`). The expected variogram is divided by that.
+    The normal scores of a frame have unit variance in the frame; the field has less there, where its cells are large
+    (:func:`frame_variance`). The expected variogram is divided by that.
 
     Parameters
     ----------
@@ -145,8 +145,8 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
 def brightness_exponent(image: CloudImage) -> float:
     """Return the exponent s that is likeliest if scaled grey levels are C = p^s with uniform p.
 
-    Then -ln C is exponentially distributed with the mean s, and its mean is the estimate. It starts
-    the search: within one frame p is not quite uniform.
+    Then -ln C is exponentially distributed with the mean s, and its mean is the estimate. It starts the search: within
+    one frame p is not quite uniform.
     """
     # Half a level, so that the thinnest pixel has a logarithm.
     scaled = (image.level[image.cloudy].astype(np.float64) - 0.5) / 254.5
@@ -260,14 +260,12 @@ def refine(
 ) -> Refinement:
     """Refine H, L and the brightness exponent by Nelder and Mead's simplex with common random numbers.
 
-    Made small is sqrt(E + w^2 (v + a^2 + g^2 + u^2 d^2)): E is the mean over seeds of the square of
-    eq 24's RMSE, v the mean square of ln(simulated / measured) semivariance, a and g those logarithms of
-    the anisotropy and of the mean grey level, d the difference of surface dimensions; w = 0.15 and u = 2.
-    E holds the scatter between realisations too, so that parameters are preferred whose every image is
-    like the measured one.
+    Made small is sqrt(E + w^2 (v + a^2 + g^2 + u^2 d^2)): E is the mean over seeds of the square of eq 24's RMSE, v the
+    mean square of ln(simulated / measured) semivariance, a and g those logarithms of the anisotropy and of the mean
+    grey level, d the difference of surface dimensions; w = 0.15 and u = 2. E holds the scatter between realisations
+    too, so that parameters are preferred whose every image is like the measured one.
 
-    The same seeds at every step make it a smooth function, whose minimum depends on them: judge the
-    result with others.
+    The same seeds at every step make it a smooth function, whose minimum depends on them: judge the result with others.
 
     Parameters
     ----------

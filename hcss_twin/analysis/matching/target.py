@@ -46,9 +46,9 @@ class ImageChoice:
         As the parameters of the imagery generator
         (:class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`).
     method : {"auto", "otsu", "local", "coverage", "valid"}
-        How cloudy pixels are found. ``valid``, for products that have values in cloud only, takes every
-        pixel that has one; ``auto`` is ``valid`` for variables that are called cloud top something and
-        have missing pixels, ``otsu`` for all others.
+        How cloudy pixels are found. ``valid``, for products that have values in cloud only, takes every pixel that has
+        one; ``auto`` is ``valid`` for variables that are called cloud top something and have missing pixels, ``otsu``
+        for all others.
     coverage : float or None
         Fraction of cloudy pixels, for method ``coverage``.
     pixel_size_m : float or None
@@ -95,8 +95,8 @@ def read_target(path: Path, choice: ImageChoice | None = None) -> Target:
     Parameters
     ----------
     path : Path
-        NetCDF (GOES ABI among them), GeoTIFF, picture, ``.npy`` or ``.npz``; or an entry of the cloud
-        database, whose mask has been cleaned.
+        NetCDF (GOES ABI among them), GeoTIFF, picture, ``.npy`` or ``.npz``; or an entry of the cloud database, whose
+        mask has been cleaned.
     choice : ImageChoice, optional
         Part and threshold.
 
@@ -105,8 +105,8 @@ def read_target(path: Path, choice: ImageChoice | None = None) -> Target:
     CatalogError
         If the file is not a usable image.
     ImageError
-        If it gives no pixel size and none is given, is too small, or has no cloud or no clear pixel
-        where a threshold was to find some; or options contradict each other or the file.
+        If it gives no pixel size and none is given, is too small, or has no cloud or no clear pixel where a threshold
+        was to find some; or options contradict each other or the file.
     ScenarioError
         If part and image do not fit, or pixels are missing.
     """

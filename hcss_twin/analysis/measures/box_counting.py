@@ -67,16 +67,14 @@ def least_of_four(values: Any) -> Any:
 def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstimate:
     """Count the boxes that cover the body between level 0 and the grey-level surface.
 
-    Columns of s x s pixels are cut into boxes that are h = s levels / M high, with M the shorter
-    side; the body takes ceil(max / h) of them, none where all is clear (level 0). The dimension is
-    the slope of the logarithm of their number per area against log(1 / s), s = 2, 4, 8, ... up to
-    M / 2.
+    Columns of s x s pixels are cut into boxes that are h = s levels / M high, with M the shorter side; the body takes
+    ceil(max / h) of them, none where all is clear (level 0). The dimension is the slope of the logarithm of their
+    number per area against log(1 / s), s = 2, 4, 8, ... up to M / 2.
 
-    This is eq 6 of the HCSS paper with the cloud itself as the measured object. The dimension of a
-    solid is 3 and that of a thin sheet 2, so that this measures how cloud fills the image: it grows
-    with coverage, and says little about the roughness of the cloud tops, for which there is
-    ``variogram_dimension``. Of the countings tried it is the one that gives the printed FD
-    (docs/fractal-dimension.md).
+    This is eq 6 of the HCSS paper with the cloud itself as the measured object. The dimension of a solid is 3 and that
+    of a thin sheet 2, so that this measures how cloud fills the image: it grows with coverage, and says little about
+    the roughness of the cloud tops, for which there is ``variogram_dimension``. Of the countings tried it is the one
+    that gives the printed FD (docs/fractal-dimension.md).
 
     Parameters
     ----------
@@ -134,11 +132,11 @@ _LARGEST_BOX = 4
 def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
     """Count the boxes that the boundary between cloudy and clear pixels passes through.
 
-    The boundary is the set of pixel corners where the four pixels are not all alike; the edge of
-    the image is not part of it, and a mask and its complement have the same. The dimension is the
-    slope of log N(s) against log(1 / s), s about 2, 4, 8, ... up to a quarter of the shorter side;
-    the boxes of each size tile the image evenly. The level sets of a self-affine surface with
-    Hurst exponent H have 2 - H, which is approached slowly: docs/fractal-dimension.md has the bias.
+    The boundary is the set of pixel corners where the four pixels are not all alike; the edge of the image is not part
+    of it, and a mask and its complement have the same. The dimension is the slope of log N(s) against log(1 / s), s
+    about 2, 4, 8, ... up to a quarter of the shorter side; the boxes of each size tile the image evenly. The level sets
+    of a self-affine surface with Hurst exponent H have 2 - H, which is approached slowly: docs/fractal-dimension.md has
+    the bias.
 
     Parameters
     ----------
@@ -196,16 +194,15 @@ _SMALLEST_SURE = 64
 def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: bool = True) -> DimensionEstimate:
     """Count the boxes that the grey-level surface passes through.
 
-    The image is stretched to ``levels`` grey levels. Columns of s x s pixels are cut into boxes
-    that are h = s levels / M high, with M the shorter side; in each column the surface takes
-    floor(max / h) - floor(min / h) + 1 of them. The raw dimension is the slope of the logarithm of
-    their number per area against log(1 / s), s = 2, 4, 8, ... up to M / 8 (N. Sarkar and B. B.
-    Chaudhuri, "An efficient differential box-counting approach to compute fractal dimension of
+    The image is stretched to ``levels`` grey levels. Columns of s x s pixels are cut into boxes that are h = s levels /
+    M high, with M the shorter side; in each column the surface takes floor(max / h) - floor(min / h) + 1 of them. The
+    raw dimension is the slope of the logarithm of their number per area against log(1 / s), s = 2, 4, 8, ... up to M /
+    8 (N. Sarkar and B. B. Chaudhuri, "An efficient differential box-counting approach to compute fractal dimension of
     image", IEEE Trans. Syst. Man Cybern. 24, 115-120, 1994, who let s run to M / 2).
 
-    The raw value is too small, by .1 to .9, because neighbouring columns share no pixel and because
-    rough surfaces fill all boxes. The calibrated value is the D of exact fractional Brownian
-    surfaces of this size that have this raw value on average (docs/fractal-dimension.md).
+    The raw value is too small, by .1 to .9, because neighbouring columns share no pixel and because rough surfaces fill
+    all boxes. The calibrated value is the D of exact fractional Brownian surfaces of this size that have this raw value
+    on average (docs/fractal-dimension.md).
 
     Parameters
     ----------
@@ -219,14 +216,14 @@ def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: b
     Returns
     -------
     DimensionEstimate
-        The error is NaN of raw values, of images larger than those of the calibration, and below 64
-        pixels, where two sizes of box leave the calibration next to no slope.
+        The error is NaN of raw values, of images larger than those of the calibration, and below 64 pixels, where two
+        sizes of box leave the calibration next to no slope.
 
     Raises
     ------
     ImageError
-        If the image is too small, constant or not finite, if ``levels`` is out of range, or if a
-        calibrated value is wanted for other than 256 levels.
+        If the image is too small, constant or not finite, if ``levels`` is out of range, or if a calibrated value is
+        wanted for other than 256 levels.
     """
     pixels = checked_image("image", image)
     checked_levels(levels, 2)

@@ -20,10 +20,7 @@ def checked_image(name: str, image: NDArray[Any], smallest: int = SMALLEST_SIDE)
 
     Other integers, booleans excepted, become float64; values are not looked at.
 
-    Raises
-    ------
-    ImageError
-        If it is not two-dimensional, has a side shorter than ``smallest``, or holds no real numbers.
+    Raises ImageError if it is not two-dimensional, has a side shorter than ``smallest``, or holds no real numbers.
     """
     array = np.asarray(image)
     if array.ndim != 2:
@@ -44,10 +41,7 @@ def checked_image(name: str, image: NDArray[Any], smallest: int = SMALLEST_SIDE)
 def checked_mask(name: str, mask: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Return ``mask`` as a contiguous array of bool with the given shape.
 
-    Raises
-    ------
-    ImageError
-        If its type or its shape differs.
+    Raises ImageError if its type or its shape differs.
     """
     array = np.asarray(mask)
     if array.dtype != np.bool_:
@@ -60,10 +54,7 @@ def checked_mask(name: str, mask: NDArray[Any], shape: tuple[int, ...]) -> NDArr
 def checked_levels(levels: int, fewest: int, grey: NDArray[np.uint8] | None = None) -> None:
     """Check a number of grey levels and that all levels of ``grey`` lie below it.
 
-    Raises
-    ------
-    ImageError
-        If one of the two is not so.
+    Raises ImageError if one of the two is not so.
     """
     if not fewest <= levels <= 256:
         raise ImageError(
@@ -76,13 +67,10 @@ def checked_levels(levels: int, fewest: int, grey: NDArray[np.uint8] | None = No
 def finite_range(name: str, image: NDArray[Any]) -> tuple[NDArray[Any], float, float]:
     """Return the image with its least and greatest value.
 
-    Numbers so large or so small that their differences leave the range of double precision are
-    multiplied by a power of two, which changes no digit.
+    Numbers so large or so small that their differences leave the range of double precision are multiplied by a power of
+    two, which changes no digit.
 
-    Raises
-    ------
-    ImageError
-        If a pixel is not finite or all are equal.
+    Raises ImageError if a pixel is not finite or all are equal.
     """
     low, high = float(image.min()), float(image.max())
     if not (math.isfinite(low) and math.isfinite(high)):
@@ -101,10 +89,7 @@ def range_within(name: str, image: NDArray[Any], mask: NDArray[np.bool_] | None)
 
     Without any pixel the range is empty: (inf, -inf).
 
-    Raises
-    ------
-    ImageError
-        If one of these pixels is not finite.
+    Raises ImageError if one of these pixels is not finite.
     """
     if mask is None:
         low, high = float(image.min()), float(image.max())

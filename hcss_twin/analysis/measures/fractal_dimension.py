@@ -33,8 +33,8 @@ class DimensionEstimate:
     dimension : float
         Fractal dimension: 2 to 3 of a grey-level surface, 1 to 2 of a boundary.
     standard_error : float
-        Root mean square error (bias and spread) of the estimator on surfaces of this dimension and size, as
-        measured in docs/fractal-dimension.md; NaN where it was not measured.
+        Root mean square error (bias and spread) of the estimator on surfaces of this dimension and size, as measured in
+        docs/fractal-dimension.md; NaN where it was not measured.
     method : str
         Name of the estimator and its settings.
     """
@@ -55,8 +55,7 @@ class EstimatorCalibration:
     dimension : ndarray of float64 (dimensions,)
         D = 3 - H of the surfaces, ascending.
     mean, spread : dict of str to ndarray of float64 (sizes, dimensions)
-        Mean and standard deviation of each estimator over the surfaces; of "boundary" plus one, so that
-        all would be D.
+        Mean and standard deviation of each estimator over the surfaces; of "boundary" plus one, so that all would be D.
     """
 
     log_size: NDArray[np.float64]
@@ -72,9 +71,8 @@ class EstimatorCalibration:
     def standard_error(self, method: str, dimension: float, size: float, larger: bool = True) -> float:
         """Return the root mean square error of ``method`` for an estimate ``dimension``.
 
-        Linear in D and in the logarithm of the size, and constant beyond the roughest, smoothest and
-        smallest surfaces measured. An estimate outside 2 to 3 is wrong by that much at least, which is added
-        in quadrature.
+        Linear in D and in the logarithm of the size, and constant beyond the roughest, smoothest and smallest surfaces
+        measured. An estimate outside 2 to 3 is wrong by that much at least, which is added in quadrature.
 
         Parameters
         ----------
@@ -98,8 +96,8 @@ class EstimatorCalibration:
     def calibrated(self, method: str, value: float, size: float) -> float:
         """Return the D whose mean value of ``method`` is ``value``, in images of side ``size``.
 
-        Linear in between, and in extrapolation: beyond the roughest and smoothest surfaces with the slope
-        of the last two, beyond the largest with that in the logarithm of the size.
+        Linear in between, and in extrapolation: beyond the roughest and smoothest surfaces with the slope of the last
+        two, beyond the largest with that in the logarithm of the size.
         """
         table, place = self.mean[method], math.log(size)
         upper = int(np.clip(np.searchsorted(self.log_size, place), 1, self.log_size.size - 1))
@@ -147,18 +145,17 @@ def default_band(side: int) -> tuple[float, float]:
 def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = None) -> DimensionEstimate:
     """Estimate D = 4 - beta / 2 from a radially averaged power spectrum k^(-beta).
 
-    A self-affine surface with Hurst exponent H has beta = 2 H + 2 and D = 3 - H. The image less its
-    plane of least squares is multiplied by a Hann window along each axis; power is averaged over
-    rings, four per octave of wavenumber; the slope is that of least squares in logarithms, weighted
-    with the number of waves in each ring.
+    A self-affine surface with Hurst exponent H has beta = 2 H + 2 and D = 3 - H. The image less its plane of least
+    squares is multiplied by a Hann window along each axis; power is averaged over rings, four per octave of wavenumber;
+    the slope is that of least squares in logarithms, weighted with the number of waves in each ring.
 
     Parameters
     ----------
     image : ndarray of float32, float64 or integers (rows, columns)
         At least 32 x 32 pixels, any unit.
     band : tuple of float, optional
-        Lowest and highest wavenumber, cycles per pixel, up to .5. By default 3 waves per shorter side to
-        .15; in images of less than 160 pixels to 24 waves, at most .25.
+        Lowest and highest wavenumber, cycles per pixel, up to .5. By default 3 waves per shorter side to .15; in images
+        of less than 160 pixels to 24 waves, at most .25.
 
     Returns
     -------
@@ -168,8 +165,8 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     Raises
     ------
     ImageError
-        If the image is too small, constant, flat but for a slope, or not finite, or if the band holds
-        fewer than three rings with waves in them.
+        If the image is too small, constant, flat but for a slope, or not finite, or if the band holds fewer than three
+        rings with waves in them.
     """
     pixels = checked_image("image", image)
     side = min(pixels.shape)
@@ -219,8 +216,8 @@ def variogram_dimension(
 ) -> DimensionEstimate:
     """Estimate D = 3 - slope / 2, the slope that of log semivariance against log lag.
 
-    A self-affine surface with Hurst exponent H has the variogram |h|^(2 H) and D = 3 - H. The
-    semivariances of both axes are averaged, the slope is that of least squares.
+    A self-affine surface with Hurst exponent H has the variogram |h|^(2 H) and D = 3 - H. The semivariances of both
+    axes are averaged, the slope is that of least squares.
 
     Parameters
     ----------
@@ -234,15 +231,14 @@ def variogram_dimension(
     Returns
     -------
     DimensionEstimate
-        Not confined to 2 to 3: white noise is near 3, a smooth image near 2. Its error is that of full
-        images of floating-point numbers with lags 1 and 2, for the number of pairs that counted; NaN for
-        other lags.
+        Not confined to 2 to 3: white noise is near 3, a smooth image near 2. Its error is that of full images of
+        floating-point numbers with lags 1 and 2, for the number of pairs that counted; NaN for other lags.
 
     Raises
     ------
     ImageError
-        If the image is too small, constant over the pairs, or not finite where it counts, if there are
-        fewer than 100 pairs at a lag, or if the lags do not differ.
+        If the image is too small, constant over the pairs, or not finite where it counts, if there are fewer than 100
+        pairs at a lag, or if the lags do not differ.
     """
     pixels = checked_image("image", image)
     found = semivariances(pixels, lags, mask)

@@ -25,8 +25,8 @@ class HistogramMetrics:
     density : float
         Den (eq 22): mean of 1 / (1 + |g - g'|), greater than 0 and at most 1. The paper prints ten times it.
     diagonal_peak : float
-        DP (eq 23): pairs of equal levels over W - 1, as printed; the mean height of the diagonal, which has
-        W entries, would be W in the denominator. It grows with the number of pixels.
+        DP (eq 23): pairs of equal levels over W - 1, as printed; the mean height of the diagonal, which has W entries,
+        would be W in the denominator. It grows with the number of pixels.
     """
 
     entropy: float
@@ -94,10 +94,7 @@ def histogram_metrics(
 
     Arguments are those of ``joint_histogram``.
 
-    Raises
-    ------
-    ImageError
-        If the type, the shape, a level or ``levels`` is not as described, or no pair counts.
+    Raises ImageError if the type, the shape, a level or ``levels`` is not as described, or no pair counts.
     """
     counts = joint_histogram(grey, levels, valid)
     pairs = int(counts.sum())

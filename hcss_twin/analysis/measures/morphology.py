@@ -27,8 +27,8 @@ def relative_errors(real: Sequence[float], simulated: Sequence[float]) -> tuple[
     Parameters
     ----------
     real, simulated : sequence of float
-        The same measures of both images, none of the simulated ones 0. With the images exchanged, errors are
-        relative to the real values.
+        The same measures of both images, none of the simulated ones 0. With the images exchanged, errors are relative
+        to the real values.
     """
     return tuple(abs(one - other) / abs(other) for one, other in zip(real, simulated, strict=True))
 
@@ -66,23 +66,23 @@ class Morphology:
     diagonal_peak : float
         DP (eq 23); grows with the number of pixels.
     fractal_dimension : float
-        FD as the paper seems to mean it: box counting of the body under the grey levels
-        (``body_dimension``). Grows with coverage.
+        FD as the paper seems to mean it: box counting of the body under the grey levels (``body_dimension``). Grows
+        with coverage.
     coverage : float
         Cloudy part of the pixels.
     surface_dimension : float
-        Fractal dimension D of the cloudy values, from the variogram at lags 1 and 2 of pairs of cloudy
-        pixels, as ``variogram_dimension`` does it.
+        Fractal dimension D of the cloudy values, from the variogram at lags 1 and 2 of pairs of cloudy pixels, as
+        ``variogram_dimension`` does it.
     boundary_dimension : float
         Fractal dimension of the mask's boundary; NaN where all that is counted is cloudy, or clear.
     anisotropy : float
-        Semivariance along y over that along x, at equal lags (geometric mean over lags 1 and 2), over pairs
-        of cloudy pixels: 1 where both axes are alike, greater where clouds are long along x.
+        Semivariance along y over that along x, at equal lags (geometric mean over lags 1 and 2), over pairs of cloudy
+        pixels: 1 where both axes are alike, greater where clouds are long along x.
     aspect : float
-        Length along x over length along y at which values have changed by as much: the geometric mean of the
-        ratio of the lags at which the variograms along x and y have equal semivariance, over the
-        semivariances that both reach at lags 1, 2, 4, ... up to an eighth of the shorter side. For a field
-        f(x / a, y / b) it is a / b. NaN where they have no range in common, as white noise has none.
+        Length along x over length along y at which values have changed by as much: the geometric mean of the ratio of
+        the lags at which the variograms along x and y have equal semivariance, over the semivariances that both reach
+        at lags 1, 2, 4, ... up to an eighth of the shorter side. For a field f(x / a, y / b) it is a / b. NaN where
+        they have no range in common, as white noise has none.
     """
 
     entropy: float
@@ -110,26 +110,26 @@ class MorphologyErrors:
 def morphology(values: NDArray[Any], mask: NDArray[np.bool_], valid: NDArray[np.bool_] | None = None) -> Morphology:
     """Measure the shape of the clouds in an image.
 
-    Cloudy values become the grey levels 1 to 255, linearly between their least and greatest (the
-    C_min and C_max of eq 7), and clear pixels level 0, as in Fig 14 of the HCSS paper.
+    Cloudy values become the grey levels 1 to 255, linearly between their least and greatest (the C_min and C_max of eq
+    7), and clear pixels level 0, as in Fig 14 of the HCSS paper.
 
     Parameters
     ----------
     values : ndarray of float32, float64 or integers (rows, columns)
-        Anything that grows with cloud (thickness, cloud fraction value, radiance): at least 32 x 32
-        pixels, any unit. Clear pixels may be anything, NaN included.
+        Anything that grows with cloud (thickness, cloud fraction value, radiance): at least 32 x 32 pixels, any unit.
+        Clear pixels may be anything, NaN included.
     mask : ndarray of bool (rows, columns)
         Cloudy pixels.
     valid : ndarray of bool (rows, columns), optional
-        Pixels that are not missing; all, by default. Pairs of neighbours count if both are valid, coverage is
-        that of the valid pixels, and boxes are counted in the largest rectangle without missing pixels.
+        Pixels that are not missing; all, by default. Pairs of neighbours count if both are valid, coverage is that of
+        the valid pixels, and boxes are counted in the largest rectangle without missing pixels.
 
     Raises
     ------
     ImageError
-        If no pixel is cloudy, cloudy values are not finite or all equal, an axis has fewer than 100
-        pairs of cloudy pixels at lag 1 or 2, or one of them does not vary along an axis; or if no rectangle of
-        32 x 32 pixels is without missing ones.
+        If no pixel is cloudy, cloudy values are not finite or all equal, an axis has fewer than 100 pairs of cloudy
+        pixels at lag 1 or 2, or one of them does not vary along an axis; or if no rectangle of 32 x 32 pixels is
+        without missing ones.
     """
     pixels = checked_image("values", values)
     cloudy = checked_mask("mask", mask, pixels.shape)
@@ -208,13 +208,10 @@ def _ratio_of_lengths(along_x: NDArray[np.float64], along_y: NDArray[np.float64]
 def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErrors:
     """Compare two images by eq 24 of the HCSS paper.
 
-    Each error is |true - simulated| / simulated, with the simulated value in the denominator as
-    printed, so that exchanging the images changes it. The RMSE is over EV, Den, DP and FD.
+    Each error is |true - simulated| / simulated, with the simulated value in the denominator as printed, so that
+    exchanging the images changes it. The RMSE is over EV, Den, DP and FD.
 
-    Raises
-    ------
-    ImageError
-        If a simulated value is 0, as the entropy of an image of one grey level is.
+    Raises ImageError if a simulated value is 0, as the entropy of an image of one grey level is.
     """
     names = ("entropy", "density", "diagonal_peak", "fractal_dimension")
     for name in names:
@@ -303,10 +300,7 @@ def four_measures(measured: Morphology, mode: Mode) -> FourMeasures:
 def eq_24(real: Morphology, simulated: Morphology, mode: Mode) -> MorphologyErrors:
     """Compare two images by eq 24, relative to the simulated (as printed) or to the real values (corrected).
 
-    Raises
-    ------
-    ImageError
-        If a value that is divided by is 0.
+    Raises ImageError if a value that is divided by is 0.
     """
     # |a - b| / b: exchanging the images exchanges the denominators.
     return morphology_errors(real, simulated) if mode == "as-printed" else morphology_errors(simulated, real)

@@ -64,8 +64,8 @@ class PowerSpectrum:
     by_direction : ndarray (SECTORS,)
         Power of each sector over that of all directions at the same wavenumber, mean over rings: 1 where all are alike.
     degree : float
-        Strength a of the anisotropy, where power goes as 1 + a cos 2 (direction - d): 0 alike in all directions; 1
-        and more where nearly all waves advance along d.
+        Strength a of the anisotropy, where power goes as 1 + a cos 2 (direction - d): 0 alike in all directions; 1 and
+        more where nearly all waves advance along d.
     degree_noise : float
         Root mean square of ``degree`` that an isotropic Gaussian image of this size has by chance.
     long_axis_deg : float
@@ -85,9 +85,9 @@ class PowerSpectrum:
 def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
     """Measure the power of an image by rings and by directions.
 
-    The image less its plane of least squares is multiplied by a Hann window along each axis. Rings are four per
-    octave of wavenumber, up to the Nyquist wavenumber of the axes. For directions the power of each wave is divided
-    by the mean of its ring, and rings count alike, so that large scales do not outweigh all others.
+    The image less its plane of least squares is multiplied by a Hann window along each axis. Rings are four per octave
+    of wavenumber, up to the Nyquist wavenumber of the axes. For directions the power of each wave is divided by the
+    mean of its ring, and rings count alike, so that large scales do not outweigh all others.
 
     Parameters
     ----------
@@ -200,8 +200,8 @@ def mean_spectrum(spectra: Sequence[PowerSpectrum]) -> PowerSpectrum | None:
 def spectral_distance_db(first: PowerSpectrum | None, second: PowerSpectrum | None) -> float:
     """Return the root mean square difference of two spectra in decibels, over the rings that both have.
 
-    Rings count alike: four per octave. 10 dB is a factor of ten in power. NaN where there is no
-    common ring, or one without power, or no spectrum.
+    Rings count alike: four per octave. 10 dB is a factor of ten in power. NaN where there is no common ring, or one
+    without power, or no spectrum.
     """
     if first is None or second is None:
         return math.nan

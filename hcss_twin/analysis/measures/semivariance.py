@@ -23,8 +23,8 @@ class Semivariances:
     lags : ndarray of int64 (lags,)
         Distances in pixels.
     along_x, along_y : ndarray of float64 (lags,)
-        1/2 mean (f(p + lag) - f(p))^2 along columns (x) and along rows (y), in squared units of the image;
-        NaN where no pair exists.
+        1/2 mean (f(p + lag) - f(p))^2 along columns (x) and along rows (y), in squared units of the image; NaN where no
+        pair exists.
     pairs_x, pairs_y : ndarray of int64 (lags,)
         Pairs that each mean was taken over.
     """
@@ -39,8 +39,8 @@ class Semivariances:
     def pooled(self) -> NDArray[np.float64]:
         """Mean of both axes (lags,), weighted with their pairs at the first lag.
 
-        The weights are the same at all lags, so that unlike axes make no slope of their own. An
-        axis without pairs at the first lag does not count.
+        The weights are the same at all lags, so that unlike axes make no slope of their own. An axis without pairs at
+        the first lag does not count.
         """
         x, y = self.pairs_x[0], self.pairs_y[0]
         if x == 0 or y == 0:

@@ -69,8 +69,7 @@ class BatchVariogram:
         semivariogram : ndarray (N, 2 M)
             1 - correlation of the field, whose variance is 1.
         variance : ndarray (N,)
-            Expected within the frame
-            (:func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`).
+            Expected within the frame (:func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`).
         """
         semivariogram = np.empty((shapes.shape[0], 2 * lags.size))
         variance = np.empty(shapes.shape[0])
@@ -160,8 +159,8 @@ _LAGS = np.array([1, 2], dtype=np.int64)
 class DimensionLikelihood:
     """Normal density of a dimension about that of the expected variogram.
 
-    D = 3 - slope / 2, the slope that of ln of the field's semivariance, the mean of both axes, between lags of
-    1 and 2 pixels: what ``variogram_dimension`` measures.
+    D = 3 - slope / 2, the slope that of ln of the field's semivariance, the mean of both axes, between lags of 1 and 2
+    pixels: what ``variogram_dimension`` measures.
 
     Attributes
     ----------
@@ -183,10 +182,7 @@ class DimensionLikelihood:
     def __post_init__(self) -> None:
         """Check the numbers.
 
-        Raises
-        ------
-        PosteriorError
-            If the dimension is not between 2 and 3, or the error not positive.
+        Raises PosteriorError if the dimension is not between 2 and 3, or the error not positive.
         """
         if not 2.0 <= self.dimension <= 3.0:
             closest = 2 if self.dimension < 2.0 else 3

@@ -75,10 +75,7 @@ class EstimatorNoise:
     def learn(cls, positions: Array, residuals: Array, basis: Array | None = None) -> EstimatorNoise:
         """Learn from residuals (N, S), in units of the analytic size, at positions (N, P).
 
-        Raises
-        ------
-        PosteriorError
-            If a statistic never varies.
+        Raises PosteriorError if a statistic never varies.
         """
         basis = np.eye(residuals.shape[1]) if basis is None else basis
         residuals = residuals @ basis.T
@@ -149,9 +146,9 @@ class EstimatorNoise:
 def contrasts(lags: int, others: int) -> Array:
     """Return the basis (S, S) for so many lags along x, the same along y, and other statistics.
 
-    A frame with more variance than others has it at all lags and along both axes, so that semivariances are
-    nearly collinear, and how nearly depends on the parameters. Steps from one lag to the next, of the mean of both
-    axes and of their difference, scatter each in its own way and are nearly uncorrelated.
+    A frame with more variance than others has it at all lags and along both axes, so that semivariances are nearly
+    collinear, and how nearly depends on the parameters. Steps from one lag to the next, of the mean of both axes and of
+    their difference, scatter each in its own way and are nearly uncorrelated.
     """
     steps = np.eye(lags) - np.eye(lags, k=1)
     half = 0.5 * steps
@@ -176,13 +173,10 @@ def _quadratic(x: Array) -> Array:
 def _mean_and_deviation(features: Array, linear: Array, residuals: Array) -> tuple[Array, Array]:
     """Return the likeliest coefficients of the mean (F, S) and of ln of the standard deviation (1 + P, S).
 
-    Weighted regression and scoring in turn. The mean of logarithms of squares would need no turns, but has 2.5
-    times the variance.
+    Weighted regression and scoring in turn. The mean of logarithms of squares would need no turns, but has 2.5 times
+    the variance.
 
-    Raises
-    ------
-    PosteriorError
-        If a statistic never varies.
+    Raises PosteriorError if a statistic never varies.
     """
     ridge = _RIDGE * np.eye(features.shape[1])
     mean = np.asarray(np.linalg.solve(features.T @ features + ridge, features.T @ residuals))

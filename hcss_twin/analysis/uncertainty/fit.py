@@ -52,8 +52,8 @@ def prepare(
 ) -> tuple[ImageLikelihood, Array]:
     """Learn the scatter, first over the prior and then, twice, where the posterior lies.
 
-    The final likelihood is 0 outside the positions of the last simulations, which reach beyond four standard
-    deviations of the posterior: nothing is extrapolated.
+    The final likelihood is 0 outside the positions of the last simulations, which reach beyond four standard deviations
+    of the posterior: nothing is extrapolated.
 
     Parameters
     ----------
@@ -141,8 +141,8 @@ def fit(
         What ``hcss match`` reads. Several images have a population, of which mean and spread are sampled with the
         parameters of each.
     output : path
-        NetCDF file to write; nothing is written where chains have not converged. Beside it
-        ``OUTPUT.state`` is kept until they have: a fit that was interrupted goes on from there.
+        NetCDF file to write; nothing is written where chains have not converged. Beside it ``OUTPUT.state`` is kept
+        until they have: a fit that was interrupted goes on from there.
     choice : ImageChoice, optional
         Part of the images, and what in them is cloud.
     progress : callable, optional

@@ -39,15 +39,15 @@ class FitOptions:
         Parameters among H, gamma, Lx, Ly (cells per 16 km), coverage that are not free. Coverage may be fixed at
         "image": scenes are to have exactly the image's.
     priors : mapping of str to str
-        ``kind:number:number`` for parameters, and for ``spread_NAME`` of several images; the others have
-        the usual ones.
+        ``kind:number:number`` for parameters, and for ``spread_NAME`` of several images; the others have the usual
+        ones.
     octaves : (int, int)
         First and last octave.
     smallest_lag : int
         Pixels; shorter ones are not looked at (blurred or noisy images).
     misfit : float
-        Standard deviation of ln semivariance, independent at each lag, by which real clouds are allowed to
-        differ from any fractal field.
+        Standard deviation of ln semivariance, independent at each lag, by which real clouds are allowed to differ from
+        any fractal field.
     seed : int
         Of simulations and chains.
     samples : float
@@ -68,10 +68,7 @@ class FitOptions:
     def check(self) -> None:
         """Check the numbers.
 
-        Raises
-        ------
-        PosteriorOptionError
-            If one is not allowed.
+        Raises PosteriorOptionError if one is not allowed.
         """
         first, last = self.octaves
         for name, value, is_allowed, allowed in (
@@ -105,10 +102,7 @@ def space_of(
 ) -> tuple[Space, tuple[Prior, ...]]:
     """Return what is free, and the priors of spreads, for images of this coverage and these frames.
 
-    Raises
-    ------
-    PosteriorOptionError
-        If a parameter is fixed at a word, or a prior is not allowed.
+    Raises PosteriorOptionError if a parameter is fixed at a word, or a prior is not allowed.
     """
     fixed = dict(options.fixed)
     if fixed.get("coverage") == "image":
@@ -122,10 +116,7 @@ def space_of(
 def fixed_number(name: str, value: float | str) -> float:
     """Return what a parameter is fixed at.
 
-    Raises
-    ------
-    PosteriorOptionError
-        If it is a word.
+    Raises PosteriorOptionError if it is a word.
     """
     if isinstance(value, str):
         where = "a number, or 'image' of images" if name == "coverage" else "a number"
@@ -194,10 +185,7 @@ class Checkpoint:
     def read(self) -> FitState | None:
         """Return the state, or None where there is none.
 
-        Raises
-        ------
-        PosteriorError
-            If the file is damaged or is of another fit.
+        Raises PosteriorError if the file is damaged or is of another fit.
         """
         if self._path is None or not self._path.exists():
             return None
@@ -221,10 +209,7 @@ class Checkpoint:
     def write(self, state: FitState, now: bool = False) -> None:
         """Write a state, not more often than every few seconds unless told to.
 
-        Raises
-        ------
-        PosteriorError
-            If the file cannot be written.
+        Raises PosteriorError if the file cannot be written.
         """
         if self._path is None or (not now and time.monotonic() - self._written < _SECONDS_APART):
             return
@@ -299,10 +284,7 @@ class FitRun:
     ) -> tuple[MarkovChains, Convergence]:
         """Run chains to their end.
 
-        Raises
-        ------
-        PosteriorError
-            If they have not converged.
+        Raises PosteriorError if they have not converged.
         """
         options = self._options
         noises = tuple(each.noise for each in likelihoods if each.noise is not None)

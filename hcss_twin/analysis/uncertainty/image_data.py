@@ -43,10 +43,7 @@ def image_scores(level: NDArray[np.float32]) -> NDArray[np.float32]:
 
     Equal levels share the mean of their ranks.
 
-    Raises
-    ------
-    ImageError
-        If no pixel is cloudy, or no two cloudy pixels differ.
+    Raises ImageError if no pixel is cloudy, or no two cloudy pixels differ.
     """
     cloudy = level > 0.0
     values = level[cloudy]
@@ -79,10 +76,7 @@ def field_scores(field: NDArray[np.float32], cloudy: int) -> NDArray[np.float32]
 def score_variogram(scores: NDArray[np.float32], lags: NDArray[np.int64]) -> Array:
     """Return the semivariances of scores at ``lags`` (M,) along x, then along y (2 M,).
 
-    Raises
-    ------
-    ImageError
-        If the image does not vary along an axis.
+    Raises ImageError if the image does not vary along an axis.
     """
     found = semivariances(scores, lags.tolist())
     both = np.concatenate([found.along_x, found.along_y])
@@ -115,8 +109,8 @@ class ScoreSemivariance:
     def logarithm(self, semivariance: Array) -> Array:
         """Return ln of the semivariance of scores for semivariances (any shape) of a field of unit variance.
 
-        Above 2, which is a correlation of -1 and which a frame with few large clouds may seem to have, the
-        value at 2 stands.
+        Above 2, which is a correlation of -1 and which a frame with few large clouds may seem to have, the value at 2
+        stands.
         """
         result: Array = np.interp(np.log(semivariance), *self._logarithms)
         return result
@@ -125,8 +119,7 @@ class ScoreSemivariance:
 def clipped_semivariance(one_minus: float, threshold: float) -> float:
     """Return (1/2) E[(max(a, t) - max(b, t))^2] of standard normal a, b with 1 - correlation ``one_minus``.
 
-    With a, b = s + d, s - d for independent normal s, d the mean over s is closed; that over d is by
-    quadrature.
+    With a, b = s + d, s - d for independent normal s, d the mean over s is closed; that over d is by quadrature.
     """
     if threshold == -math.inf:
         return one_minus
@@ -200,10 +193,7 @@ class ImageData:
     def of(cls, image: CloudImage, smallest_lag: int = 1) -> ImageData:
         """Measure an image.
 
-        Raises
-        ------
-        ImageError
-            If the image is too small, has too few cloudy or clear pixels, or does not vary.
+        Raises ImageError if the image is too small, has too few cloudy or clear pixels, or does not vary.
         """
         level = image.level
         if level.ndim != 2 or min(level.shape) < SMALLEST_SIDE:

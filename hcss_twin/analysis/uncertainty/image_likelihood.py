@@ -139,11 +139,11 @@ _PIXELS_WITH_THREADS, _MAX_THREADS = 2**16, 8
 class ImageLikelihood:
     """Density of an image's statistics under the parameters of its clouds.
 
-    Statistics are ln of the semivariances of normal scores, along x and y, and the threshold of the
-    sky above which the frame's cloudy pixels lie. The last one is not measured but given by the
-    parameter coverage, t = -probit(coverage): the frame, whose coverage is known, had it there. A frame's
-    threshold is m + s q with the frame's mean m and standard deviation s and the quantile q of the known
-    coverage, so that the density of the coverage has the factor s beside that of the threshold.
+    Statistics are ln of the semivariances of normal scores, along x and y, and the threshold of the sky above which the
+    frame's cloudy pixels lie. The last one is not measured but given by the parameter coverage, t = -probit(coverage):
+    the frame, whose coverage is known, had it there. A frame's threshold is m + s q with the frame's mean m and
+    standard deviation s and the quantile q of the known coverage, so that the density of the coverage has the factor s
+    beside that of the threshold.
 
     Attributes
     ----------
@@ -154,11 +154,10 @@ class ImageLikelihood:
     noise : EstimatorNoise or None
         Scatter of the statistics; None until it has been learned.
     uses_coverage : bool
-        Whether coverage is that of the unbounded sky. Otherwise it is the frame's by construction, and
-        says nothing.
+        Whether coverage is that of the unbounded sky. Otherwise it is the frame's by construction, and says nothing.
     misfit : float
-        Standard deviation of ln semivariance, independent at each lag, by which real clouds differ from
-        any fractal field.
+        Standard deviation of ln semivariance, independent at each lag, by which real clouds differ from any fractal
+        field.
     """
 
     data: ImageData
@@ -262,10 +261,7 @@ class ImageLikelihood:
     def learn(self, shapes: Array, rng: np.random.Generator, told: Callable[[int], None]) -> ImageLikelihood:
         """Simulate one image for each of ``shapes`` (N, 4), and return the likelihood that knows their scatter.
 
-        Raises
-        ------
-        PosteriorError
-            If simulated images do not vary.
+        Raises PosteriorError if simulated images do not vary.
         """
         seeds = [int(rng.integers(0, 2**31)) for _ in range(shapes.shape[0])]
         octaves = self.variogram.octaves

@@ -47,10 +47,7 @@ class Prior:
     def parse(cls, name: str, text: str, low: float, high: float) -> Prior:
         """Read ``kind:number:number`` for a parameter that lies between ``low`` and ``high``.
 
-        Raises
-        ------
-        PosteriorOptionError
-            If it is not written so, has no width, or lies outside the limits.
+        Raises PosteriorOptionError if it is not written so, has no width, or lies outside the limits.
         """
         kind, *rest = text.split(":")
         if kind not in _KINDS:
@@ -232,11 +229,8 @@ class Space:
     def of(cls, fixed: Mapping[str, float], priors: Mapping[str, str], usual: Mapping[str, str]) -> Space:
         """Check what is fixed and what is expected; ``usual`` has the priors of what is not given.
 
-        Raises
-        ------
-        PosteriorOptionError
-            If a name is unknown, is both fixed and has a prior, or a value is not allowed; or if
-            nothing is free.
+        Raises PosteriorOptionError if a name is unknown, is both fixed and has a prior, or a value is not allowed; or
+        if nothing is free.
         """
         for name in (*fixed, *priors):
             if name not in KINDS:

@@ -29,10 +29,10 @@ _MIN_SPREAD, _SCATTER = 0.05, 0.2
 class PopulationModel:
     """Parameters of several images, and the distribution from which they are.
 
-    On its scale each parameter of an image is normally distributed, cut off at the limits of its prior,
-    which is that of the mean. A position has the means, the logarithms of the spreads, and then the
-    parameters of each image. Between images and between parameters the density is a product but for the
-    likelihoods, which have the parameters of one image each.
+    On its scale each parameter of an image is normally distributed, cut off at the limits of its prior, which is that
+    of the mean. A position has the means, the logarithms of the spreads, and then the parameters of each image. Between
+    images and between parameters the density is a product but for the likelihoods, which have the parameters of one
+    image each.
     """
 
     space: Space

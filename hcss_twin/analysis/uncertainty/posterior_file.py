@@ -182,10 +182,7 @@ def write_posterior(
 def read_posterior(path: Path) -> Posterior:
     """Read the draws of a posterior.
 
-    Raises
-    ------
-    PosteriorError
-        If the file is missing, is no posterior, has another version, has not converged or is damaged.
+    Raises PosteriorError if the file is missing, is no posterior, has another version, has not converged or is damaged.
     """
     import netCDF4
 

@@ -43,8 +43,8 @@ def predictive_check(
     check : VariogramCheck
         With an axis for the images where there are several.
     p_values : list of float
-        Of each image: the part of replicates that is at least as far from the mean as the image
-        (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
+        Of each image: the part of replicates that is at least as far from the mean as the image (squared Mahalanobis
+        distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
     """
     lags = np.unique(np.concatenate([each.data.lags for each in likelihoods]))
     count = len(likelihoods)
@@ -108,10 +108,7 @@ def write_result(
 ) -> None:
     """Thin chains to independent draws, check them against the images, and write all.
 
-    Raises
-    ------
-    PosteriorError
-        If the file cannot be written.
+    Raises PosteriorError if the file cannot be written.
     """
     import json
 

@@ -154,10 +154,7 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
 
     The same values give the same bytes: there is no date in it.
 
-    Raises
-    ------
-    PropagationError
-        If it cannot be written.
+    Raises PropagationError if it cannot be written.
     """
     encoding = {
         name: {"zlib": True, "shuffle": True, "_FillValue": None}
@@ -171,10 +168,7 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
 def open_propagation(path: str | Path) -> xr.Dataset:
     """Open the file of a propagation.
 
-    Raises
-    ------
-    PropagationError
-        If it cannot be read, or is none.
+    Raises PropagationError if it cannot be read, or is none.
     """
     import xarray as xr
 

@@ -90,10 +90,7 @@ def class_names(layers: int) -> tuple[str, ...]:
 def require_room(plan: Plan) -> None:
     """Refuse scenes whose frames do not fit into memory together.
 
-    Raises
-    ------
-    ScenarioError
-        Naming the image.
+    Raises ScenarioError naming the image.
     """
     rows, columns = plan.pixels
     pixels, frames = rows * columns, plan.frame_times_s.size

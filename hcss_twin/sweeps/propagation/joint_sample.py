@@ -64,10 +64,8 @@ class PosteriorDraws:
     def read(cls, path: str | Path) -> PosteriorDraws:
         """Read the file of a posterior.
 
-        Raises
-        ------
-        PosteriorError
-            If it is missing, no posterior, not converged, damaged, or of parameters that no scenario has.
+        Raises PosteriorError if it is missing, no posterior, not converged, damaged, or of parameters that no scenario
+        has.
         """
         path = Path(path)
         posterior = read_posterior(path)
@@ -189,10 +187,7 @@ class UncertainKey:
     def values(self, draws: int, seed: int) -> tuple[Any, ...]:
         """Return independent draws, as a scenario file would have them; keys with the same seed are independent.
 
-        Raises
-        ------
-        ValueError
-            With what is wrong with the distribution.
+        Raises ValueError with what is wrong with the distribution.
         """
         # A sweep's key with the same seed has the same numbers; these must not depend on what else is drawn of it.
         text = f"propagation {seed}".encode()

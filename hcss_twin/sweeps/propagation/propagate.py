@@ -142,8 +142,8 @@ def propagate(
     layer : int, optional
         Cloud layer that the posterior is of; needed where there are two.
     shares : str
-        ``regression``: first-order shares of the variance from the draws alone; ``pick-freeze``: also total shares,
-        for which each draw is computed again with one input after the other exchanged.
+        ``regression``: first-order shares of the variance from the draws alone; ``pick-freeze``: also total shares, for
+        which each draw is computed again with one input after the other exchanged.
     cubes_of : sequence of int
         Numbers of draws whose cubes are written beside ``output``: ``NAME.draw-0017.nc``.
     progress : callable, optional
