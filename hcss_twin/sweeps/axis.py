@@ -28,10 +28,8 @@ class Span:
 
     Attributes
     ----------
-    numbers : tuple of float
     value : callable
         What a scenario takes for a number: a number, text with the unit, or an instant.
-    is_time : bool
     """
 
     numbers: tuple[float, ...]

@@ -30,7 +30,6 @@ IN_HAND = 2
 """Points that a worker has: one that it computes and one that it need not wait for."""
 
 _DIED_TWICE = "its worker process died, and so did the next that tried: out of memory, or killed"
-
 _CONNECT_S = 10
 _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})")
 
@@ -74,7 +73,6 @@ class Cluster:
 
     Parameters
     ----------
-    client : distributed.Client
     is_ours : bool
         Whether the workers were started for the sweep.
     """

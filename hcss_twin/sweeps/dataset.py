@@ -264,10 +264,8 @@ def dimension_of(key: str) -> str:
 FRAME_TIME = "frame_time"
 """Instant of each frame of each point, where points do not start together."""
 
-
 ELAPSED_TIME = "elapsed_time"
 """Time along the dimension ``time`` then, which has no coordinate of its own."""
-
 
 _EPOCH = "seconds since 1970-01-01 00:00:00"
 

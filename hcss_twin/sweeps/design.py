@@ -19,7 +19,6 @@ FOLDERS = ("sweeps", "scenarios")
 """Of the catalog, in which names are looked up."""
 
 MAX_POINTS = 100_000
-
 _COMBINATIONS = ("product", "zip")
 _OPTIONS = ("combine", "dataset")
 
@@ -86,6 +85,8 @@ class Design:
     ) -> Self:
         """Read a sweep.
 
+        Raises ScenarioError with everything that is wrong with the section; points are not looked at.
+
         Parameters
         ----------
         source : str, Path, mapping or Scenario
@@ -94,11 +95,6 @@ class Design:
             Dotted key to value, the same in all points.
         over : mapping, optional
             Swept keys and their values, as in ``[sweep]``, whose keys of the same name they replace.
-
-        Raises
-        ------
-        ScenarioError
-            With everything that is wrong with the section; points are not looked at.
         """
         if isinstance(source, Scenario):
             import json

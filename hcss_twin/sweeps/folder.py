@@ -73,14 +73,10 @@ class PointRecord:
 
 
 INDEX = "index.json"
-
-
 LOG = "points.jsonl"
-
 
 FORMAT = 1
 """Of the index; raised when its fields change their meaning."""
-
 
 _INDEX_EVERY_S = 2.0
 """The log has every point at once; the index, which is written whole, follows."""
@@ -111,7 +107,6 @@ class SweepFolder:
         Of what the sweep computes.
     about : mapping
         What the index says of the sweep as a whole.
-    points : sequence of SweepPoint
     """
 
     def __init__(self, path: Path, digest: str, about: Mapping[str, Any], points: Sequence[SweepPoint]) -> None:
@@ -124,17 +119,15 @@ class SweepFolder:
     def open(self, versions: Mapping[str, str], force: bool) -> Iterator[None]:
         """Claim the folder for this sweep while the block runs, and read what is known of it.
 
+        Raises SweepError if it holds another sweep or something else, another process is writing to it, or it cannot be
+        written.
+
         Parameters
         ----------
         versions : mapping of str to str
             Of what has a share in the numbers; those of an earlier run must be the same.
         force : bool
             Remove what an earlier sweep, or this one, left there.
-
-        Raises
-        ------
-        SweepError
-            If it holds another sweep or something else, another process is writing to it, or it cannot be written.
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)

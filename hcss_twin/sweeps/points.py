@@ -140,7 +140,6 @@ def _layout(point: SweepPoint) -> Mapping[str, Any]:
 
 _T = TypeVar("_T")
 
-
 _OF_THE_FIELD = ("coverage", "coverage_mode", "edge_taper", "generator", "parameters")
 """Keys of a cloud layer that say where clouds are, which tables do not know; whether there are any they do."""
 
@@ -235,8 +234,6 @@ class PointTask:
 
     Attributes
     ----------
-    point : int
-    scenario : Scenario
     path : str
         Absolute path of the cube.
     date : str or None

@@ -36,7 +36,6 @@ class SweepResult:
 
     Attributes
     ----------
-    folder : Path
     points : tuple of PointRecord
         All of them, in the order of their numbers.
     computed : tuple of int

@@ -54,7 +54,6 @@ def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Arra
 
 # Beyond this wavelength cloud is taken for the cold part, as in images.
 _THERMAL_UM = 3.0
-
 _TEMPERATURE, _RADIANCE, _MASK = "brightness_temperature", "radiance", "cloud_mask"
 
 
@@ -71,7 +70,6 @@ def cube_footage(
         Open as long as frames are read.
     path : Path
         For messages.
-    choice : EvaluationChoice
     like : Footage, optional
         What it will be compared with: where no band is asked for, the one of its wavelength is taken.
 

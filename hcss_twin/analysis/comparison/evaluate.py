@@ -36,7 +36,6 @@ from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, spectral_d
 from hcss_twin.core.arrays import Array
 
 BINS = 80
-
 _PathLike = str | os.PathLike[str]
 
 

@@ -85,14 +85,12 @@ class Footage:
         About its middle.
     shape : tuple of int
         Rows and columns.
-    pixel_size_m : float or None
     is_nominal : bool
         Whether the pixel size is that below a geostationary satellite.
     labels : tuple of str
         Of the frames: time, number or file.
     seconds : tuple of float or None
         Times of the frames after the first; None where they are not known.
-    bright_is_cloud : bool
     method : str
         How cloud is found, ``auto`` resolved.
     notes : tuple of str

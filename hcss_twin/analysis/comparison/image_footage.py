@@ -134,8 +134,6 @@ def open_footage(
     ----------
     title : str
         REAL or SIM, for messages.
-    source : path or sequence of paths
-    choice : EvaluationChoice
     stack : ExitStack
         Closes a cube.
     like : Footage, optional

@@ -29,7 +29,6 @@ FOUR, CLOUDS, DIMENSIONS, DIRECTIONS, VALUES, TIME = (
 
 # Of the dimension of a surface.
 _SURFACE = (2.0, 3.0)
-
 _PIXEL: Dependence = "pixel size"
 _PIXELS: Dependence = "pixel size and number of pixels"
 _ANY: Dependence = "any"

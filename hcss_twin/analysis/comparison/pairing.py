@@ -18,10 +18,8 @@ from hcss_twin.core.errors import ImageError
 # Relative difference of pixel sizes that still counts as one size, as of the readers of images.
 _SAME_SIZE = 0.01
 
-
 # Relative difference of numbers of pixels that DP is not to feel.
 _SAME_COUNT = 1e-3
-
 
 # Relative difference of wavelengths above which temperatures are not of one kind.
 _SAME_BAND = 0.1

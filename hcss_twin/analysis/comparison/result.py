@@ -22,10 +22,8 @@ class FrameResult:
 
     Attributes
     ----------
-    label : str
     seconds : float
         After the first frame; NaN where times are not known.
-    measures : ImageMeasures
     missing : int
         Pixels of which it is not known whether they are cloudy.
     truth_coverage : float
@@ -45,7 +43,6 @@ class Pictured:
 
     Attributes
     ----------
-    label : str
     values : ndarray (rows, columns)
         Rows northward.
     level : ndarray of float32 (rows, columns)
@@ -73,12 +70,10 @@ class Side:
         Of the file.
     shape, part : tuple of int
         Rows and columns of the file, and of what was compared.
-    pixel_size_m : float or None
     method, mask : str
         How cloud was found, and in words.
     bright_is_cloud : bool
         In the values that are compared.
-    frames : sequence of FrameResult
     left_out : sequence of (str, str)
         Frames that could not be measured, and why.
     histogram : ndarray (bins,)
@@ -87,8 +82,6 @@ class Side:
         Mean over frames.
     temporal : TemporalAutocorrelation or None
         Where there are two frames or more.
-    pictured : Pictured
-    notes : sequence of str
     """
 
     name: str
@@ -177,7 +170,6 @@ TERMS: dict[Mode, dict[str, str]] = {
 }
 """Terms of eq 24 in each definition, and the metrics that they are of."""
 
-
 Dependence = Literal["any", "pixel size", "pixel size and number of pixels"]
 
 
@@ -187,7 +179,6 @@ class Metric:
 
     Attributes
     ----------
-    name, meaning, unit : str
     definition : {"as-printed", "corrected", "both"}
         Which of the two definitions it belongs to.
     group : str
@@ -241,12 +232,10 @@ class Evaluation:
 
     Attributes
     ----------
-    real, sim : Side
     quantity, unit : str
         What both sides' values were compared in: brightness temperature (K), a common unit, or grey levels ("").
     pairing : str
         Which frame was compared with which, in words.
-    metrics : sequence of Metric
     errors : dict of str to sequence of MorphologyErrors
         Eq 24 for each simulated frame, "as-printed" and "corrected"; empty where a value divided by is 0.
     distributions : sequence of DistributionDistance
@@ -336,6 +325,4 @@ class Evaluation:
 
 
 _OF_A_METRIC = ("name", "meaning", "unit", "definition", "group", "scale", "comparable")
-
-
 _NUMBERS_OF_A_METRIC = ("real", "real_spread", "sim", "sim_spread", "difference", "relative")

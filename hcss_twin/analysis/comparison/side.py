@@ -38,6 +38,8 @@ def grey_clouds(
     Eq 7 of the HCSS paper: linear from the threshold (the least cloudy value, where the mask is no threshold) to the
     99.9th percentile of the cloudy pixels.
 
+    Raises ImageError if there is no contrast or no cloud.
+
     Parameters
     ----------
     values : ndarray (rows, columns)
@@ -50,11 +52,6 @@ def grey_clouds(
         Coverage and window.
     truth : ndarray of bool or None
         Cloud mask, for method ``truth``.
-
-    Raises
-    ------
-    ImageError
-        If there is no contrast or no cloud.
     """
     known = ~np.isnan(values)
     if not known.any():
@@ -122,8 +119,6 @@ class ComparedSide:
     ----------
     title : str
         REAL or SIM, for messages.
-    footage : Footage
-    choice : EvaluationChoice
     quantity : {"kelvin", "unit", "grey levels"}
     part : tuple of slice
         Rows and columns.
@@ -172,14 +167,12 @@ class SideMeasures:
 
     Attributes
     ----------
-    frames : tuple of FrameResult
     numbers : tuple of int
         Of these frames.
     left_out : tuple of (str, str)
         Labels of the others, and why.
     kept : ndarray of float32 (T, rows, columns)
         Values, thinned by ``step`` along both axes.
-    step : int
     """
 
     frames: tuple[FrameResult, ...]

@@ -19,18 +19,12 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 Dimension = Literal["fractal", "surface"]
 
-
 # Changes of L that are tried, the smallest first, and Hurst exponents at each.
 _FACTORS = (1.0, 2.0, 0.5, 4.0, 0.25)
-
-
 _HURST = (0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
-
 
 # Between two Hurst exponents with the wanted dimension between theirs.
 _BISECTIONS = 6
-
-
 _APART = 1000
 
 
@@ -80,7 +74,8 @@ def match_dimension(
     """Change H, and L only if that is not enough, until the mean dimension lies in a range.
 
     A dimension need not be monotonic in H: the body's is not. Therefore H is scanned first, and among the solutions the
-    one nearest to the start is taken. Where the scan crosses the middle of the range, that is aimed at.
+    one nearest to the start is taken. Where the scan crosses the middle of the range, that is aimed at. Raises
+    ImageError if the range is none, or no mean lies in it; says what was reached.
 
     Parameters
     ----------
@@ -97,11 +92,6 @@ def match_dimension(
     seed : int
         The search uses this seed and the five after it; the mean over ten from 1000 later on must lie in the range as
         well.
-
-    Raises
-    ------
-    ImageError
-        If the range is none, or no mean lies in it; says what was reached.
     """
     low, high = wanted
     if not 2.0 <= low < high <= 3.0:
@@ -182,8 +172,6 @@ def _changes(start: FractalParameters, found: FractalParameters) -> str:
 
 # The frame of the paper's tables.
 SIDE = 800
-
-
 PIXEL_SIZE_M = 20.0
 
 

@@ -38,18 +38,13 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 # Realisations per step of the search, and fresh ones by which its result is judged.
 SEARCH_SEEDS = 6
-
-
 FRESH_SEEDS = 10
-
 
 # Images that the search simulates.
 BUDGET = 360
 
-
 # Fresh seeds begin this far from those of the search.
 _APART = 1000
-
 
 # A parameter this near to a limit has been stopped by it.
 _NEAR = 1.02
@@ -119,7 +114,8 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
     """Find parameters of the fractal generator for an image.
 
     The variogram of the normal field under the image gives gamma, H, L and k without any simulation; simulations then
-    refine H, L and the brightness exponent. Coverage is exact by construction.
+    refine H, L and the brightness exponent. Coverage is exact by construction. Raises ImageError if the image has too
+    little cloud to be measured, or the budget or the seed is negative.
 
     Parameters
     ----------
@@ -131,11 +127,6 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
         Images that the search may simulate; 0 keeps the start.
     progress : callable, optional
         Is told after each step how many images it simulated.
-
-    Raises
-    ------
-    ImageError
-        If the image has too little cloud to be measured, or the budget or the seed is negative.
     """
     if seed < 0 or budget < 0:
         raise ImageError(f"seed, budget: {seed} and {budget} given, allowed: 0 or more")

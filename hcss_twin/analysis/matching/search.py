@@ -21,15 +21,11 @@ from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 HURST = (0.02, 0.98)
-
-
 BRIGHTNESS_EXPONENT = (0.1, 10.0)
-
 
 # With fewer cells across the frame each frame has another mean and another range, and its histogram,
 # which eq 5 takes to be that of the whole sky, is anything.
 FEWEST_CELLS = 1.0
-
 
 # Cells of less than two pixels are white noise at k = 0.
 _CELLS_PER_PIXEL = 0.5
@@ -60,14 +56,10 @@ def _sides_m(image: CloudImage) -> Array:
 
 # The paper: "values of 2, 3, or 4 suffice to meet human visual perception".
 GAMMAS = (2.0, 3.0, 4.0)
-
-
 _MAX_OCTAVES = 12
-
 
 # Lags of 1 and 2 pixels decide the fractal dimension and the statistics of neighbours.
 _WEIGHT_OF_SHORT_LAGS = 2.0
-
 
 # A fit with fewer octaves is preferred if its misfit is at most this much greater.
 _TOLERANCE = 1.02
@@ -93,7 +85,7 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
     """Fit gamma, H, L and kmax to the variogram of the field under an image.
 
     The normal scores of a frame have unit variance in the frame; the field has less there, where its cells are large
-    (:func:`frame_variance`). The expected variogram is divided by that.
+    (:func:`frame_variance`). The expected variogram is divided by that. Raises ImageError if nothing fits at all.
 
     Parameters
     ----------
@@ -101,11 +93,6 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
         From :func:`hcss_twin.analysis.matching.structure.underlying_structure`.
     image : CloudImage
         Its size and pixels.
-
-    Raises
-    ------
-    ImageError
-        If nothing fits at all.
     """
     kernel = KernelCorrelation.tabulate()
     rows, columns = image.level.shape
@@ -160,17 +147,14 @@ def _parameters(unknowns: Array, gamma: float, last: int, image: CloudImage) -> 
 
 Progress = Callable[[int], None]
 
-
 # Weight w of the structure: a variogram, an anisotropy or a mean grey level that is wrong by 10 % counts as
 # much as an RMSE of 1.5 %. Without it four numbers would be matched by four parameters, and anything else
 # could be lost.
 STRUCTURE_WEIGHT = 0.15
 
-
 # Weight u of the surface dimension within the structure: one that is wrong by .05 counts as much as a
 # variogram that is wrong by 10 %.
 SURFACE_WEIGHT = 2.0
-
 
 # First steps of the simplex: H, ln L along x and y, ln s.
 _STEPS = np.array([0.08, 0.35, 0.35, 0.3])
@@ -266,6 +250,7 @@ def refine(
     too, so that parameters are preferred whose every image is like the measured one.
 
     The same seeds at every step make it a smooth function, whose minimum depends on them: judge the result with others.
+    Raises ImageError if a simulated image does not vary.
 
     Parameters
     ----------
@@ -281,11 +266,6 @@ def refine(
         Images to simulate at most; one step at least.
     progress : callable, optional
         Is told after each step how many images it simulated.
-
-    Raises
-    ------
-    ImageError
-        If a simulated image does not vary.
     """
     if start.H is None or start.L is None:
         raise ValueError("start: H and L must be given")

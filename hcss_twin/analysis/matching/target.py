@@ -29,7 +29,6 @@ from hcss_twin.providers import Grid
 
 # Larger images are cut to this many rows and columns unless told otherwise: the paper's frame.
 LARGEST_SIDE = 800
-
 Method = Literal["auto", "otsu", "local", "coverage", "valid"]
 
 # What has no meaning for an entry, which has been cut out already.

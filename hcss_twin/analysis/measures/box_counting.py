@@ -74,7 +74,8 @@ def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstim
     This is eq 6 of the HCSS paper with the cloud itself as the measured object. The dimension of a solid is 3 and that
     of a thin sheet 2, so that this measures how cloud fills the image: it grows with coverage, and says little about
     the roughness of the cloud tops, for which there is ``variogram_dimension``. Of the countings tried it is the one
-    that gives the printed FD (docs/fractal-dimension.md).
+    that gives the printed FD (docs/fractal-dimension.md). Raises ImageError if the image is too small, of another type,
+    or clear throughout, or a level is too high.
 
     Parameters
     ----------
@@ -87,11 +88,6 @@ def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstim
     -------
     DimensionEstimate
         The error is NaN: no surface has a known dimension of this kind.
-
-    Raises
-    ------
-    ImageError
-        If the image is too small, of another type, or clear throughout, or a level is too high.
     """
     image = checked_image("grey", grey)
     if image.dtype != np.uint8:
@@ -136,7 +132,7 @@ def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
     of it, and a mask and its complement have the same. The dimension is the slope of log N(s) against log(1 / s), s
     about 2, 4, 8, ... up to a quarter of the shorter side; the boxes of each size tile the image evenly. The level sets
     of a self-affine surface with Hurst exponent H have 2 - H, which is approached slowly: docs/fractal-dimension.md has
-    the bias.
+    the bias. Raises ImageError if the mask is too small, of another type, or the same everywhere.
 
     Parameters
     ----------
@@ -147,11 +143,6 @@ def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
     -------
     DimensionEstimate
         The error is that of masks that are half cloudy, of fractional Brownian surfaces.
-
-    Raises
-    ------
-    ImageError
-        If the mask is too small, of another type, or the same everywhere.
     """
     cloudy = _checked(mask)
     rows, columns = cloudy.shape[0] - 1, cloudy.shape[1] - 1
@@ -186,7 +177,6 @@ def _checked(mask: Any) -> NDArray[np.bool_]:
 # The largest box is at most this part of the shorter side: larger ones are few and only add scatter.
 _LARGEST_BOX_of_differential_box_counting = 8
 
-
 # Below, there are two sizes of box.
 _SMALLEST_SURE = 64
 
@@ -202,7 +192,8 @@ def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: b
 
     The raw value is too small, by .1 to .9, because neighbouring columns share no pixel and because rough surfaces fill
     all boxes. The calibrated value is the D of exact fractional Brownian surfaces of this size that have this raw value
-    on average (docs/fractal-dimension.md).
+    on average (docs/fractal-dimension.md). Raises ImageError if the image is too small, constant or not finite, if
+    ``levels`` is out of range, or if a calibrated value is wanted for other than 256 levels.
 
     Parameters
     ----------
@@ -218,12 +209,6 @@ def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: b
     DimensionEstimate
         The error is NaN of raw values, of images larger than those of the calibration, and below 64 pixels, where two
         sizes of box leave the calibration next to no slope.
-
-    Raises
-    ------
-    ImageError
-        If the image is too small, constant or not finite, if ``levels`` is out of range, or if a calibrated value is
-        wanted for other than 256 levels.
     """
     pixels = checked_image("image", image)
     checked_levels(levels, 2)

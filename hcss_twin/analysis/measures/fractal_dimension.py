@@ -124,15 +124,11 @@ def _load() -> EstimatorCalibration:
 # The window spreads what is slower than three waves per image.
 _FEWEST_WAVES = 3.0
 
-
 # Sampling folds the spectrum beyond the Nyquist wavenumber of .5 back; above this it is too much.
 _HIGHEST = 0.15
 
-
 # Small images go higher, to keep three octaves, but not beyond this.
 _HIGHEST_OF_SMALL = 0.25
-
-
 _RINGS_PER_OCTAVE = 4
 
 
@@ -147,7 +143,9 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
 
     A self-affine surface with Hurst exponent H has beta = 2 H + 2 and D = 3 - H. The image less its plane of least
     squares is multiplied by a Hann window along each axis; power is averaged over rings, four per octave of wavenumber;
-    the slope is that of least squares in logarithms, weighted with the number of waves in each ring.
+    the slope is that of least squares in logarithms, weighted with the number of waves in each ring. Raises ImageError
+    if the image is too small, constant, flat but for a slope, or not finite, or if the band holds fewer than three
+    rings with waves in them.
 
     Parameters
     ----------
@@ -161,12 +159,6 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     -------
     DimensionEstimate
         The error is NaN for other than the default band.
-
-    Raises
-    ------
-    ImageError
-        If the image is too small, constant, flat but for a slope, or not finite, or if the band holds fewer than three
-        rings with waves in them.
     """
     pixels = checked_image("image", image)
     side = min(pixels.shape)
@@ -217,7 +209,8 @@ def variogram_dimension(
     """Estimate D = 3 - slope / 2, the slope that of log semivariance against log lag.
 
     A self-affine surface with Hurst exponent H has the variogram |h|^(2 H) and D = 3 - H. The semivariances of both
-    axes are averaged, the slope is that of least squares.
+    axes are averaged, the slope is that of least squares. Raises ImageError if the image is too small, constant over
+    the pairs, or not finite where it counts, if there are fewer than 100 pairs at a lag, or if the lags do not differ.
 
     Parameters
     ----------
@@ -233,12 +226,6 @@ def variogram_dimension(
     DimensionEstimate
         Not confined to 2 to 3: white noise is near 3, a smooth image near 2. Its error is that of full images of
         floating-point numbers with lags 1 and 2, for the number of pairs that counted; NaN for other lags.
-
-    Raises
-    ------
-    ImageError
-        If the image is too small, constant over the pairs, or not finite where it counts, if there are fewer than 100
-        pairs at a lag, or if the lags do not differ.
     """
     pixels = checked_image("image", image)
     found = semivariances(pixels, lags, mask)

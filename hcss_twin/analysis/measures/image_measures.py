@@ -53,6 +53,8 @@ class ImageMeasures:
 def measure_image(values: NDArray[np.float64], level: NDArray[np.float32], known: NDArray[np.bool_]) -> ImageMeasures:
     """Measure an image of values and the grey levels of its clouds.
 
+    Raises ImageError if the clouds cannot be measured (see ``morphology``).
+
     Parameters
     ----------
     values : ndarray of float64 (rows, columns)
@@ -61,11 +63,6 @@ def measure_image(values: NDArray[np.float64], level: NDArray[np.float32], known
         Grey level: 0 where clear or missing, 1 to 255 where cloudy.
     known : ndarray of bool (rows, columns)
         Whether a pixel is known to be cloudy or clear; others count for nothing.
-
-    Raises
-    ------
-    ImageError
-        If the clouds cannot be measured (see ``morphology``).
     """
     valid = ~np.isnan(values)
     shape = morphology(level, level > 0.0, known)
@@ -158,7 +155,8 @@ def temporal_autocorrelation(
     """Correlate images with later ones at fixed pixels.
 
     The correlation of two images is that of their pixels, each image less its own mean. Whatever moves through the
-    field of view (wind, platform) takes correlation away as change does.
+    field of view (wind, platform) takes correlation away as change does. Raises ImageError if there are fewer than two
+    images, no pixel has values in all, or an image is constant.
 
     Parameters
     ----------
@@ -166,11 +164,6 @@ def temporal_autocorrelation(
         Two or more images; pixels that are NaN in one of them do not count.
     seconds : ndarray (T,), optional
         Times, ascending.
-
-    Raises
-    ------
-    ImageError
-        If there are fewer than two images, no pixel has values in all, or an image is constant.
     """
     count = frames.shape[0]
     if frames.ndim != 3 or count < 2:
@@ -222,15 +215,12 @@ class DistributionDistance:
 def distribution_distance(first: NDArray[Any], second: NDArray[Any]) -> DistributionDistance:
     """Compare the values of two images.
 
+    Raises ImageError if one has no value.
+
     Parameters
     ----------
     first, second : ndarray of real numbers, any shapes
         In the same unit; NaN is missing.
-
-    Raises
-    ------
-    ImageError
-        If one has no value.
     """
     one, other = _sorted("first", first), _sorted("second", second)
     mean_one, mean_other = float(np.mean(one)), float(np.mean(other))

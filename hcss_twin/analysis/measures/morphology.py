@@ -41,13 +41,9 @@ def root_mean_square(errors: Sequence[float]) -> float:
 # Lags of the slope and of the ratio of axes, pixels: the finest there are.
 _SHORT_LAGS = 2
 
-
 # The ratio of lengths is taken at this many semivariances that both axes reach, which must span a factor 1.1.
 _LEVELS = 9
-
-
 _NARROWEST = math.log(1.1)
-
 
 # Fewer pairs of cloudy neighbours along an axis say nothing about a variogram.
 _FEWEST_PAIRS = 100
@@ -111,7 +107,9 @@ def morphology(values: NDArray[Any], mask: NDArray[np.bool_], valid: NDArray[np.
     """Measure the shape of the clouds in an image.
 
     Cloudy values become the grey levels 1 to 255, linearly between their least and greatest (the C_min and C_max of eq
-    7), and clear pixels level 0, as in Fig 14 of the HCSS paper.
+    7), and clear pixels level 0, as in Fig 14 of the HCSS paper. Raises ImageError if no pixel is cloudy, cloudy values
+    are not finite or all equal, an axis has fewer than 100 pairs of cloudy pixels at lag 1 or 2, or one of them does
+    not vary along an axis; or if no rectangle of 32 x 32 pixels is without missing ones.
 
     Parameters
     ----------
@@ -123,13 +121,6 @@ def morphology(values: NDArray[Any], mask: NDArray[np.bool_], valid: NDArray[np.
     valid : ndarray of bool (rows, columns), optional
         Pixels that are not missing; all, by default. Pairs of neighbours count if both are valid, coverage is that of
         the valid pixels, and boxes are counted in the largest rectangle without missing pixels.
-
-    Raises
-    ------
-    ImageError
-        If no pixel is cloudy, cloudy values are not finite or all equal, an axis has fewer than 100 pairs of cloudy
-        pixels at lag 1 or 2, or one of them does not vary along an axis; or if no rectangle of 32 x 32 pixels is
-        without missing ones.
     """
     pixels = checked_image("values", values)
     cloudy = checked_mask("mask", mask, pixels.shape)
@@ -223,14 +214,10 @@ def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErro
 
 GREY_LEVELS = 256
 
-
 PRINTED_DENSITY = 10.0
 """The paper's Den is this many times eq 22, which is at most 1 (its Tables VIII and IX: 7.3 to 8.5)."""
 
-
 Mode = Literal["as-printed", "corrected"]
-
-
 MODES: tuple[Mode, ...] = ("as-printed", "corrected")
 
 

@@ -87,17 +87,13 @@ def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
 
     The image less its plane of least squares is multiplied by a Hann window along each axis. Rings are four per octave
     of wavenumber, up to the Nyquist wavenumber of the axes. For directions the power of each wave is divided by the
-    mean of its ring, and rings count alike, so that large scales do not outweigh all others.
+    mean of its ring, and rings count alike, so that large scales do not outweigh all others. Raises ImageError if the
+    image is too small, constant, flat but for a slope, or not finite.
 
     Parameters
     ----------
     image : ndarray of float32, float64 or integers (rows, columns)
         At least 32 x 32 pixels, any unit; x runs along columns, y along rows.
-
-    Raises
-    ------
-    ImageError
-        If the image is too small, constant, flat but for a slope, or not finite.
     """
     pixels, least, greatest = finite_range("image", checked_image("image", image))
     span = greatest - least

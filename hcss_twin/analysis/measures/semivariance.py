@@ -61,6 +61,9 @@ def semivariances(
 ) -> Semivariances:
     """Measure the variogram along both axes, in one pass per lag.
 
+    Raises ImageError if a counting pixel or the square of a difference is not finite, or image, mask or lags are not as
+    described.
+
     Parameters
     ----------
     image : ndarray of float32, float64 or integers (rows, columns)
@@ -69,11 +72,6 @@ def semivariances(
         Distances in pixels, each at least 1 and shorter than the longer side.
     mask : ndarray of bool (rows, columns), optional
         Pixels that count: a pair counts if both its pixels do. All, by default.
-
-    Raises
-    ------
-    ImageError
-        If a counting pixel or the square of a difference is not finite, or image, mask or lags are not as described.
     """
     pixels = checked_image("image", image, smallest=2)
     if pixels.dtype == np.uint8:

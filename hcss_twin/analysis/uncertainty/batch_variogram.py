@@ -23,7 +23,6 @@ from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM, REFERENCE_LENG
 # The kernel reaches this many cells.
 _REACH_CELLS = 4.0
 
-
 # Of the mean over pairs of pixels of a frame.
 _PAIR_NODE, _PAIR_WEIGHT = np.polynomial.legendre.leggauss(48)
 

@@ -76,10 +76,8 @@ class SingleModel:
 BURN_IN = 0.2
 """Part of the steps that is dropped."""
 
-
 LONGEST = 50.0
 """Autocorrelation times that chains must have after that, so that the time itself is known."""
-
 
 LARGEST_R_HAT = 1.02
 """The mean of half a walker's n steps scatters with a variance of 2 tau / n: split R-hat of stationary chains is some
@@ -174,7 +172,6 @@ def split_r_hat(chain: Array) -> Array:
 
 # Steps before the first judgement; then each time the chain has grown by this part of itself.
 _FIRST, _GROWTH = 500, 4
-
 
 # Walkers per dimension, and the fewest.
 _PER_DIMENSION, _FEWEST_WALKERS = 4, 32

@@ -29,19 +29,15 @@ from hcss_twin.core.errors import PosteriorError
 SIMULATIONS = (150, 150, 700)
 """Over the prior, near the posterior that these give, and near the one that those give."""
 
-
 # Steps of a pilot chain, and its burn-in.
 _PILOT, _SETTLED = 400, 200
-
 
 # Positions of the prior among which the pilot's start is chosen, per walker; and how many of them stay.
 _CANDIDATES, _CHOSEN = 64, 4
 
-
 # Powers of the likelihood in pilots, less than 1 because what is learned over the prior is rough; and how much wider
 # than such a pilot's draws simulations are spread.
 _POWERS, _WIDER = (0.25, 0.7), 1.3
-
 
 # Of the way to a limit, at least.
 _INSIDE = 1e-4
@@ -53,7 +49,7 @@ def prepare(
     """Learn the scatter, first over the prior and then, twice, where the posterior lies.
 
     The final likelihood is 0 outside the positions of the last simulations, which reach beyond four standard deviations
-    of the posterior: nothing is extrapolated.
+    of the posterior: nothing is extrapolated. Raises PosteriorError if simulated images do not vary.
 
     Parameters
     ----------
@@ -72,11 +68,6 @@ def prepare(
         With noise.
     start : ndarray (N, free)
         Positions where walkers may start: the likelier half of draws of the pilot's posterior.
-
-    Raises
-    ------
-    PosteriorError
-        If simulated images do not vary.
     """
     rng = np.random.default_rng(seed)
     broad, *near = SIMULATIONS
@@ -248,6 +239,8 @@ def fit_dimension(
 ) -> Posterior:
     """Sample the posterior given nothing but the fractal dimension of grey levels, by the variogram.
 
+    Raises PosteriorError as of :func:`fit`.
+
     Parameters
     ----------
     dimension, error : float
@@ -257,11 +250,6 @@ def fit_dimension(
     rows, columns, pixel_size_m
         Of the image in which it was measured.
     progress, **options
-        As of :func:`fit`.
-
-    Raises
-    ------
-    PosteriorError
         As of :func:`fit`.
     """
     chosen = FitOptions(**options)

@@ -85,13 +85,9 @@ class FitOptions:
 
 SPREAD = "spread_"
 
-
 # Cells per frame that the priors of L allow: from one to one of so many pixels.
 _SMALLEST_CELL_PIXELS = 4
-
-
 _USUAL = {"H": "uniform:0.02:0.98", "gamma": "loguniform:1.5:4", "coverage": "uniform:0.01:0.99"}
-
 
 # Of a population's spread, the least by default.
 _MIN_SPREAD = 0.01
@@ -153,8 +149,6 @@ def _spread_priors(space: Space, priors: Mapping[str, str], several: bool) -> tu
 
 # Long chains are large files: not after every block.
 _SECONDS_APART = 5.0
-
-
 _DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
 
 

@@ -32,7 +32,6 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 # Bins by which simulated fields are ranked: a step is less than 2e-4 of the field's standard deviation.
 _BINS = 1 << 16
-
 _TABLE_NODES, _SMALLEST, _LARGEST = 160, 1e-7, 1.999
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(96)
 _FARTHEST = 8.0

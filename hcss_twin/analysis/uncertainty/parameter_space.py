@@ -201,10 +201,8 @@ KINDS = {
 }
 """Parameters of one image, in the order of all arrays."""
 
-
 SHAPE = ("H", "gamma", "Lx", "Ly")
 """Those of the field's variogram."""
-
 
 # Scale and prior whose density on the scale is constant.
 _FLAT = (("value", "uniform"), ("logarithm", "loguniform"))

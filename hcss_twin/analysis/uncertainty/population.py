@@ -131,12 +131,7 @@ _OF_IMAGES, _OF_POPULATION = 2, 3
 
 
 class PopulationSweep(Move):  # type: ignore[misc]
-    """A move of emcee that changes all dimensions, each block by a Metropolis step of its own.
-
-    Parameters
-    ----------
-    model : PopulationModel
-    """
+    """A move of emcee that changes all dimensions, each block by a Metropolis step of its own."""
 
     def __init__(self, model: PopulationModel) -> None:
         self._model = model

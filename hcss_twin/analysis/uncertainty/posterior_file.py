@@ -120,7 +120,8 @@ def write_posterior(
 ) -> None:
     """Write a posterior; whatever happens, ``path`` holds a whole file or what it held before.
 
-    The same arguments give the same bytes: there is no date in the file.
+    The same arguments give the same bytes: there is no date in the file. Raises PosteriorError if the file cannot be
+    written.
 
     Parameters
     ----------
@@ -148,11 +149,6 @@ def write_posterior(
         What images show.
     attributes : mapping, optional
         More global attributes.
-
-    Raises
-    ------
-    PosteriorError
-        If the file cannot be written.
     """
     import netCDF4
 

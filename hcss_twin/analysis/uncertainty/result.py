@@ -88,9 +88,7 @@ _LONGEST_TRACE = 500
 # Draws in these outer parts of the half-width of the range are at its edge; more of them than this are a crowd. Even
 # draws have a part of _EDGE there.
 _EDGE, _CROWDED = 0.02, 0.06
-
 _TITLE = "Posterior of the parameters of fractal clouds"
-
 _ON_SCALE = {"value": "", "logarithm": " (of the natural logarithm)", "probit": " (of the normal quantile)"}
 
 

@@ -23,21 +23,16 @@ from hcss_twin.plan.windows import Window, length
 
 Thickness = NDArray[np.float32]
 
-
 ALL = "all"
 """Class of every pixel."""
 
-
 METRICS = ("coverage", "entropy", "density", "diagonal_peak", "fractal_dimension")
-
 
 LEVELS = (np.arange(64) + 0.5) / 64
 """Of the quantiles over the pixels of a scene: each stands for 1/64 of them."""
 
-
 VARIABLES = ("radiance", "cloud_mask", "cloud_thickness")
 """Of the cube that the statistics are of; brightness temperature is made of radiance."""
-
 
 MAX_PIXELS = 2**25
 """Of all frames of a scene, whose radiance in all bands is held in memory."""
@@ -107,6 +102,8 @@ def statistics_of(
 ) -> DrawStatistics:
     """Make all frames of a scene and sum them up.
 
+    Raises ProviderError if a provider breaks its contract.
+
     Parameters
     ----------
     plan : Plan
@@ -115,11 +112,6 @@ def statistics_of(
         Of the plan's spectral grid.
     with_levels : bool
         Whether quantiles over pixels are wanted.
-
-    Raises
-    ------
-    ProviderError
-        If a provider breaks its contract.
     """
     maker = PartMaker(plan, tables)
     kinds, radiance, kelvin, metrics = [], [], [], []
@@ -214,12 +206,7 @@ class TableCount:
 
 
 class SharedTables:
-    """Gives the tables of one plan after the other.
-
-    Attributes
-    ----------
-    count : TableCount
-    """
+    """Gives the tables of one plan after the other."""
 
     def __init__(self) -> None:
         self.count = TableCount()

@@ -38,8 +38,6 @@ class UncertainScenario:
         Keys replaced in all draws.
     uncertain : mapping
         What the section holds.
-    base : Path
-    origin : str
     cache : ResultCache
         What all draws share.
     """
@@ -84,12 +82,10 @@ SHORT_FORMS = {
 }
 """What the numbers of ``NAME:NUMBER:NUMBER`` mean."""
 
-
 _ALLOWED = (
     'allowed: {distribution = "normal", mean = 291, standard_deviation = 0.5}, "uniform" or "log-uniform" with from '
     "and to, or in short normal:291:0.5, normal:291:0.5:271:305 (cut off), uniform:3:9, log-uniform:1:10"
 )
-
 
 _KEYS = 'allowed: keys of a scenario, for example "sea.temperature"'
 
@@ -97,15 +93,12 @@ _KEYS = 'allowed: keys of a scenario, for example "sea.temperature"'
 def uncertain_keys(given: Mapping[str, Any], section: str = UNCERTAIN) -> tuple[UncertainKey, ...]:
     """Check what stands in ``[uncertain]`` or behind ``--uncertain``.
 
+    Raises ScenarioError with everything that is wrong.
+
     Parameters
     ----------
     given : mapping
         Key, dotted or in nested tables, to a distribution: a table, or text in the short form.
-
-    Raises
-    ------
-    ScenarioError
-        With everything that is wrong.
     """
     problems: list[Problem] = []
     found: list[UncertainKey] = []
@@ -185,15 +178,12 @@ def _key_problems(keys: list[str], section: str) -> Iterator[Problem]:
 def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
     """Return the part of a scenario that the parameters of clouds belong to.
 
+    Raises ScenarioError if there is no such layer, or its clouds are not those that a posterior is of.
+
     Parameters
     ----------
     layer : int or None
         Number of the layer; needed where there are several.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such layer, or its clouds are not those that a posterior is of.
     """
     layers = scenario.clouds.layers
     if layer is None and len(layers) != 1:
@@ -232,15 +222,12 @@ def overlap_problems(
 def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tuple[Scenario, ...]]:
     """Make and check the scenarios of all draws of all mixtures.
 
+    Raises ScenarioError with all problems, each told once, with the draws that have it and their values.
+
     Returns
     -------
     dict of str to tuple of Scenario
         By the name of the mixture.
-
-    Raises
-    ------
-    ScenarioError
-        With all problems, each told once, with the draws that have it and their values.
     """
     found: dict[str, tuple[Scenario, ...]] = {}
     wrong: dict[Problem, list[tuple[Mixture, int]]] = {}

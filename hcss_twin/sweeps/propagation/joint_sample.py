@@ -23,8 +23,6 @@ from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.sweeps.axis import axis_of
 
 _OF_POPULATION = ("mean_", "spread_")
-
-
 _PAIR = ("Lx", "Ly")
 
 
@@ -197,18 +195,13 @@ class UncertainKey:
 
 A, B = 0, 1
 
-
 SEED = "seed"
 """Name of the input that chooses the realisation of clouds, and of waves where they are drawn."""
-
 
 POSTERIOR = "posterior"
 """Name of the input that all free parameters of a posterior are together: they depend on each other."""
 
-
 DRAWS, OTHER_SEED, ALL_OTHERS = "draws", "other seed", "all others"
-
-
 _SEED_KEY = {"posterior": 1, "scene": 2, "bootstrap": 3}
 
 
@@ -218,7 +211,6 @@ class Mixture:
 
     Attributes
     ----------
-    name : str
     exchanged : frozenset of str
         Independent inputs that come from B; the others come from A.
     """
@@ -237,12 +229,10 @@ class JointSample:
 
     Attributes
     ----------
-    posterior : PosteriorDraws or None
     layer : str
         Part of the scenario that the posterior's parameters belong to.
     rows : ndarray (2, draw, parameter)
         Of the posterior, in A and B; no columns without one.
-    keys : tuple of UncertainKey
     values : mapping of str to tuple
         Of each uncertain key, those of A followed by those of B, as a scenario file has them.
     seeds : ndarray of int64 (2, draw)

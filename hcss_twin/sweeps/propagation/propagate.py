@@ -67,7 +67,6 @@ if TYPE_CHECKING:
 
 
 SHARES = ("regression", "pick-freeze")
-
 FEW_DRAWS = 40
 
 FEWEST, MAX = 2, 100_000

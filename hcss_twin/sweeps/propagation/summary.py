@@ -33,7 +33,6 @@ OUTPUTS = (
 
 REST = "all but the seed"
 NO_ESTIMATE, REGRESSION, PICK_FREEZE = "none", "regression", "pick-freeze"
-
 _OfDraws = Callable[[NDArray[np.intp]], Array]
 
 
