@@ -147,7 +147,7 @@ def _side(side: ComparedSide, measured: SideMeasures, edges: Array, shown: int) 
     if missing:
         share = missing / (len(measured.frames) * side.shape[0] * side.shape[1])
         notes.append(
-            f"{100 * share:.2f} % of the pixels are missing and excluded from pairs, coverage and histograms; boxes and "
+            f"{100 * share:.2f} % of the pixels are missing: excluded from pairs, coverage and histograms; boxes and "
             "spectra use the largest rectangle without missing pixels."
         )
     empty = float(np.mean(np.isnan(measured.kept)))

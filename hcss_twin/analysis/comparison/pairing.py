@@ -76,8 +76,8 @@ def common_parts(
             )
         return _centre(real.shape, real.shape), _centre(sim.shape, sim.shape)
     notes.append(
-        f"The compared part is the central {common[0]} rows x {common[1]} columns of {real.shape[0]} x {real.shape[1]} and "
-        f"{sim.shape[0]} x {sim.shape[1]}; cloud thresholds are those of the whole frames."
+        f"The compared part is the central {common[0]} rows x {common[1]} columns of {real.shape[0]} x {real.shape[1]} "
+        f"and {sim.shape[0]} x {sim.shape[1]}; cloud thresholds are those of the whole frames."
     )
     return _centre(real.shape, common), _centre(sim.shape, common)
 
