@@ -156,7 +156,7 @@ def _side(side: ComparedSide, measured: SideMeasures, edges: Array, shown: int) 
     for reason in dict.fromkeys(reason for frame in measured.frames for reason in frame.measures.left_out):
         notes.append(f"Not measured: {reason}.")
     for label, why in measured.left_out:
-        notes.append(f"FrameArrays {label} left out: {why}.")
+        notes.append(f"Frame {label} is excluded: {why}.")
     if len(measured.frames) > 1 and footage.method in ("otsu", "local"):
         notes.append("Each frame has a threshold of its own.")
     spectra = [frame.measures.spectrum for frame in measured.frames if frame.measures.spectrum is not None]
