@@ -97,7 +97,7 @@ FORMS = (
 _RANGE = ("from", "to", "steps", "scale")
 _ENSEMBLE = ("count", "first")
 _SCALES = ("linear", "log")
-_OF_DISTRIBUTION = {
+DISTRIBUTIONS = {
     "uniform": ("from", "to"),
     "log-uniform": ("from", "to"),
     "normal": ("mean", "standard_deviation", "from", "to"),
@@ -155,8 +155,8 @@ def _range(given: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
-    name = _chosen(given, "distribution", tuple(_OF_DISTRIBUTION))
-    parameters = _OF_DISTRIBUTION[name]
+    name = _chosen(given, "distribution", tuple(DISTRIBUTIONS))
+    parameters = DISTRIBUTIONS[name]
     optional = ("from", "to") if name == "normal" else ()
     _check_names(given, ("distribution", *parameters, "samples", "seed"), optional)
     samples = _whole(given, "samples", 1, MAX_VALUES)

@@ -165,25 +165,24 @@ class _Writer:
                 self._define_variable(name, variable)
 
     def _define_of_points(self, name: str, kind: Any, long_name: str) -> Any:
-        made = self._target.createVariable(name, kind, self._dims, fill_value=None if kind is str else False)
-        made.setncatts({"long_name": long_name, "coverage_content_type": "auxiliaryInformation"})
-        return made
+        variable = self._target.createVariable(name, kind, self._dims, fill_value=None if kind is str else False)
+        variable.setncatts({"long_name": long_name, "coverage_content_type": "auxiliaryInformation"})
+        return variable
 
     def _define_swept(self, place: int, key: str) -> None:
         shape = self._design.shape
         step = int(np.prod(shape[place + 1 :]))
         values = [self._records[number * step].values[key] for number in range(shape[place])]
         numbers, kind, attributes = swept_coordinate(key, values)
-        made = self._target.createVariable(
-            self._dims[place], kind, (self._dims[place],), fill_value=None if kind is str else False
-        )
-        made.setncatts(attributes)
-        made[:] = np.array(numbers, dtype=object if kind is str else kind)
+        name, fill = self._dims[place], None if kind is str else False
+        coordinate = self._target.createVariable(name, kind, (name,), fill_value=fill)
+        coordinate.setncatts(attributes)
+        coordinate[:] = np.array(numbers, dtype=object if kind is str else kind)
 
     def _define_variable(self, name: str, variable: Any) -> None:
         found = self._found
         if name == GRID_MAPPING and found.moves:
-            return  # a plane for each place cannot be told in CF: latitude and longitude are there
+            return  # a plane for each place cannot be expressed in CF: latitude and longitude are there
         is_data = "grid_mapping" in variable.ncattrs()
         attributes = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
         if found.moves:
@@ -202,19 +201,19 @@ class _Writer:
             layout = {"compression": "zlib", "complevel": filters["complevel"], "chunksizes": chunk}
         elif kind is not str:
             layout = {"contiguous": True}
-        made = self._target.createVariable(name, kind, dims, fill_value=None if kind is str else fill, **layout)
-        made.set_auto_maskandscale(False)
-        made.setncatts(attributes)
+        copy = self._target.createVariable(name, kind, dims, fill_value=None if kind is str else fill, **layout)
+        copy.set_auto_maskandscale(False)
+        copy.setncatts(attributes)
         if not is_data and name not in found.variables:
-            made[...] = variable[...]
+            copy[...] = variable[...]
 
     def _define_times(self, variable: Any) -> None:
         """Keep the time after the start of a point apart from its instants."""
         elapsed = self._target.createVariable(ELAPSED_TIME, "f8", ("time",), fill_value=False)
-        elapsed.setncatts(elapsed_attributes())
+        elapsed.setncatts(_ELAPSED_ATTRIBUTES)
         elapsed[:] = variable[:]
         dated = self._target.createVariable(FRAME_TIME, "f8", (*self._dims, "time"), fill_value=np.nan)
-        dated.setncatts(frame_time_attributes())
+        dated.setncatts(_FRAME_TIME_ATTRIBUTES)
 
     def _copy(self, cube: Any, index: Any) -> None:
         found = self._found
@@ -291,26 +290,22 @@ def swept_coordinate(key: str, values: Sequence[Any]) -> tuple[list[Any], Any, d
     return [each if isinstance(each, str) else json.dumps(each) for each in values], str, attributes
 
 
-def elapsed_attributes() -> dict[str, Any]:
-    """Return the attributes of the time that counts from the start of each point."""
-    return {
-        "long_name": "time of the frame after the start of the point",
-        "comment": f"Instants are in {FRAME_TIME}.",
-        "units": "s",
-        "coverage_content_type": "coordinate",
-    }
+_ELAPSED_ATTRIBUTES = {
+    "long_name": "time of the frame after the start of the point",
+    "comment": f"Instants are in {FRAME_TIME}.",
+    "units": "s",
+    "coverage_content_type": "coordinate",
+}
 
 
-def frame_time_attributes() -> dict[str, Any]:
-    """Return the attributes of the instants of frames."""
-    return {
-        "long_name": "time of the frame",
-        "standard_name": "time",
-        "units": _EPOCH,
-        "units_metadata": "leap_seconds: none",
-        "calendar": "standard",
-        "coverage_content_type": "coordinate",
-    }
+_FRAME_TIME_ATTRIBUTES = {
+    "long_name": "time of the frame",
+    "standard_name": "time",
+    "units": _EPOCH,
+    "units_metadata": "leap_seconds: none",
+    "calendar": "standard",
+    "coverage_content_type": "coordinate",
+}
 
 
 def seconds_since_epoch(units: str) -> float:
@@ -356,11 +351,11 @@ def differences(cubes: Mapping[int, Path]) -> Differences:
     starts = moves = False
     with netCDF4.Dataset(cubes[numbers[0]]) as first:
         first.set_auto_maskandscale(False)
-        layout = _layout_of_cube_differences(first)
+        layout = _layout(first)
         for number in numbers[1:]:
             with netCDF4.Dataset(cubes[number]) as other:
                 other.set_auto_maskandscale(False)
-                _require_same_layout(layout, _layout_of_cube_differences(other), numbers[0], number)
+                _require_same_layout(layout, _layout(other), numbers[0], number)
                 for name in sorted({*first.ncattrs(), *other.ncattrs()} - NOT_COMPARED):
                     one, another = (getattr(each, name, None) for each in (first, other))
                     if one != another:
@@ -378,7 +373,7 @@ def differences(cubes: Mapping[int, Path]) -> Differences:
     return Differences(attributes, frozenset(variables), starts, moves)
 
 
-def _layout_of_cube_differences(cube: Any) -> dict[str, tuple[str, tuple[str, ...], tuple[int, ...]]]:
+def _layout(cube: Any) -> dict[str, tuple[str, tuple[str, ...], tuple[int, ...]]]:
     return {name: (str(each.dtype), each.dimensions, each.shape) for name, each in cube.variables.items()}
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -96,17 +97,8 @@ class Design:
         over : mapping, optional
             Swept keys and their values, as in ``[sweep]``, whose keys of the same name they replace.
         """
-        if isinstance(source, Scenario):
-            import json
-
-            raw, base, origin = json.loads(source.to_json()), source.base, source.origin
-        elif isinstance(source, Mapping):
-            raw, base, origin = dict(source), Path.cwd(), "sweep"
-        else:
-            (raw, base), origin = read_scenario_file(source, FOLDERS), str(source)
-        if not isinstance(raw, Mapping):
-            raise ScenarioError([Problem("sweep", f"{shown(raw)} is not a table of keys")], origin)
-        return cls._checked(dict(raw), dict(overrides or {}), dict(over or {}), base, origin)
+        raw, base, origin = read_keys(source, "sweep", FOLDERS)
+        return cls._checked(raw, dict(overrides or {}), dict(over or {}), base, origin)
 
     @classmethod
     def _checked(
@@ -116,7 +108,8 @@ class Design:
         if not isinstance(section, Mapping):
             raise ScenarioError([Problem(SWEEP, f"{shown(section)} is not a table; {_ALLOWED}")], origin)
         options = {name: section[name] for name in _OPTIONS if name in section}
-        given = {**_flat({name: each for name, each in section.items() if name not in _OPTIONS}), **over}
+        keys = {name: each for name, each in section.items() if name not in _OPTIONS}
+        given = {**joined_keys(keys, _is_nested), **over}
         problems = list(_option_problems(options))
         axes = []
         for key, values in given.items():
@@ -126,7 +119,7 @@ class Design:
                 problems.append(Problem(f"{SWEEP}.{key}", str(error)))
         if not given:
             problems.append(Problem(SWEEP, f"no key is swept; {_ALLOWED}"))
-        problems += _key_problems(given, overrides)
+        problems += key_problems(SWEEP, [*given], "swept", _ALLOWED, overrides, _OPTIONS)
         combine = options.get("combine", "product")
         if combine == "zip" and len({len(axis.values) for axis in axes}) > 1:
             lengths = ", ".join(f"{axis.key} has {len(axis.values)}" for axis in axes)
@@ -135,33 +128,33 @@ class Design:
             problems += _repeated(axes)
         if problems:
             raise ScenarioError(problems, origin)
-        made = cls(raw, overrides, base, origin, tuple(axes), combine, options.get("dataset"))
-        if made.count > MAX_POINTS:
-            shape = " x ".join(map(str, made.shape))
-            told = f"{shape} = {made.count} points; allowed: at most {MAX_POINTS}"
-            raise ScenarioError([Problem(SWEEP, told)], origin)
-        return made
+        design = cls(raw, overrides, base, origin, tuple(axes), combine, options.get("dataset"))
+        if design.count > MAX_POINTS:
+            shape = " x ".join(map(str, design.shape))
+            message = f"{shape} = {design.count} points; allowed: at most {MAX_POINTS}"
+            raise ScenarioError([Problem(SWEEP, message)], origin)
+        return design
 
 
 _ALLOWED = f'allowed: keys of a scenario, for example "view.zenith", each with {FORMS}'
 
 
-def _flat(section: Mapping[str, Any], path: str = "") -> dict[str, Any]:
-    """Join keys of nested tables by dots: TOML reads ``view.zenith = [...]`` as a table in a table.
+def _is_nested(table: Mapping[str, Any]) -> bool:
+    # Ranges, distributions and ensembles hold single values.
+    return all(isinstance(each, list | tuple | Mapping) for each in table.values())
 
-    A table that holds nothing but lists and tables is such a nested one; ranges, distributions and ensembles hold
-    single values.
-    """
-    found: dict[str, Any] = {}
+
+def joined_keys(
+    section: Mapping[str, Any], is_nested: Callable[[Mapping[str, Any]], bool], path: str = ""
+) -> dict[str, Any]:
+    """Join keys of nested tables by dots: TOML reads ``view.zenith = [...]`` as a table in a table."""
+    joined: dict[str, Any] = {}
     for name, each in section.items():
-        is_nested = isinstance(each, Mapping) and all(
-            isinstance(inner, list | tuple | Mapping) for inner in each.values()
-        )
-        if is_nested and each:
-            found.update(_flat(each, f"{path}{name}."))
+        if isinstance(each, Mapping) and each and is_nested(each):
+            joined.update(joined_keys(each, is_nested, f"{path}{name}."))
         else:
-            found[f"{path}{name}"] = each
-    return found
+            joined[f"{path}{name}"] = each
+    return joined
 
 
 def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
@@ -182,20 +175,47 @@ def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
         )
 
 
-def _key_problems(given: Mapping[str, Any], overrides: Mapping[str, Any]) -> Iterator[Problem]:
-    keys = list(given)
+def read_keys(
+    source: str | Path | Mapping[str, Any] | Scenario, kind: str, folders: tuple[str, ...] = ("scenarios",)
+) -> tuple[dict[str, Any], Path, str]:
+    """Return the keys of a scenario or sweep, the folder from which its relative paths lead, and its name for messages.
+
+    ``folders`` of the catalog are those in which a name is looked up. Raises ScenarioError if there are no keys.
+    """
+    raw: Any
+    if isinstance(source, Scenario):
+        raw, base, origin = json.loads(source.to_json()), source.base, source.origin
+    elif isinstance(source, Mapping):
+        raw, base, origin = source, Path.cwd(), kind
+    else:
+        (raw, base), origin = read_scenario_file(source, folders), str(source)
+    if not isinstance(raw, Mapping):
+        raise ScenarioError([Problem(kind, f"{shown(raw)} is not a table of keys")], origin)
+    return dict(raw), base, origin
+
+
+def key_problems(
+    section: str,
+    keys: Sequence[str],
+    adjective: str,
+    allowed: str,
+    overrides: Iterable[str] = (),
+    options: Sequence[str] = (),
+) -> Iterator[Problem]:
+    """Yield the keys of ``[sweep]`` or ``[uncertain]`` that overlap each other or an override, or are unknown."""
     for place, key in enumerate(keys):
         for other in keys[:place]:
             if keys_overlap(key, other):
-                yield Problem(f"{SWEEP}.{key}", f"overlaps {other}, which is swept, too; allowed: one of both")
+                yield Problem(f"{section}.{key}", f"overlaps {other}, which is {adjective}, too; allowed: one of both")
         for other in overrides:
             if keys_overlap(key, other):
-                yield Problem(f"{SWEEP}.{key}", f"is swept, but {other} is set to one value; allowed: one of both")
+                message = f"is {adjective}, but {other} is set to one value; allowed: one of both"
+                yield Problem(f"{section}.{key}", message)
         first = key.partition(".")[0]
         if first not in ScenarioModel.model_fields:
-            guess = closest(first, (*ScenarioModel.model_fields, *_OPTIONS))
+            guess = closest(first, (*ScenarioModel.model_fields, *options))
             hint = f"; closest is '{guess}'" if guess else ""
-            yield Problem(f"{SWEEP}.{key}", f"no key of a scenario; {_ALLOWED}{hint}")
+            yield Problem(f"{section}.{key}", f"no key of a scenario; {allowed}{hint}")
 
 
 def keys_overlap(one: str, other: str) -> bool:

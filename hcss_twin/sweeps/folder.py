@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from hcss_twin.core.errors import CubeError, SweepError
 from hcss_twin.core.files import atomic_write
-from hcss_twin.sweeps.points import PointOutcome, SweepPoint, ranges, sha256_of
+from hcss_twin.sweeps.points import PointOutcome, SweepPoint, sha256_of
 
 PointState = Literal["pending", "done", "failed"]
 
@@ -29,14 +29,10 @@ class PointRecord:
         Number, from 0.
     values : mapping
         The swept keys with their values, SI numbers or what JSON has for others.
-    state : str
-        ``pending``, ``done`` or ``failed``.
-    file : str or None
-        Name of the cube in the sweep's folder; one whose certificate failed is kept.
-    bytes, sha256 : int, str or None
-        Of the cube.
+    file, bytes, sha256 : str, int, str or None
+        Of the cube in the sweep's folder; one whose certificate failed stays there.
     seconds : float or None
-        That computing took.
+        Time to compute the point.
     error : str or None
         Why it failed.
     """
@@ -61,15 +57,7 @@ class PointRecord:
 
     def with_outcome(self, outcome: PointOutcome) -> PointRecord:
         """Return it with what came of computing it."""
-        return replace(
-            self,
-            state="failed" if outcome.error else "done",
-            file=outcome.file,
-            bytes=outcome.bytes,
-            sha256=outcome.sha256,
-            seconds=outcome.seconds,
-            error=outcome.error,
-        )
+        return replace(self, state="failed" if outcome.error else "done", **asdict(outcome))
 
 
 INDEX = "index.json"
@@ -93,7 +81,7 @@ def is_cube_name(name: str) -> bool:
 
 
 class SweepFolder:
-    """Keeps what is known of every point, on the disk and here.
+    """The records of all points, on disk and in memory.
 
     The log gets a line when a point is computed, and is never rewritten. The index is written as a whole, under a
     hidden name first; after a kill it may be a few points behind the log, which counts. A cube that is finished and has
@@ -268,10 +256,6 @@ class SweepFolder:
                 error = _certificate_error(path)
                 outcome = PointOutcome(point.number, path.name, path.stat().st_size, sha256_of(path), None, error)
                 self.note(outcome)
-
-    def told(self, state: str) -> str:
-        """List the points of a state."""
-        return ranges(record.point for record in self.records if record.state == state)
 
 
 def _has_size(path: Path, size: int | None) -> bool:

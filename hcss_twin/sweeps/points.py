@@ -9,7 +9,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -23,7 +23,7 @@ from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario
 from hcss_twin.sweeps.design import Design
 
-_MAX_TOLD = 5
+_MAX_RANGES = 5
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class SweepPoint:
 def points_of(design: Design) -> tuple[SweepPoint, ...]:
     """Make and check every point.
 
-    Raises ScenarioError with the problems of all points, each told once, with the points that have it.
+    Raises ScenarioError with the problems of all points, each once, with the points that have it.
     """
     points: list[SweepPoint] = []
     wrong: dict[Problem, list[int]] = {}
@@ -65,19 +65,19 @@ def points_of(design: Design) -> tuple[SweepPoint, ...]:
             plain = json.loads(scenario.to_json())
             points.append(SweepPoint(number, {key: value_at(plain, key) for key in values}, scenario))
     if wrong:
-        raise ScenarioError(_told(wrong, typed), design.origin)
+        raise ScenarioError(_described(wrong, typed), design.origin)
     return tuple(points)
 
 
 def value_at(plain: Mapping[str, Any], key: str) -> Any:
-    """Return what stands at a dotted key of a scenario as JSON holds it; None where there is nothing."""
-    found: Any = plain
+    """Return the value at a dotted key of a scenario in its JSON form; None where there is none."""
+    value: Any = plain
     for part in key_parts(key):
-        if isinstance(found, list):
-            found = found[int(part)] if part.isdecimal() and int(part) < len(found) else None
+        if isinstance(value, list):
+            value = value[int(part)] if part.isdecimal() and int(part) < len(value) else None
         else:
-            found = found.get(part) if isinstance(found, Mapping) else None
-    return found
+            value = value.get(part) if isinstance(value, Mapping) else None
+    return value
 
 
 def digest_of(points: Iterable[SweepPoint]) -> str:
@@ -89,7 +89,7 @@ def digest_of(points: Iterable[SweepPoint]) -> str:
     return digest.hexdigest()
 
 
-def _told(wrong: Mapping[Problem, list[int]], typed: list[Mapping[str, Any]]) -> Iterator[Problem]:
+def _described(wrong: Mapping[Problem, list[int]], typed: list[Mapping[str, Any]]) -> Iterator[Problem]:
     for problem, numbers in wrong.items():
         if len(numbers) == len(typed):
             yield problem  # of the scenario itself, whatever is swept
@@ -109,8 +109,8 @@ def ranges(numbers: Iterable[int]) -> str:
     for _, group in groupby(enumerate(numbers), key=lambda each: each[1] - each[0]):
         members = [number for _, number in group]
         texts.append(f"{members[0]}" if len(members) == 1 else f"{members[0]} to {members[-1]}")
-    more = f" and {len(texts) - _MAX_TOLD} more" if len(texts) > _MAX_TOLD else ""
-    return ", ".join(texts[:_MAX_TOLD]) + more
+    more = f" and {len(texts) - _MAX_RANGES} more" if len(texts) > _MAX_RANGES else ""
+    return ", ".join(texts[:_MAX_RANGES]) + more
 
 
 OF_ALL_POINTS = ("image.rows", "image.columns", "image.pixel_size", "frames", "bands", "output.variables")
@@ -123,19 +123,15 @@ def require_one_layout(design: Design, points: Sequence[SweepPoint]) -> None:
     Raises ScenarioError naming the key that separates them.
     """
     if design.combine != "product":
-        told = "a dataset needs a dimension for each key; allowed: combine = 'product', or no dataset"
-        raise ScenarioError([Problem(f"{SWEEP}.combine", told)], design.origin)
-    first = _layout(points[0])
-    for point in points[1:]:
-        for key, value in _layout(point).items():
-            if value != first[key]:
-                told = f"differs between points 0 and {point.number}; a dataset needs it in common, allowed: no dataset"
-                raise ScenarioError([Problem(f"{SWEEP}: {key}", told)], design.origin)
-
-
-def _layout(point: SweepPoint) -> Mapping[str, Any]:
-    plain = json.loads(point.scenario.to_json())
-    return {key: value_at(plain, key) for key in OF_ALL_POINTS}
+        message = "a dataset needs a dimension for each key; allowed: combine = 'product', or no dataset"
+        raise ScenarioError([Problem(f"{SWEEP}.combine", message)], design.origin)
+    plain = (json.loads(point.scenario.to_json()) for point in points)
+    first = next(plain)
+    for number, other in enumerate(plain, start=1):
+        for key in OF_ALL_POINTS:
+            if value_at(other, key) != value_at(first, key):
+                message = f"differs between points 0 and {number}; a dataset needs it in common, allowed: no dataset"
+                raise ScenarioError([Problem(f"{SWEEP}: {key}", message)], design.origin)
 
 
 _T = TypeVar("_T")
@@ -147,8 +143,7 @@ _OF_THE_FIELD = ("coverage", "coverage_mode", "edge_taper", "generator", "parame
 def shared_tables(scenario: Scenario) -> str:
     """Return a name that points with the same tables have in common.
 
-    It knows the scenario only and decides nothing but the order of points: where it separates scenes with the same
-    tables, or joins others, tables are found or missed by their own key all the same.
+    It uses the scenario only and decides nothing but the order of points: each table has a key of its own.
     """
     plain = json.loads(scenario.to_json())
     drawn = scenario.sea.waves != "averaged" or scenario.slant.shadows
@@ -162,16 +157,9 @@ def shared_tables(scenario: Scenario) -> str:
 
 
 class Schedule(Generic[_T]):
-    """Things to do, the first of each group before its others.
+    """Things to do, in the order given, but the first of each group before its others.
 
-    Parameters
-    ----------
-    things : iterable
-        In the order wanted.
-    group_of : callable
-        Name of the group of a thing.
-    open_groups : iterable of str
-        Groups none of which needs to go first.
+    ``group_of`` names the group of a thing; of ``open_groups`` none needs to go first.
     """
 
     def __init__(self, things: Sequence[_T], group_of: Callable[[_T], str], open_groups: Iterable[str] = ()) -> None:
@@ -195,7 +183,7 @@ class Schedule(Generic[_T]):
         return index, self._things[index]
 
     def finished(self, index: int, succeeded: bool) -> None:
-        """Take note that a thing was done: its group follows, or, if it failed, the next of its group goes first."""
+        """Record that a thing was done: its group follows, or, if it failed, the next of its group goes first."""
         group = self._groups[index]
         waiting = self._waiting.get(group, [])
         if succeeded:
@@ -232,12 +220,8 @@ DATE = "SOURCE_DATE_EPOCH"
 class PointTask:
     """What a worker needs to know; it is sent to other processes and machines.
 
-    Attributes
-    ----------
-    path : str
-        Absolute path of the cube.
-    date : str or None
-        ``SOURCE_DATE_EPOCH`` of the process that the sweep was started in.
+    ``path`` is the absolute path of the cube, ``date`` the ``SOURCE_DATE_EPOCH`` of the process that the sweep was
+    started in.
     """
 
     point: int
@@ -247,36 +231,26 @@ class PointTask:
 
 
 def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
-    """Compute a point and write its cube; whatever is wrong with the point becomes its error.
+    """Compute a point and write its cube; whatever is wrong with the point becomes its error, interrupts excepted.
 
-    Only an interrupt is let through.
-
-    Parameters
-    ----------
-    cache : ResultCache
-        What the points of one process share.
+    The points of one process share ``cache``.
     """
     start, path = time.perf_counter(), Path(task.path)
-    found: list[Certificate] = []
-    error: str | None = None
+    certificates: list[Certificate] = []
+    outcome = PointOutcome(task.point)
     try:
         with _date(task.date):
-            run(make_plan(task.scenario, shelf=cache), path, report=found.append)
+            run(make_plan(task.scenario, shelf=cache), path, report=certificates.append)
+        failed = [f"certificate {each.lines[0]}" for each in certificates if not each.passed]
         size, digest = path.stat().st_size, sha256_of(path)
+        outcome = PointOutcome(task.point, path.name, size, digest, error=failed[-1] if failed else None)
     except ScenarioError as cause:  # what only the plan finds out
-        return PointOutcome(task.point, seconds=_since(start), error="; ".join(map(str, cause.problems)))
+        outcome = replace(outcome, error="; ".join(map(str, cause.problems)))
     except HcssError as cause:
-        return PointOutcome(task.point, seconds=_since(start), error=str(cause))
+        outcome = replace(outcome, error=str(cause))
     except Exception as cause:  # a fault of one point must not end the others
-        return PointOutcome(task.point, seconds=_since(start), error=f"{type(cause).__name__}: {cause}")
-    for certificate in found:
-        if not certificate.passed:
-            error = f"certificate {certificate.lines[0]}"
-    return PointOutcome(task.point, path.name, size, digest, _since(start), error)
-
-
-def _since(start: float) -> float:
-    return round(time.perf_counter() - start, 4)
+        outcome = replace(outcome, error=f"{type(cause).__name__}: {cause}")
+    return replace(outcome, seconds=round(time.perf_counter() - start, 4))
 
 
 @contextmanager

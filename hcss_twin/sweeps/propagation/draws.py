@@ -6,18 +6,20 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError, choose_from, closest, count, shown
+from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.scenario import UNCERTAIN, Scenario, read_scenario_file
-from hcss_twin.sweeps.design import keys_overlap
+from hcss_twin.scenario.scenario import UNCERTAIN, Scenario
+from hcss_twin.sweeps.axis import DISTRIBUTIONS
+from hcss_twin.sweeps.design import joined_keys, key_problems, keys_overlap, read_keys
 from hcss_twin.sweeps.points import ranges, value_at
 from hcss_twin.sweeps.propagation.draw_statistics import VARIABLES
 from hcss_twin.sweeps.propagation.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
@@ -54,19 +56,11 @@ class UncertainScenario:
         cls, source: str | Path | Mapping[str, Any] | Scenario, overrides: Mapping[str, Any] | None = None
     ) -> UncertainScenario:
         """Read a scenario file by name or path, or take its keys; raises :class:`ScenarioError`."""
-        if isinstance(source, Scenario):
-            raw, base, origin = json.loads(source.to_json()), source.base, source.origin
-        elif isinstance(source, Mapping):
-            raw, base, origin = dict(source), Path.cwd(), "scenario"
-        else:
-            (raw, base), origin = read_scenario_file(source), str(source)
-        if not isinstance(raw, Mapping):
-            raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
-        raw = dict(raw)
+        raw, base, origin = read_keys(source, "scenario")
         section = raw.pop(UNCERTAIN, {})
         if not isinstance(section, Mapping):
-            told = f"{shown(section)} is not a table; allowed: keys of a scenario, each with a distribution"
-            raise ScenarioError([Problem(UNCERTAIN, told)], origin)
+            message = f"{shown(section)} is not a table; allowed: keys of a scenario, each with a distribution"
+            raise ScenarioError([Problem(UNCERTAIN, message)], origin)
         return cls(raw, dict(overrides or {}), section, base, origin, ResultCache())
 
     def scenario(self, changes: Mapping[str, Any] | None = None) -> Scenario:
@@ -74,13 +68,6 @@ class UncertainScenario:
         overrides = {**self.overrides, **(changes or {})}
         return Scenario.from_dict(self.raw, overrides, base=self.base, origin=self.origin, shelf=self.cache)
 
-
-SHORT_FORMS = {
-    "uniform": ("from", "to"),
-    "log-uniform": ("from", "to"),
-    "normal": ("mean", "standard_deviation", "from", "to"),
-}
-"""What the numbers of ``NAME:NUMBER:NUMBER`` mean."""
 
 _ALLOWED = (
     'allowed: {distribution = "normal", mean = 291, standard_deviation = 0.5}, "uniform" or "log-uniform" with from '
@@ -101,28 +88,24 @@ def uncertain_keys(given: Mapping[str, Any], section: str = UNCERTAIN) -> tuple[
         Key, dotted or in nested tables, to a distribution: a table, or text in the short form.
     """
     problems: list[Problem] = []
-    found: list[UncertainKey] = []
-    for key, each in _flat(given).items():
+    keys: list[UncertainKey] = []
+    for key, each in joined_keys(given, lambda table: "distribution" not in table).items():
         try:
-            found.append(UncertainKey(key, _table(each)))
-            found[-1].values(1, 0)
+            keys.append(UncertainKey(key, _table(each)))
+            keys[-1].values(1, 0)
         except ValueError as error:
             problems.append(Problem(f"{section}.{key}", str(error)))
-    problems += _key_problems([each.key for each in found], section)
+    problems += key_problems(section, [each.key for each in keys], "uncertain", _KEYS)
+    problems += [
+        Problem(
+            f"{section}.{each.key}", "must be the same in all draws, whose results are combined; any other key may vary"
+        )
+        for each in keys
+        if each.key.partition(".")[0] in ("seed", "output", "bands", "frames", "title")
+    ]
     if problems:
         raise ScenarioError(problems, section)
-    return tuple(found)
-
-
-def _flat(section: Mapping[str, Any], path: str = "") -> dict[str, Any]:
-    """Join keys of nested tables by dots; a table with the name of a distribution is one."""
-    found: dict[str, Any] = {}
-    for name, each in section.items():
-        if isinstance(each, Mapping) and each and "distribution" not in each:
-            found.update(_flat(each, f"{path}{name}."))
-        else:
-            found[f"{path}{name}"] = each
-    return found
+    return tuple(keys)
 
 
 def _table(given: Any) -> Mapping[str, Any]:
@@ -138,9 +121,9 @@ def _table(given: Any) -> Mapping[str, Any]:
 
 def _parsed(text: str) -> Mapping[str, Any]:
     name, *numbers = (part.strip() for part in text.split(":"))
-    if name not in SHORT_FORMS:
-        raise ValueError(f"{shown(text)}: distribution '{name}'; {choose_from(name, SHORT_FORMS)}")
-    meaning = SHORT_FORMS[name]
+    if name not in DISTRIBUTIONS:
+        raise ValueError(f"{shown(text)}: distribution '{name}'; {choose_from(name, DISTRIBUTIONS)}")
+    meaning = DISTRIBUTIONS[name]
     if not 2 <= len(numbers) <= len(meaning):
         raise ValueError(f"{shown(text)} has {count(len(numbers), 'number', 'numbers')}; {_ALLOWED}")
     values = dict(zip(meaning, map(_read_number, numbers), strict=False))
@@ -158,97 +141,68 @@ def _read_number(text: str) -> float | str:
     return value
 
 
-def _key_problems(keys: list[str], section: str) -> Iterator[Problem]:
-    for place, key in enumerate(keys):
-        for other in keys[:place]:
-            if keys_overlap(key, other):
-                yield Problem(f"{section}.{key}", f"overlaps {other}, which is uncertain, too; allowed: one of both")
-        first = key.partition(".")[0]
-        if first not in ScenarioModel.model_fields:
-            guess = closest(first, ScenarioModel.model_fields)
-            hint = f"; closest is '{guess}'" if guess else ""
-            yield Problem(f"{section}.{key}", f"no key of a scenario; {_KEYS}{hint}")
-        elif first in ("seed", "output", "bands", "frames", "title"):
-            yield Problem(
-                f"{section}.{key}",
-                "must be the same in all draws, whose results are put together; allowed: any other key",
-            )
-
-
 def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
     """Return the part of a scenario that the parameters of clouds belong to.
 
-    Raises ScenarioError if there is no such layer, or its clouds are not those that a posterior is of.
-
-    Parameters
-    ----------
-    layer : int or None
-        Number of the layer; needed where there are several.
+    ``layer`` is the number of the layer, needed where there are several. Raises ScenarioError if there is no such
+    layer, or its clouds are not those that a posterior is of.
     """
-    layers = scenario.clouds.layers
-    if layer is None and len(layers) != 1:
-        told = f"{len(layers)} layers; say which the posterior is of, allowed: layer 0 to {len(layers) - 1}"
-        if not layers:
-            told = "the scenario has no clouds; allowed: a cloud layer"
-        raise ScenarioError([Problem("clouds.layers", told)], origin)
-    number = layer or 0
-    if not 0 <= number < len(layers):
-        told = f"layer {number} given; allowed: 0 to {len(layers) - 1}"
-        raise ScenarioError([Problem("clouds.layers", told)], origin)
+    layers, number = scenario.clouds.layers, layer or 0
     path = "clouds" if len(layers) == 1 else f"clouds.layers.{number}"
-    if layers[number].generator not in ("fractal", f"{OWN_DISTRIBUTION}/fractal"):
-        told = f"{shown(layers[number].generator)}; a posterior is of clouds of the generator, allowed: 'fractal'"
-        raise ScenarioError([Problem(f"{path}.generator", told)], origin)
-    return path
+    if not layers:
+        problem = Problem("clouds.layers", "the scenario has no clouds; allowed: a cloud layer")
+    elif layer is None and len(layers) > 1:
+        problem = Problem(
+            "clouds.layers",
+            f"{len(layers)} layers; say which the posterior is of, allowed: layer 0 to {len(layers) - 1}",
+        )
+    elif not 0 <= number < len(layers):
+        problem = Problem("clouds.layers", f"layer {number} given; allowed: 0 to {len(layers) - 1}")
+    elif layers[number].generator not in ("fractal", f"{OWN_DISTRIBUTION}/fractal"):
+        message = f"{shown(layers[number].generator)}; a posterior describes clouds of the generator 'fractal'"
+        problem = Problem(f"{path}.generator", message)
+    else:
+        return path
+    raise ScenarioError([problem], origin)
 
 
 def overlap_problems(
     source: UncertainScenario, sample_keys: Sequence[str], posterior_keys: Sequence[str]
 ) -> Iterator[Problem]:
     """Yield what is both uncertain and given otherwise: by the posterior, or by ``--set``."""
-    for key in sample_keys:
-        for other in posterior_keys:
-            if keys_overlap(key, other):
-                yield Problem(
-                    f"{UNCERTAIN}.{key}", f"overlaps {other}, which the posterior has values for; allowed: one of both"
-                )
-        for other in source.overrides:
-            if keys_overlap(key, other):
-                yield Problem(
-                    f"{UNCERTAIN}.{key}", f"is uncertain, but {other} is set to one value; allowed: one of both"
-                )
+    for key, other in product(sample_keys, posterior_keys):
+        if keys_overlap(key, other):
+            message = f"overlaps {other}, which the posterior has values for; allowed: one of both"
+            yield Problem(f"{UNCERTAIN}.{key}", message)
+    yield from key_problems(UNCERTAIN, sample_keys, "uncertain", _KEYS, source.overrides)
 
 
 def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tuple[Scenario, ...]]:
     """Make and check the scenarios of all draws of all mixtures.
 
-    Raises ScenarioError with all problems, each told once, with the draws that have it and their values.
-
-    Returns
-    -------
-    dict of str to tuple of Scenario
-        By the name of the mixture.
+    Scenarios are returned by the name of the mixture. Raises ScenarioError with all problems, each once, with the draws
+    that have it and their values.
     """
-    found: dict[str, tuple[Scenario, ...]] = {}
+    scenarios: dict[str, tuple[Scenario, ...]] = {}
     wrong: dict[Problem, list[tuple[Mixture, int]]] = {}
     for mixture in sample.mixtures:
         if mixture.name == OTHER_SEED:
             continue  # the same but for a number
-        made = []
+        drawn = []
         for draw in range(sample.count):
             try:
-                made.append(source.scenario({**sample.overrides(mixture, draw), **_SUMMED_UP}))
+                drawn.append(source.scenario({**sample.overrides(mixture, draw), **_SUMMED_UP}))
             except ScenarioError as error:
                 for problem in error.problems:
                     wrong.setdefault(problem, []).append((mixture, draw))
-        found[mixture.name] = tuple(made)
+        scenarios[mixture.name] = tuple(drawn)
     if wrong:
         raise ScenarioError(_told(wrong, sample), source.origin)
-    same = found[sample.mixtures[0].name]
-    found[OTHER_SEED] = tuple(
+    same = scenarios[sample.mixtures[0].name]
+    scenarios[OTHER_SEED] = tuple(
         each.model_copy(update={SEED: int(seed)}) for each, seed in zip(same, sample.seeds[B], strict=True)
     )
-    return found
+    return scenarios
 
 
 def with_draw(error: ScenarioError, sample: JointSample, mixture: Mixture, draw: int) -> ScenarioError:
@@ -258,12 +212,9 @@ def with_draw(error: ScenarioError, sample: JointSample, mixture: Mixture, draw:
 
 
 def numbers_of(sample: JointSample, scenarios: Sequence[Scenario]) -> Array:
-    """Return the inputs of the first sample as numbers (draw, input): SI, instants in seconds since 1970.
+    """Return the inputs of the first sample, whose scenarios are given, as numbers (draw, input).
 
-    Parameters
-    ----------
-    scenarios : sequence of Scenario
-        Of the draws.
+    Numbers are SI, instants are seconds since 1970.
     """
     columns = [sample.rows[A].T]
     for each in sample.keys:
@@ -287,18 +238,10 @@ def _told(wrong: Mapping[Problem, list[tuple[Mixture, int]]], sample: JointSampl
         problem, mixture, draw = each[0]
         values = sample.overrides(mixture, draw)
         values.pop(SEED)
-        own = {key: value for key, value in values.items() if _is_about(field, key)}
-        told = ", ".join(f"{key} = {shown(value)}" for key, value in (own or values).items())
+        dotted = field.replace("[", ".").replace("]", "")
+        own = {key: value for key, value in values.items() if keys_overlap(dotted, key)}
+        listed = ", ".join(f"{key} = {shown(value)}" for key, value in (own or values).items())
         others = sorted({number for _, _, number in each} - {draw})
-        more = f"; also wrong: {_plural('draw', len(others))} {ranges(others)}" if others else ""
+        more = f"; also wrong: draw{'s' if len(others) > 1 else ''} {ranges(others)}" if others else ""
         which = "" if mixture.name == sample.mixtures[0].name else f" with {mixture.name}"
-        yield Problem(field, f"{problem.message} (draw {draw}{which}: {told}{more})")
-
-
-def _plural(noun: str, number: int) -> str:
-    return noun if number == 1 else f"{noun}s"
-
-
-def _is_about(field: str, key: str) -> bool:
-    plain = field.replace("[", ".").replace("]", "")
-    return keys_overlap(plain, key)
+        yield Problem(field, f"{problem.message} (draw {draw}{which}: {listed}{more})")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,6 @@ from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.sweeps.axis import axis_of
 
 _OF_POPULATION = ("mean_", "spread_")
-_PAIR = ("Lx", "Ly")
 
 
 @dataclass(frozen=True)
@@ -69,9 +68,8 @@ class PosteriorDraws:
         posterior = read_posterior(path)
         names, columns, images = _columns(posterior, path)
         fixed = {name: value for name, value in posterior.fixed.items() if name in PARAMETERS}
-        for name in _PAIR:
-            if (name in (*names, *fixed)) != (_PAIR[0] in (*names, *fixed)):
-                raise PosteriorError(f"cannot use {path}: it has only one of Lx and Ly, allowed: both or none")
+        if ("Lx" in (*names, *fixed)) != ("Ly" in (*names, *fixed)):
+            raise PosteriorError(f"cannot use {path}: it has only one of Lx and Ly, allowed: both or none")
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         about = {name: value for name, value in posterior.attributes.items() if isinstance(value, str)}
         octaves = _octaves(posterior, path)
@@ -83,13 +81,7 @@ class PosteriorDraws:
         return np.asarray(self.samples[chosen])
 
     def keys(self, layer: str) -> tuple[str, ...]:
-        """Return the keys of a scenario that the posterior has values for.
-
-        Parameters
-        ----------
-        layer : str
-            ``clouds``, or ``clouds.layers.0`` and so on.
-        """
+        """Return the keys of a scenario that the posterior has values for, in ``clouds`` or ``clouds.layers.0``."""
         return tuple(self.overrides(layer, np.zeros(len(self.names))))
 
     def overrides(self, layer: str, row: Array) -> dict[str, Any]:
@@ -130,13 +122,7 @@ def _octaves(posterior: Posterior, path: Path) -> tuple[int, int] | None:
 
 
 def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: int) -> tuple[str, ...]:
-    """Return what users of a posterior should know.
-
-    Parameters
-    ----------
-    count : int
-        Draws that are taken.
-    """
+    """Return what users of a posterior should know, if ``count`` draws of it are used."""
     notes = []
     number = int(layer.rpartition(".")[2]) if layer != "clouds" else 0
     if "coverage" in draws.names and scenario.clouds.layers[number].coverage_mode == "frame":
@@ -154,10 +140,10 @@ def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: 
             f"{count} draws are taken of the {draws.samples.shape[0]} that the posterior has, some more than once"
         )
     if draws.fixed or draws.octaves is not None:
-        told = ", ".join(f"{name} = {value:g}" for name, value in draws.fixed.items())
+        fixed = [f"{name} = {value:g}" for name, value in draws.fixed.items()]
         if draws.octaves is not None:
-            told += f"{', ' if told else ''}octaves k = {draws.octaves[0]} to {draws.octaves[1]}"
-        notes.append(f"fixed by the posterior, whatever the scenario says: {told}")
+            fixed.append(f"octaves k = {draws.octaves[0]} to {draws.octaves[1]}")
+        notes.append(f"fixed by the posterior, whatever the scenario says: {', '.join(fixed)}")
     return tuple(notes)
 
 
@@ -247,17 +233,12 @@ class JointSample:
     keys: tuple[UncertainKey, ...]
     values: Mapping[str, tuple[Any, ...]]
     seeds: NDArray[np.int64]
-    mixtures: tuple[Mixture, ...] = field(default=())
+    mixtures: tuple[Mixture, ...]
 
     @property
     def count(self) -> int:
         """Number of draws."""
         return int(self.seeds.shape[1])
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """Inputs that are independent of each other, but for the seed."""
-        return (*((POSTERIOR,) if self.posterior is not None else ()), *(each.key for each in self.keys))
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -301,14 +282,14 @@ def joint_sample(
     if posterior is not None:
         rows = np.stack([posterior.rows(count, source) for source in _sources(seed, "posterior")])
     seeds = np.stack([np.random.default_rng(each).integers(2**63 - 1, size=count) for each in _sources(seed, "scene")])
-    sample = JointSample(
-        posterior, layer, rows, tuple(keys), {each.key: each.values(2 * count, seed) for each in keys}, seeds
-    )
+    # Inputs that are independent of each other, but for the seed.
+    groups = (*((POSTERIOR,) if posterior is not None else ()), *(each.key for each in keys))
     mixtures = [Mixture(DRAWS, frozenset()), Mixture(OTHER_SEED, frozenset({SEED}))]
     if pick_freeze:
-        mixtures.append(Mixture(ALL_OTHERS, frozenset({SEED, *sample.groups})))
-        mixtures += [Mixture(f"other {name}", frozenset({name})) for name in sample.groups]
-    return JointSample(posterior, layer, rows, sample.keys, sample.values, sample.seeds, tuple(mixtures))
+        mixtures.append(Mixture(ALL_OTHERS, frozenset({SEED, *groups})))
+        mixtures += [Mixture(f"other {name}", frozenset({name})) for name in groups]
+    values = {each.key: each.values(2 * count, seed) for each in keys}
+    return JointSample(posterior, layer, rows, tuple(keys), values, seeds, tuple(mixtures))
 
 
 def _sources(seed: int, what: str) -> list[np.random.SeedSequence]:
