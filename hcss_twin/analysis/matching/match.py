@@ -126,7 +126,7 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
     budget : int
         Images that the search may simulate; 0 keeps the start.
     progress : callable, optional
-        Is told after each step how many images it simulated.
+        Called after each step with the number of images that it simulated.
     """
     if seed < 0 or budget < 0:
         raise ImageError(f"seed, budget: {seed} and {budget} given, allowed: 0 or more")
@@ -136,19 +136,19 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
     structure = image_structure(image.level, lags)
     start = fit_variogram(underlying_structure(image.level, structure), image)
     first = start.parameters.model_copy(update={"brightness_exponent": brightness_exponent(image)})
-    found, simulations = first, 0
+    best, simulations = first, 0
     if budget > 0:
-        finish = refine(image, structure, first, tuple(range(seed, seed + SEARCH_SEEDS)), budget, progress)
-        found, simulations = finish.parameters, finish.simulations
-    found = rounded(found)
+        refinement = refine(image, structure, first, tuple(range(seed, seed + SEARCH_SEEDS)), budget, progress)
+        best, simulations = refinement.parameters, refinement.simulations
+    best = rounded(best)
     fresh = tuple(range(seed + _APART, seed + _APART + FRESH_SEEDS))
-    images = [simulate_image(found, image.coverage, image, each) for each in fresh]
+    images = [simulate_image(best, image.coverage, image, each) for each in fresh]
     begun = [simulate_image(first, image.coverage, image, each) for each in fresh] if budget else images
     simulated = mean_structure([image_structure(each.level, lags) for each in images])
     quantities = compare(image, images)
     return Match(
         target=target,
-        parameters=found,
+        parameters=best,
         quantities=quantities,
         rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in images),
         seeds=fresh,
@@ -157,7 +157,7 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
         start_misfit=start.misfit,
         start_rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in begun),
         simulations=simulations,
-        unmatched=(*_at_limits(found, image), *describe_unmatched(quantities, structure, simulated)),
+        unmatched=(*_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),
     )
 
 
@@ -165,18 +165,10 @@ def rounded(parameters: FractalParameters) -> FractalParameters:
     """Round H, L and the brightness exponent to four digits: what is written is what was judged."""
     if parameters.H is None or parameters.L is None:
         raise ValueError("parameters: H and L must be given")
-    x, y = parameters.L
-    return parameters.model_copy(
-        update={
-            "H": _digits(parameters.H),
-            "L": (_digits(x), _digits(y)),
-            "brightness_exponent": _digits(parameters.brightness_exponent),
-        }
+    hurst, x, y, exponent = (
+        float(f"{each:.4g}") for each in (parameters.H, *parameters.L, parameters.brightness_exponent)
     )
-
-
-def _digits(value: float) -> float:
-    return float(f"{value:.4g}")
+    return parameters.model_copy(update={"H": hurst, "L": (x, y), "brightness_exponent": exponent})
 
 
 def _at_limits(parameters: FractalParameters, image: CloudImage) -> list[str]:
@@ -226,7 +218,7 @@ def clouds_fragment(
     for comment in (
         *comments,
         f"Judged at: image = {{rows = {rows}, columns = {columns}, pixel_size = {image.pixel_size_m:g}}}",
-        f"The type {cloud_type} gives height and particles, which grey levels do not tell.",
+        f"The type {cloud_type} gives height and particles, which grey levels do not determine.",
     ):
         # A comment in TOML holds no control characters, a file name may.
         plain = "".join(letter if letter.isprintable() else "?" for letter in comment)

@@ -124,33 +124,24 @@ def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Match
         ("anisotropy", "semivariance along y / along x, 1-2 pixels", "anisotropy", _CLOSE_RATIO, True),
         ("aspect", "length along x / along y", "aspect", _CLOSE_RATIO, True),
     )  # fmt: skip
-    quantities = [
-        _quantity(name, meaning, getattr(measured, field), [getattr(s, field) for s in shapes], close, ratio)
-        for name, meaning, field, close, ratio in rows
-    ]
+    quantities = []
+    for name, meaning, field, close, is_ratio in rows:
+        values = [getattr(each, field) for each in shapes]
+        mean, spread = float(np.mean(values)), float(np.std(values))
+        quantities.append(MatchedQuantity(name, meaning, getattr(measured, field), mean, spread, close, is_ratio))
     levels = [each.mean_level for each in simulations]
-    quantities.append(_quantity("level", "mean grey level of cloud", image.mean_level, levels, _CLOSE_RATIO, True))
+    mean, spread = float(np.mean(levels)), float(np.std(levels))
+    meaning = "mean grey level of cloud"
+    quantities.append(MatchedQuantity("level", meaning, image.mean_level, mean, spread, _CLOSE_RATIO))
     for name, meaning, measure in (
         ("oblique", "ratio of differences along the two diagonals", obliqueness),
         ("uneven", "scatter of the coverage of the four quarters", unevenness),
     ):
         values = [measure(each) for each in simulations]
-        limit = _FAR_OUTSIDE * float(np.std(values))
-        quantities.append(_quantity(name, meaning, measure(image), values, limit, False, is_one_sided=True))
+        mean, spread = float(np.mean(values)), float(np.std(values))
+        limit = _FAR_OUTSIDE * spread
+        quantities.append(MatchedQuantity(name, meaning, measure(image), mean, spread, limit, False, True))
     return tuple(quantities)
-
-
-def _quantity(
-    name: str,
-    meaning: str,
-    image: float,
-    simulated: Sequence[float],
-    tolerance: float,
-    is_ratio: bool,
-    is_one_sided: bool = False,
-) -> MatchedQuantity:
-    mean, spread = float(np.mean(simulated)), float(np.std(simulated))
-    return MatchedQuantity(name, meaning, image, mean, spread, tolerance, is_ratio, is_one_sided)
 
 
 def describe_unmatched(

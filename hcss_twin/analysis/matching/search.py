@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares, minimize
 
 from hcss_twin.analysis.matching.structure import CloudImage, Structure, image_structure, mean_structure, simulate_image
-from hcss_twin.analysis.measures.morphology import Morphology, morphology_errors
+from hcss_twin.analysis.measures.morphology import morphology_errors
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
@@ -162,14 +162,14 @@ _STEPS = np.array([0.08, 0.35, 0.35, 0.3])
 
 @dataclass(frozen=True)
 class Refinement:
-    """What the simulations found.
+    """Result of the refinement.
 
     Attributes
     ----------
     parameters : FractalParameters
         Complete.
     objective : float
-        What was made small; see :func:`refine`.
+        The minimised quantity; see :func:`refine`.
     simulations : int
         Images that were simulated.
     """
@@ -190,15 +190,9 @@ class _Search:
         seeds: tuple[int, ...],
         progress: Progress | None,
     ) -> None:
-        self._image = image
-        self._structure = structure
-        self._measured: Morphology = image.morphology()
-        self._start = start
-        self._seeds = seeds
-        self._progress = progress
-        self.best = start
-        self.objective = math.inf
-        self.simulations = 0
+        self._image, self._structure, self._measured = image, structure, image.morphology()
+        self._start, self._seeds, self._progress = start, seeds, progress
+        self.best, self.objective, self.simulations = start, math.inf, 0
 
     def __call__(self, unknowns: Array) -> float:
         parameters = self._parameters(unknowns)
@@ -220,14 +214,9 @@ class _Search:
         return objective
 
     def _parameters(self, unknowns: Array) -> FractalParameters:
-        hurst, *cells, exponent = (float(value) for value in unknowns)
-        return self._start.model_copy(
-            update={
-                "H": hurst,
-                "L": reference_cells(np.exp(cells), self._image),
-                "brightness_exponent": math.exp(exponent),
-            }
-        )
+        hurst, *logarithms, exponent = (float(value) for value in unknowns)
+        cells = reference_cells(np.exp(logarithms), self._image)
+        return self._start.model_copy(update={"H": hurst, "L": cells, "brightness_exponent": math.exp(exponent)})
 
 
 def _log_ratio(simulated: list[float], measured: float) -> float:
@@ -244,8 +233,8 @@ def refine(
 ) -> Refinement:
     """Refine H, L and the brightness exponent by Nelder and Mead's simplex with common random numbers.
 
-    Made small is sqrt(E + w^2 (v + a^2 + g^2 + u^2 d^2)): E is the mean over seeds of the square of eq 24's RMSE, v the
-    mean square of ln(simulated / measured) semivariance, a and g those logarithms of the anisotropy and of the mean
+    The objective is sqrt(E + w^2 (v + a^2 + g^2 + u^2 d^2)): E is the mean over seeds of the square of eq 24's RMSE, v
+    the mean square of ln(simulated / measured) semivariance, a and g those logarithms of the anisotropy and of the mean
     grey level, d the difference of surface dimensions; w = 0.15 and u = 2. E holds the scatter between realisations
     too, so that parameters are preferred whose every image is like the measured one.
 
@@ -265,7 +254,7 @@ def refine(
     budget : int
         Images to simulate at most; one step at least.
     progress : callable, optional
-        Is told after each step how many images it simulated.
+        Called after each step with the number of images that it simulated.
     """
     if start.H is None or start.L is None:
         raise ValueError("start: H and L must be given")

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE, checked_image, checked_levels, checked_mask, finite_range
-from hcss_twin.analysis.measures.fractal_dimension import DimensionEstimate, EstimatorCalibration
+from hcss_twin.analysis.measures.fractal_dimension import DimensionEstimate, estimator_calibration
 from hcss_twin.core.errors import ImageError
 
 
@@ -162,7 +162,7 @@ def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
         s *= 2
     dimension = -float(np.polyfit(log_side, log_count, 1)[0])
     # The table is kept by the dimension of the surface, which is one greater.
-    error = EstimatorCalibration.load().standard_error("boundary", dimension + 1.0, min(cloudy.shape))
+    error = estimator_calibration().standard_error("boundary", dimension + 1.0, min(cloudy.shape))
     return DimensionEstimate(dimension, error, "box counting of the boundary")
 
 
@@ -231,7 +231,7 @@ def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: b
     raw = -float(np.polyfit(log_side, log_count, 1)[0])
     if not calibrated:
         return DimensionEstimate(raw, math.nan, f"differential box counting, {levels} levels, raw")
-    measured = EstimatorCalibration.load()
+    measured = estimator_calibration()
     dimension = measured.calibrated("box counting, raw", raw, side)
     error = math.nan
     if side >= _SMALLEST_SURE:

@@ -16,11 +16,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import fftfreq, rfft2, rfftfreq
+from scipy.fft import fftfreq, rfftfreq
 
-from hcss_twin.analysis.measures.checks import checked_image, finite_range
-from hcss_twin.analysis.measures.power_spectrum import hann, without_plane
+from hcss_twin.analysis.measures.checks import checked_image
+from hcss_twin.analysis.measures.power_spectrum import windowed_power
 from hcss_twin.analysis.measures.semivariance import semivariances
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 
 
@@ -58,15 +59,10 @@ class EstimatorCalibration:
         Mean and standard deviation of each estimator over the surfaces; of "boundary" plus one, so that all would be D.
     """
 
-    log_size: NDArray[np.float64]
-    dimension: NDArray[np.float64]
-    mean: dict[str, NDArray[np.float64]]
-    spread: dict[str, NDArray[np.float64]]
-
-    @classmethod
-    def load(cls) -> EstimatorCalibration:
-        """Return what the package carries."""
-        return _load()
+    log_size: Array
+    dimension: Array
+    mean: dict[str, Array]
+    spread: dict[str, Array]
 
     def standard_error(self, method: str, dimension: float, size: float, larger: bool = True) -> float:
         """Return the root mean square error of ``method`` for an estimate ``dimension``.
@@ -110,7 +106,8 @@ class EstimatorCalibration:
 
 
 @cache
-def _load() -> EstimatorCalibration:
+def estimator_calibration() -> EstimatorCalibration:
+    """Return the calibration that the package carries."""
     content = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
     tables = content["methods"].items()
     return EstimatorCalibration(
@@ -165,14 +162,8 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     low, high = default_band(side) if band is None else band
     if not 0.0 < low < high <= 0.5:
         raise ImageError(f"band: {low} to {high} given, allowed: 0 < low < high <= 0.5 cycles per pixel")
-    pixels, least, greatest = finite_range("image", pixels)
-    span = greatest - least
-    surface = without_plane((pixels.astype(np.float64) - least) / span)
-    if np.abs(surface).max() < 1e-9:
-        raise ImageError("image: a plane, allowed: values that vary otherwise")
-    rows, columns = surface.shape
-    surface *= hann(rows)[:, None] * hann(columns)
-    power = np.abs(rfft2(surface, overwrite_x=True)) ** 2
+    rows, columns = pixels.shape
+    power, _ = windowed_power(pixels)
     wavenumber = np.hypot(fftfreq(rows)[:, None], rfftfreq(columns)).ravel()
     rings = max(3, round(_RINGS_PER_OCTAVE * math.log2(high / low)))
     inside = np.flatnonzero((wavenumber >= low) & (wavenumber < high))
@@ -195,7 +186,7 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     place = np.bincount(ring, share * logs, rings)[full] / waves[full]
     slope = float(np.polyfit(place, np.log(mean_power), 1, w=np.sqrt(waves[full]))[0])
     dimension = 4.0 + slope / 2.0
-    error = EstimatorCalibration.load().standard_error("spectrum", dimension, side) if band is None else math.nan
+    error = estimator_calibration().standard_error("spectrum", dimension, side) if band is None else math.nan
     return DimensionEstimate(dimension, error, f"spectrum, {low:.3g} to {high:.3g} cycles per pixel")
 
 
@@ -243,7 +234,7 @@ def variogram_dimension(
     listed = ", ".join(str(lag) for lag in found.lags)
     dimension = float(3.0 - slope / 2.0)
     if tuple(found.lags) == (1, 2):
-        error = EstimatorCalibration.load().standard_error("variogram", dimension, math.sqrt(float(pairs.min()) / 2.0))
+        error = estimator_calibration().standard_error("variogram", dimension, math.sqrt(float(pairs.min()) / 2.0))
     else:
         error = math.nan
     return DimensionEstimate(dimension, error, f"variogram, lags {listed}")

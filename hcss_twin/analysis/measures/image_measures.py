@@ -15,6 +15,7 @@ from hcss_twin.analysis.measures.checks import complete_part
 from hcss_twin.analysis.measures.fractal_dimension import DimensionEstimate, spectral_dimension, variogram_dimension
 from hcss_twin.analysis.measures.morphology import GREY_LEVELS, Morphology, morphology
 from hcss_twin.analysis.measures.power_spectrum import PowerSpectrum, power_spectrum
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 
 
@@ -50,7 +51,7 @@ class ImageMeasures:
     left_out: tuple[str, ...]
 
 
-def measure_image(values: NDArray[np.float64], level: NDArray[np.float32], known: NDArray[np.bool_]) -> ImageMeasures:
+def measure_image(values: Array, level: NDArray[np.float32], known: NDArray[np.bool_]) -> ImageMeasures:
     """Measure an image of values and the grey levels of its clouds.
 
     Raises ImageError if the clouds cannot be measured (see ``morphology``).
@@ -121,8 +122,8 @@ class TemporalAutocorrelation:
     """
 
     lag: NDArray[np.int64]
-    lag_s: NDArray[np.float64]
-    correlation: NDArray[np.float64]
+    lag_s: Array
+    correlation: Array
     pairs: NDArray[np.int64]
     pixels: int
 
@@ -149,9 +150,7 @@ class TemporalAutocorrelation:
         return int(below[0]) if below.size else 0
 
 
-def temporal_autocorrelation(
-    frames: NDArray[Any], seconds: NDArray[np.float64] | None = None
-) -> TemporalAutocorrelation:
+def temporal_autocorrelation(frames: NDArray[Any], seconds: Array | None = None) -> TemporalAutocorrelation:
     """Correlate images with later ones at fixed pixels.
 
     The correlation of two images is that of their pixels, each image less its own mean. Whatever moves through the
@@ -237,7 +236,7 @@ def distribution_distance(first: NDArray[Any], second: NDArray[Any]) -> Distribu
     )
 
 
-def _sorted(name: str, values: NDArray[Any]) -> NDArray[np.float64]:
+def _sorted(name: str, values: NDArray[Any]) -> Array:
     flat = np.asarray(values, dtype=np.float64).ravel()
     flat = np.sort(flat[~np.isnan(flat)])
     if flat.size == 0:
@@ -245,14 +244,12 @@ def _sorted(name: str, values: NDArray[Any]) -> NDArray[np.float64]:
     return flat
 
 
-def _cumulative_difference(
-    one: NDArray[np.float64], other: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _cumulative_difference(one: Array, other: Array) -> tuple[Array, Array]:
     """Return the steps between all values, and |F1 - F2| on each; one sort serves both distances."""
     every = np.concatenate([one, other])
     every.sort(kind="stable")
     places = every[:-1]
-    difference: NDArray[np.float64] = np.abs(
+    difference: Array = np.abs(
         np.searchsorted(one, places, side="right") / one.size
         - np.searchsorted(other, places, side="right") / other.size
     )

@@ -18,6 +18,7 @@ from hcss_twin.analysis.measures.box_counting import body_dimension, boundary_di
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE, checked_image, checked_mask, complete_part, range_within
 from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, to_grey_levels
 from hcss_twin.analysis.measures.semivariance import semivariances
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 
 
@@ -183,7 +184,7 @@ def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, fl
     return dimension, ratio, _ratio_of_lengths(along_x, along_y)
 
 
-def _ratio_of_lengths(along_x: NDArray[np.float64], along_y: NDArray[np.float64]) -> float:
+def _ratio_of_lengths(along_x: Array, along_y: Array) -> float:
     """Return the mean ratio of lags with equal semivariance, from its logarithms at lags 1, 2, 4, ..."""
     # Where sampling noise lets a variogram fall it is continued level, so that it can be inverted.
     rising_x, rising_y = np.maximum.accumulate(along_x), np.maximum.accumulate(along_y)

@@ -22,19 +22,15 @@ class PosteriorModel(Protocol):
     @property
     def names(self) -> tuple[str, ...]:
         """Name of each dimension."""
-        ...
 
     def log_probability(self, position: Array) -> Array:
         """Return ln of the posterior density (N,) of positions (N, D)."""
-        ...
 
     def moves(self) -> list[tuple[Any, float]]:
         """Return emcee's moves and their weights."""
-        ...
 
     def values(self, position: Array) -> dict[str, Array]:
         """Return the parameters (...) or (..., image) at positions (..., D)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -110,7 +106,7 @@ class Convergence:
 
     @property
     def fraction(self) -> float:
-        """How far they are on the way, at least 1 where they have converged; never more than a rough guess."""
+        """Rough part of the way to convergence; 1 or more where chains have converged."""
         parts = [
             self.steps / (LONGEST * float(np.max(self.autocorrelation_time))),
             float(np.min(self.effective_size)) / self.wanted,
@@ -200,10 +196,6 @@ class MarkovChains:
         """Steps after the burn-in."""
         return slice(int(BURN_IN * self.positions.shape[0]), None)
 
-    def judge(self, wanted: float) -> Convergence:
-        """Measure their convergence."""
-        return judge(self.positions[self.kept], wanted)
-
 
 def walkers_of(dimensions: int) -> int:
     """Return how many walkers a space of so many dimensions gets, an even number."""
@@ -238,28 +230,17 @@ def converge(
     chains: MarkovChains,
     wanted: float,
     most_steps: int,
-    told: Callable[[MarkovChains, Convergence | None], None],
+    after_block: Callable[[MarkovChains, Convergence | None], None],
 ) -> tuple[MarkovChains, Convergence]:
-    """Go on until chains have converged, or to the limit.
+    """Sample until every parameter has an effective sample size of ``wanted``, or to the limit of steps per walker.
 
-    Parameters
-    ----------
-    model : PosteriorModel
-        Of which the density and the moves are taken.
-    chains : MarkovChains
-        From :func:`begin`, or from an earlier run.
-    wanted : float
-        Effective sample size of every parameter.
-    most_steps : int
-        Limit, steps per walker.
-    told : callable
-        Is told of the chains after each block.
+    ``after_block`` is called with the chains and their convergence, so far as it is known, after each block.
     """
     while True:
         done = chains.positions.shape[0]
-        found = chains.judge(wanted) if done >= _FIRST else None
-        told(chains, found)
-        if found is not None and (found.has_converged or done >= most_steps):
-            return chains, found
+        convergence = judge(chains.positions[chains.kept], wanted) if done >= _FIRST else None
+        after_block(chains, convergence)
+        if convergence is not None and (convergence.has_converged or done >= most_steps):
+            return chains, convergence
         block = _FIRST - done if done < _FIRST else max(_FIRST, done // _GROWTH)
         chains = extend(model, chains, max(1, min(block, most_steps - done)))

@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from hcss_twin.core.arrays import Array
@@ -99,22 +98,6 @@ class EstimatorNoise:
             basis,
             min(_FREEDOM, left),
         )
-
-    def log_likelihood(self, positions: Array, residuals: Array) -> Array:
-        """Return ln of the density (N,) of residuals (N, S) at positions (N, P), up to a constant.
-
-        Multivariate t instead of normal: simulated residuals have heavier tails (a kurtosis of 3.5 to 5), and the
-        correlation matrix is an estimate.
-        """
-        white, log_deviation = self._white(positions, residuals)
-        square = np.sum(white * white, axis=1)
-        density = -0.5 * (self.freedom + white.shape[1]) * np.log1p(square / self.freedom)
-        density = np.where(self.has_learned(positions), density, -np.inf)
-        return np.asarray(density - np.sum(log_deviation, axis=1))
-
-    def has_learned(self, positions: Array) -> NDArray[np.bool_]:
-        """Return whether positions (N, P) lie within those of the simulations (N,)."""
-        return np.asarray(np.all(np.abs(positions - self.centre) <= self.width + 1e-9, axis=1))
 
     def _white(self, positions: Array, residuals: Array) -> tuple[Array, Array]:
         """Return independent residuals of unit variance, and ln of the standard deviation, both (N, S)."""

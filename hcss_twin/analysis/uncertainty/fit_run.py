@@ -10,7 +10,7 @@ import json
 import time
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -139,11 +139,9 @@ def _spread_priors(space: Space, priors: Mapping[str, str], several: bool) -> tu
     for name in given:
         if name not in space.names:
             raise PosteriorOptionError(f"prior of {SPREAD}{name}: {name} is not free; leave it out")
+    usual = {name: f"uniform:{_MIN_SPREAD}:{KINDS[name].widest}" for name in space.names}
     return tuple(
-        Prior.parse(
-            f"{SPREAD}{name}", given.get(name, f"uniform:{_MIN_SPREAD}:{KINDS[name].widest}"), 0.0, float("inf")
-        )
-        for name in space.names
+        Prior.parse(f"{SPREAD}{name}", given.get(name, usual[name]), 0.0, float("inf")) for name in space.names
     )
 
 
@@ -161,17 +159,9 @@ class FitState:
 
 
 class Checkpoint:
-    """Writes and reads states of one fit.
+    """The file with the state of one fit; ``fingerprint`` is a hash of all that the chains depend on."""
 
-    Parameters
-    ----------
-    path : Path or None
-        File; None keeps nothing.
-    fingerprint : str
-        Of all that the chains depend on.
-    """
-
-    def __init__(self, path: Path | None, fingerprint: str) -> None:
+    def __init__(self, path: Path, fingerprint: str) -> None:
         self._path = path
         self._fingerprint = fingerprint
         self._written = 0.0
@@ -181,7 +171,7 @@ class Checkpoint:
 
         Raises PosteriorError if the file is damaged or is of another fit.
         """
-        if self._path is None or not self._path.exists():
+        if not self._path.exists():
             return None
         remedy = f"delete {self._path} to begin anew"
         try:
@@ -201,11 +191,11 @@ class Checkpoint:
             raise PosteriorError(f"{self._path}: damaged state of a fit: {error}; {remedy}") from error
 
     def write(self, state: FitState, now: bool = False) -> None:
-        """Write a state, not more often than every few seconds unless told to.
+        """Write a state, at most every few seconds unless ``now``.
 
         Raises PosteriorError if the file cannot be written.
         """
-        if self._path is None or (not now and time.monotonic() - self._written < _SECONDS_APART):
+        if not now and time.monotonic() - self._written < _SECONDS_APART:
             return
         arrays: dict[str, NDArray[np.generic]] = {
             f"noise_{i}_{f.name}": np.asarray(getattr(noise, f.name))
@@ -221,13 +211,12 @@ class Checkpoint:
         self._written = time.monotonic()
 
     def remove(self) -> None:
-        """Forget the state."""
-        if self._path is not None:
-            self._path.unlink(missing_ok=True)
+        """Forget the state: the posterior has been written."""
+        self._path.unlink(missing_ok=True)
 
 
 Progress = Callable[[str, float], None]
-"""Is told what is being done, and which part of that is done."""
+"""Called with what is being done, and which part of it is done."""
 
 
 class FitRun:
@@ -244,30 +233,24 @@ class FitRun:
     ) -> None:
         if not output.absolute().parent.is_dir():
             raise PosteriorError(f"cannot write {output}: there is no folder {output.absolute().parent}")
-        self._options = options
-        self._space = space
-        self._spreads = spreads
-        self.told: Progress = progress or (lambda _what, _part: None)
+        self._options, self._space, self._spreads = options, space, spreads
+        self.progress: Progress = progress or (lambda _what, _part: None)
         text = json.dumps([__version__, data, self.about(), options.seed, sorted(space.fixed.items())])
         digest = hashlib.sha256(text.encode()).hexdigest()
-        self._checkpoint = Checkpoint(output.with_name(f"{output.name}.state"), digest)
+        self.checkpoint = Checkpoint(output.with_name(f"{output.name}.state"), digest)
 
     def about(self) -> dict[str, Any]:
-        """Return attributes of the file that say what was asked."""
+        """Return the attributes of the file that describe the options."""
         priors = {name: prior.text for name, prior in self._space.priors.items()}
         for name, prior in zip(self._space.names, self._spreads, strict=False):
             priors[f"{SPREAD}{name}"] = prior.text
-        chosen = asdict(self._options)
+        options = self._options
         return {
             "priors": json.dumps(priors),
-            "octaves": list(chosen["octaves"]),
-            "smallest_lag": chosen["smallest_lag"],
-            "misfit": chosen["misfit"],
+            "octaves": list(options.octaves),
+            "smallest_lag": options.smallest_lag,
+            "misfit": options.misfit,
         }
-
-    def resume(self) -> FitState | None:
-        """Return what an earlier run left."""
-        return self._checkpoint.read()
 
     def sample(
         self,
@@ -284,19 +267,20 @@ class FitRun:
         noises = tuple(each.noise for each in likelihoods if each.noise is not None)
         chains = self._start(model, pilots) if state is None else state.chains
 
-        def told(chains: MarkovChains, found: Convergence | None) -> None:
-            self._checkpoint.write(FitState(noises, chains))
-            self.told("sampling", 0.0 if found is None else min(found.fraction, 1.0))
+        def after_block(chains: MarkovChains, convergence: Convergence | None) -> None:
+            self.checkpoint.write(FitState(noises, chains))
+            self.progress("sampling", 0.0 if convergence is None else min(convergence.fraction, 1.0))
 
-        chains, found = converge(model, chains, options.samples, options.most_steps, told)
-        if not found.has_converged:
-            self._checkpoint.write(FitState(noises, chains), now=True)
-            raise PosteriorError(_refusal(found, model.names, options, chains))
-        return chains, found
-
-    def done(self) -> None:
-        """Forget the state: the posterior has been written."""
-        self._checkpoint.remove()
+        chains, convergence = converge(model, chains, options.samples, options.most_steps, after_block)
+        if not convergence.has_converged:
+            self.checkpoint.write(FitState(noises, chains), now=True)
+            lines = "\n  ".join(convergence.complaints(model.names))
+            raise PosteriorError(
+                f"not converged after {chains.positions.shape[0]} steps; no posterior is written\n  {lines}\n"
+                f"allow more steps (now {options.most_steps}; a new run continues these chains), fix a parameter that "
+                "the data do not constrain (gamma), or give narrower priors"
+            )
+        return chains, convergence
 
     def _start(self, model: SingleModel | PopulationModel, pilots: Sequence[Array]) -> MarkovChains:
         rng = np.random.default_rng(np.random.SeedSequence([self._options.seed, 2]))
@@ -304,12 +288,3 @@ class FitRun:
         drawn = [pilot[rng.permutation(pilot.shape[0])[:walkers]] for pilot in pilots]
         start = model.start(rng, drawn) if isinstance(model, PopulationModel) else drawn[0]
         return begin(model.log_probability, start, int(rng.integers(0, 2**31)))
-
-
-def _refusal(found: Convergence, names: tuple[str, ...], options: FitOptions, chains: MarkovChains) -> str:
-    lines = "\n  ".join(found.complaints(names))
-    return (
-        f"not converged after {chains.positions.shape[0]} steps; no posterior is written\n  {lines}\n"
-        f"allow more steps (now {options.most_steps}; the chains so far are kept and gone on with), fix a parameter "
-        "that the data do not tell (gamma), or give narrower priors"
-    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -220,16 +220,9 @@ def _check_header(path: Path, attributes: Mapping[str, Any]) -> None:
 
 def _write_chains(file: Any, chains: Mapping[str, Array], diagnostics: Mapping[str, Diagnostic]) -> None:
     for name, values in chains.items():
-        told = diagnostics[name]
-        _write(file, name, ("chain", "draw", "image")[: values.ndim], values, told.long_name)
-        file[name].setncatts(
-            {
-                "prior": told.prior,
-                "autocorrelation_time_steps": float(told.autocorrelation_time_steps),
-                "effective_sample_size": float(told.effective_sample_size),
-                "split_r_hat": float(told.split_r_hat),
-            }
-        )
+        attributes = asdict(diagnostics[name])
+        _write(file, name, ("chain", "draw", "image")[: values.ndim], values, attributes.pop("long_name"))
+        file[name].setncatts(attributes)
 
 
 def _write_trace(file: Any, names: Sequence[str], values: Array) -> None:

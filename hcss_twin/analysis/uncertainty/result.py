@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -108,15 +109,13 @@ def write_result(
 
     Raises PosteriorError if the file cannot be written.
     """
-    import json
-
     every = math.ceil(float(np.max(convergence.autocorrelation_time)))
     kept = chains.positions[chains.kept][::every].swapaxes(0, 1)
     density = chains.log_probability[chains.kept][::every].T
     values = model.values(kept)
     priors = json.loads(about["priors"])
     more = {name: value for name, value in about.items() if name != "priors"}
-    told = list(notes)
+    lines = list(notes)
     variogram = None
     if likelihoods:
         rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
@@ -128,19 +127,21 @@ def write_result(
         more["image_coverage"] = [each.data.coverage for each in likelihoods]
         more["pixel_size_m"] = [each.data.pixel_size_m for each in likelihoods]
         for (name, _), likelihood, each in zip(inputs, likelihoods, drawn, strict=True):
-            told += _at_edges(name, likelihood, each, space)
-        told += [_suspicion(name, p) for (name, _), p in zip(inputs, p_values, strict=True) if p < SUSPICIOUS]
-    more["notes"] = "\n".join(told)
+            lines += _at_edges(name, likelihood, each, space)
+        lines += [
+            f"{name}: no fractal field has such a variogram (posterior predictive p = {p:.2g}): intervals are too "
+            "narrow; a misfit greater than 0 or a larger smallest lag allows for that."
+            for (name, _), p in zip(inputs, p_values, strict=True)
+            if p < SUSPICIOUS
+        ]
+    more["notes"] = "\n".join(lines)
     step = math.ceil(chains.positions.shape[0] / _LONGEST_TRACE)
     traced = model.values(chains.positions[::step].swapaxes(0, 1))
     names, rows = [], []
     for name, value in traced.items():
-        if value.ndim == 2:
-            names.append(name)
-            rows.append(value)
-        else:
-            names += [f"{name}[{image}]" for image in range(value.shape[2])]
-            rows += [value[..., image] for image in range(value.shape[2])]
+        several = value.ndim == 3
+        names += [f"{name}[{image}]" for image in range(value.shape[2])] if several else [name]
+        rows += [value[..., image] for image in range(value.shape[2])] if several else [value]
     write_posterior(
         path,
         title=_TITLE,
@@ -148,7 +149,7 @@ def write_result(
         chains=values,
         log_probability=density,
         diagnostics=_diagnostics(model, values, convergence, priors),
-        fixed={} if not space.fixed else space.fixed,
+        fixed=space.fixed,
         priors=priors,
         seed=seed,
         trace=(names, np.stack(rows)),
@@ -172,7 +173,7 @@ def _diagnostics(
     priors: Mapping[str, str],
 ) -> dict[str, Diagnostic]:
     """Return what each variable says; of the parameters of several images, the worst image's."""
-    found = {}
+    diagnostics = {}
     for name in values:
         columns = [i for i, each in enumerate(model.names) if each == name or each.startswith(f"{name}[")]
         plain = name.removeprefix("mean_").removeprefix("spread_")
@@ -184,14 +185,14 @@ def _diagnostics(
             meaning = f"standard deviation in the population{_ON_SCALE[kind.scale.kind]}: {meaning}"
         elif len(columns) > 1 or isinstance(model, PopulationModel):
             prior = "the population"
-        found[name] = Diagnostic(
+        diagnostics[name] = Diagnostic(
             meaning,
             prior,
             float(np.max(convergence.autocorrelation_time[columns])),
             float(np.min(convergence.effective_size[columns])),
             float(np.max(convergence.split_r_hat[columns])),
         )
-    return found
+    return diagnostics
 
 
 def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> list[str]:
@@ -208,13 +209,6 @@ def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Spac
         if part > _CROWDED:
             lines.append(
                 f"{name}: {part:.0%} of the draws of {parameter} lie at the edge of the prior, or of what was "
-                "simulated: it is a limit and not a result."
+                "simulated: the interval shows that limit, not the data."
             )
     return lines
-
-
-def _suspicion(name: str, p_value: float) -> str:
-    return (
-        f"{name}: no fractal field has such a variogram (posterior predictive p = {p_value:.2g}): intervals are too "
-        "narrow; a misfit greater than 0 or a larger smallest lag allows for that."
-    )
