@@ -13,6 +13,7 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from itertools import islice
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -37,11 +38,8 @@ _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})"
 class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
     """What the points of one process share; they take turns, because the netCDF library is not thread safe.
 
-    Parameters
-    ----------
-    is_ours : bool
-        Whether the process was started for the sweep. Ctrl-C in a terminal reaches it too, but it is ended by who
-        started it.
+    ``is_ours`` says whether the process was started for the sweep: Ctrl-C in a terminal reaches it too, but it is ended
+    by the process that started it.
     """
 
     name = "hcss-point-worker"
@@ -66,15 +64,10 @@ def compute_on_worker(task: PointTask) -> PointOutcome:
 
 
 class Cluster:
-    """Workers that share the folder of the sweep.
+    """Workers that share the folder of the sweep; ``is_ours`` if they were started for it.
 
-    Each has one point in hand and one waiting. Who dies takes both along: they are tried once more when the others are
-    done, each alone on its worker, so that only the one that kills has failed.
-
-    Parameters
-    ----------
-    is_ours : bool
-        Whether the workers were started for the sweep.
+    Each computes one point while one waits. A worker that dies takes both along: they are tried once more when the
+    others are done, each alone on its worker, so that only the one that kills its worker has failed.
     """
 
     def __init__(self, client: Any, is_ours: bool) -> None:
@@ -90,17 +83,14 @@ class Cluster:
         try:
             while True:
                 workers = max(1, len(self._client.nthreads()))
-                found: list[tuple[int, PointTask]] = []
+                following: list[tuple[int, PointTask]] = []
                 if not alone or not under_way:
                     alone = False
-                    while len(under_way) + len(found) < IN_HAND * workers:
-                        following = schedule.next()
-                        if following is None:
-                            break
-                        found.append(following)
-                if not under_way and not found:
-                    alone, found, suspects = True, suspects[:workers], suspects[workers:]
-                for each in found:
+                    room = IN_HAND * workers - len(under_way)
+                    following = list(islice(iter(schedule.next, None), max(0, room)))
+                if not under_way and not following:
+                    alone, following, suspects = True, suspects[:workers], suspects[workers:]
+                for each in following:
                     future = self._submit(each[1])
                     under_way[future] = each
                     finished.add(future)

@@ -322,16 +322,9 @@ NOT_COMPARED = frozenset({"date_created", "history", "id", FORMAT_ATTRIBUTE})
 class Differences:
     """What a dataset needs its own dimensions for.
 
-    Attributes
-    ----------
-    attributes : mapping
-        Global attributes whose values differ, with the type of a variable that holds them.
-    variables : frozenset of str
-        Coordinates whose values differ.
-    starts : bool
-        Whether the first frames are at different instants.
-    moves : bool
-        Whether images lie at different places.
+    These are global attributes whose values differ, with the type of a variable that holds them, and coordinates whose
+    values differ; ``starts`` says whether first frames are at different instants, ``moves`` whether images lie at
+    different places.
     """
 
     attributes: Mapping[str, Any]

@@ -107,15 +107,9 @@ class SweepFolder:
     def open(self, versions: Mapping[str, str], force: bool) -> Iterator[None]:
         """Claim the folder for this sweep while the block runs, and read what is known of it.
 
-        Raises SweepError if it holds another sweep or something else, another process is writing to it, or it cannot be
-        written.
-
-        Parameters
-        ----------
-        versions : mapping of str to str
-            Of what has a share in the numbers; those of an earlier run must be the same.
-        force : bool
-            Remove what an earlier sweep, or this one, left there.
+        The versions of what contributes to the numbers must be those of an earlier run. ``force`` removes what an
+        earlier sweep, or this one, left there. Raises SweepError if the folder holds another sweep or something else,
+        another process is writing to it, or it cannot be written.
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)

@@ -58,7 +58,7 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     coefficients = planck_coefficients(paths[0]) if first.units == UNITS else None
     kelvin: Callable[[Array], Array] | None = coefficients.kelvin if coefficients is not None else None
     if is_kelvin(first.units):
-        kelvin = _same
+        kelvin = np.asarray
     match = _WAVELENGTH.search(first.band)
     turned = [_northward(image) for image in images]
     return Footage(
@@ -80,10 +80,6 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
         truth=None,
         kelvin=kelvin,
     )
-
-
-def _same(values: Array) -> Array:
-    return values
 
 
 def _method(choice: EvaluationChoice, image: Image) -> Method:
@@ -128,25 +124,11 @@ def open_footage(
     stack: ExitStack,
     like: Footage | None,
 ) -> Footage:
-    """Open an image, several images or a cube.
+    """Open an image, several images or a cube, which ``stack`` closes.
 
-    Parameters
-    ----------
-    title : str
-        REAL or SIM, for messages.
-    stack : ExitStack
-        Closes a cube.
-    like : Footage, optional
-        What it will be compared with.
-
-    Raises
-    ------
-    CatalogError
-        If there is no such file, or it is not a usable image.
-    CubeError
-        If a cube cannot be read or lacks what is asked for.
-    ImageError
-        If a choice does not fit the file.
+    ``title`` is REAL or SIM, for messages; ``like`` is what it will be compared with. Raises CatalogError if there is
+    no such file or it is not a usable image, CubeError if a cube cannot be read or lacks what is asked for, and
+    ImageError if a choice does not fit the file.
     """
     choice.check()
     paths = [Path(source)] if isinstance(source, str | os.PathLike) else [Path(each) for each in source]

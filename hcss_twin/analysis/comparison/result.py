@@ -39,12 +39,10 @@ class FrameResult:
 
 @dataclass(frozen=True)
 class Pictured:
-    """The frame that is drawn.
+    """The frame that is drawn, rows northward.
 
     Attributes
     ----------
-    values : ndarray (rows, columns)
-        Rows northward.
     level : ndarray of float32 (rows, columns)
         0 clear, 1 to 255.
     known : ndarray of bool (rows, columns)

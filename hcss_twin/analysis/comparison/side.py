@@ -33,25 +33,12 @@ MEANINGS: dict[Method, str] = {
 def grey_clouds(
     values: Array, bright: bool, method: Method, choice: EvaluationChoice, truth: NDArray[np.bool_] | None
 ) -> NDArray[np.float32]:
-    """Return the grey levels of a frame: 0 clear or missing, 1 to 255 cloudy, not rounded.
+    """Return the grey levels of a frame (rows, columns): 0 clear or missing, 1 to 255 cloudy, not rounded.
 
     Eq 7 of the HCSS paper: linear from the threshold (the least cloudy value, where the mask is no threshold) to the
-    99.9th percentile of the cloudy pixels.
-
-    Raises ImageError if there is no contrast or no cloud.
-
-    Parameters
-    ----------
-    values : ndarray (rows, columns)
-        NaN where missing.
-    bright : bool
-        Whether large values are cloud.
-    method : str
-        How cloud is found, not ``auto``.
-    choice : EvaluationChoice
-        Coverage and window.
-    truth : ndarray of bool or None
-        Cloud mask, for method ``truth``.
+    99.9th percentile of the cloudy pixels. ``values`` (rows, columns) are NaN where missing, ``bright`` says whether
+    large ones are cloud, ``method`` is not ``auto``, and ``truth`` is the mask of method ``truth``. Raises ImageError
+    if there is no contrast or no cloud.
     """
     known = ~np.isnan(values)
     if not known.any():
@@ -94,16 +81,9 @@ _INVISIBLE = 1e-3
 
 @dataclass(frozen=True)
 class FrameArrays:
-    """What is measured of one frame.
+    """One frame (rows, columns): values, NaN where there is none; grey levels, 0 clear or missing, 1 to 255 cloudy.
 
-    Attributes
-    ----------
-    values : ndarray (rows, columns)
-        NaN where there is none.
-    level : ndarray of float32 (rows, columns)
-        Grey level: 0 clear or missing, 1 to 255 cloudy.
-    known : ndarray of bool (rows, columns)
-        Whether a pixel is known to be cloudy or clear.
+    ``known`` says whether a pixel is known to be cloudy or clear.
     """
 
     values: Array
@@ -113,15 +93,9 @@ class FrameArrays:
 
 @dataclass(frozen=True)
 class ComparedSide:
-    """How frames of one side are brought to what is compared.
+    """How frames of one side are converted to the compared quantity and cut to the compared part (rows, columns).
 
-    Attributes
-    ----------
-    title : str
-        REAL or SIM, for messages.
-    quantity : {"kelvin", "unit", "grey levels"}
-    part : tuple of slice
-        Rows and columns.
+    ``title`` is REAL or SIM, for messages.
     """
 
     title: str
@@ -163,16 +137,9 @@ class ComparedSide:
 
 @dataclass(frozen=True)
 class SideMeasures:
-    """What was found in the frames of one side.
+    """Measures of the frames of one side, with their numbers; labels of the others, and why they were excluded.
 
-    Attributes
-    ----------
-    numbers : tuple of int
-        Of these frames.
-    left_out : tuple of (str, str)
-        Labels of the others, and why.
-    kept : ndarray of float32 (T, rows, columns)
-        Values, thinned by ``step`` along both axes.
+    ``kept`` (T, rows, columns) holds the values, thinned by ``step`` along both axes.
     """
 
     frames: tuple[FrameResult, ...]

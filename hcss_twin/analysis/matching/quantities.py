@@ -58,7 +58,6 @@ _CLOSE_SEMIVARIANCE = 0.25
 
 # What no parameter changes differs if it lies this many standard deviations of the simulations outside.
 _FAR_OUTSIDE = 2.0
-EQ24 = ("EV", "Den", "DP", "FD")
 
 
 @dataclass(frozen=True)

@@ -67,14 +67,9 @@ _TOLERANCE = 1.02
 
 @dataclass(frozen=True)
 class VariogramFit:
-    """Where the simulations start.
+    """Where the simulations start, with complete parameters.
 
-    Attributes
-    ----------
-    parameters : FractalParameters
-        Complete.
-    misfit : float
-        Root mean square of ln(expected / inferred) over lags and axes, the shortest lags counted more.
+    The misfit is the root mean square of ln(expected / inferred) over lags and axes, the shortest lags counted more.
     """
 
     parameters: FractalParameters
@@ -85,14 +80,9 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
     """Fit gamma, H, L and kmax to the variogram of the field under an image.
 
     The normal scores of a frame have unit variance in the frame; the field has less there, where its cells are large
-    (:func:`frame_variance`). The expected variogram is divided by that. Raises ImageError if nothing fits at all.
-
-    Parameters
-    ----------
-    underlying : Structure
-        From :func:`hcss_twin.analysis.matching.structure.underlying_structure`.
-    image : CloudImage
-        Its size and pixels.
+    (:func:`frame_variance`). The expected variogram is divided by that. ``underlying`` is from
+    :func:`underlying_structure`; of the image only its size and pixels matter. Raises ImageError if nothing fits at
+    all.
     """
     kernel = KernelCorrelation.tabulate()
     rows, columns = image.level.shape
@@ -162,17 +152,7 @@ _STEPS = np.array([0.08, 0.35, 0.35, 0.3])
 
 @dataclass(frozen=True)
 class Refinement:
-    """Result of the refinement.
-
-    Attributes
-    ----------
-    parameters : FractalParameters
-        Complete.
-    objective : float
-        The minimised quantity; see :func:`refine`.
-    simulations : int
-        Images that were simulated.
-    """
+    """Result of the refinement: complete parameters, the minimised quantity of :func:`refine`, and images simulated."""
 
     parameters: FractalParameters
     objective: float
@@ -235,26 +215,13 @@ def refine(
 
     The objective is sqrt(E + w^2 (v + a^2 + g^2 + u^2 d^2)): E is the mean over seeds of the square of eq 24's RMSE, v
     the mean square of ln(simulated / measured) semivariance, a and g those logarithms of the anisotropy and of the mean
-    grey level, d the difference of surface dimensions; w = 0.15 and u = 2. E holds the scatter between realisations
-    too, so that parameters are preferred whose every image is like the measured one.
+    grey level, d the difference of surface dimensions; w = 0.15 and u = 2. E includes the scatter between realisations,
+    so that parameters are preferred whose every image is like the measured one.
 
     The same seeds at every step make it a smooth function, whose minimum depends on them: judge the result with others.
-    Raises ImageError if a simulated image does not vary.
-
-    Parameters
-    ----------
-    image : CloudImage
-        What is to be matched.
-    structure : Structure
-        Its semivariances.
-    start : FractalParameters
-        Complete; gamma and k stay.
-    seeds : tuple of int
-        Realisations per step.
-    budget : int
-        Images to simulate at most; one step at least.
-    progress : callable, optional
-        Called after each step with the number of images that it simulated.
+    ``start`` is complete, and its gamma and k stay; ``budget`` limits the images to simulate, one step at least;
+    ``progress`` is called after each step with the number of images that it simulated. Raises ImageError if a simulated
+    image does not vary.
     """
     if start.H is None or start.L is None:
         raise ValueError("start: H and L must be given")

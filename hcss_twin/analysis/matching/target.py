@@ -71,16 +71,9 @@ class ImageChoice:
 
 @dataclass(frozen=True)
 class Target:
-    """A cloud image and what was done to get it.
+    """The part of an image that is matched, the name of its file, and notes.
 
-    Attributes
-    ----------
-    image : CloudImage
-        The part that is matched.
-    source : str
-        Name of the file.
-    notes : tuple of str
-        Which part it is, how clouds were found, what is nominal or missing.
+    The notes say which part it is, how clouds were found, and what is nominal or missing.
     """
 
     image: CloudImage

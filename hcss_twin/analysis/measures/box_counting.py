@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE, checked_image, checked_levels, checked_mask, finite_range
@@ -18,15 +17,10 @@ from hcss_twin.core.errors import ImageError
 def box_extremes(
     grey: NDArray[np.uint8], least_too: bool = True
 ) -> Iterator[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]]:
-    """Yield (side, greatest, least) for boxes of side 1, 2, 4, ... up to the shorter side of the image.
+    """Yield (side, greatest, least) for boxes of side 1, 2, 4, ... up to the shorter side of an image (rows, columns).
 
-    Boxes start at the first pixel; those that would reach over the last are left out.
-
-    Parameters
-    ----------
-    grey : ndarray of uint8 (rows, columns)
-    least_too : bool
-        False saves half the work and yields the greatest twice.
+    Boxes start at the first pixel; those that would reach over the last are excluded. Without ``least_too`` half the
+    work is saved and the greatest is yielded twice.
     """
     side, greatest, least = 1, grey, grey
     while True:
@@ -34,34 +28,16 @@ def box_extremes(
         if min(greatest.shape) < 2:
             return
         side *= 2
-        greatest = greatest_of_four(greatest)
-        least = least_of_four(least) if least_too else greatest
+        greatest = _of_four(np.maximum, greatest)
+        least = _of_four(np.minimum, least) if least_too else greatest
 
 
-@njit(cache=True, nogil=True)
-def greatest_of_four(values: Any) -> Any:
-    """Return the greatest value in boxes of 2 x 2, (rows // 2, columns // 2)."""
-    rows, columns = values.shape[0] // 2, values.shape[1] // 2
-    result = np.empty((rows, columns), values.dtype)
-    for i in range(rows):
-        for j in range(columns):
-            upper = max(values[2 * i, 2 * j], values[2 * i, 2 * j + 1])
-            lower = max(values[2 * i + 1, 2 * j], values[2 * i + 1, 2 * j + 1])
-            result[i, j] = max(upper, lower)
-    return result
-
-
-@njit(cache=True, nogil=True)
-def least_of_four(values: Any) -> Any:
-    """Return the least value in boxes of 2 x 2, (rows // 2, columns // 2)."""
-    rows, columns = values.shape[0] // 2, values.shape[1] // 2
-    result = np.empty((rows, columns), values.dtype)
-    for i in range(rows):
-        for j in range(columns):
-            upper = min(values[2 * i, 2 * j], values[2 * i, 2 * j + 1])
-            lower = min(values[2 * i + 1, 2 * j], values[2 * i + 1, 2 * j + 1])
-            result[i, j] = min(upper, lower)
-    return result
+def _of_four(extreme: np.ufunc, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the extreme value in boxes of 2 x 2, (rows // 2, columns // 2)."""
+    rows, columns = (size - size % 2 for size in values.shape)
+    upper = extreme(values[:rows:2, :columns:2], values[:rows:2, 1:columns:2])
+    lower = extreme(values[1:rows:2, :columns:2], values[1:rows:2, 1:columns:2])
+    return np.asarray(extreme(upper, lower))
 
 
 def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstimate:
@@ -101,7 +77,7 @@ def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstim
         if s > side // 2:
             break
         boxes = np.ceil(np.arange(levels) * (side / (s * levels))).astype(np.int64)
-        total = _sum(boxes, greatest)
+        total = int(boxes[greatest].sum())
         if total == 0:
             raise ImageError(
                 f"grey: clear in all whole boxes of {s} x {s} pixels, allowed: cloud (a level above 0) there"
@@ -112,17 +88,8 @@ def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstim
     return DimensionEstimate(-slope, math.nan, f"box counting of the body, {levels} levels")
 
 
-@njit(cache=True, nogil=True)
-def _sum(boxes: Any, greatest: Any) -> int:
-    total = 0
-    for i in range(greatest.shape[0]):
-        for j in range(greatest.shape[1]):
-            total += boxes[greatest[i, j]]
-    return total
-
-
 # The largest box is at most this part of the shorter side.
-_LARGEST_BOX = 4
+_LARGEST_BOUNDARY_BOX = 4
 
 
 def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
@@ -153,7 +120,7 @@ def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
         raise ImageError(f"mask: {'cloudy' if cloudy[0, 0] else 'clear'} everywhere, allowed: both, for a boundary")
     log_side, log_count = [], []
     s = 2
-    while s <= min(cloudy.shape) // _LARGEST_BOX:
+    while s <= min(cloudy.shape) // _LARGEST_BOUNDARY_BOX:
         down, across = round(rows / s), round(columns / s)
         box = np.zeros(down * across, dtype=np.bool_)
         box[(row * down // rows) * across + column * across // columns] = True
@@ -175,7 +142,7 @@ def _checked(mask: Any) -> NDArray[np.bool_]:
 
 
 # The largest box is at most this part of the shorter side: larger ones are few and only add scatter.
-_LARGEST_BOX_of_differential_box_counting = 8
+_LARGEST_SURFACE_BOX = 8
 
 # Below, there are two sizes of box.
 _SMALLEST_SURE = 64
@@ -215,17 +182,18 @@ def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: b
     if calibrated and levels != 256:
         raise ImageError(f"levels: {levels} given, allowed: 256 for a calibrated value, or any with calibrated=False")
     pixels, low, high = finite_range("image", pixels)
-    grey = _stretched(pixels, low, levels / (high - low), levels)
+    steps = ((pixels.astype(np.float64) - low) * (levels / (high - low))).astype(np.int32)
+    grey = np.minimum(steps, levels - 1).astype(np.uint8)
     side = min(grey.shape)
     log_side, log_count = [], []
     for s, greatest, least in box_extremes(grey):
         if s == 1:
             continue
-        if s > side // _LARGEST_BOX_of_differential_box_counting:
+        if s > side // _LARGEST_SURFACE_BOX:
             break
         box = np.floor(np.arange(levels) * (side / (s * levels))).astype(np.int64)
         columns = greatest.size
-        count = _difference(box, greatest, least) / columns + 1.0
+        count = int((box[greatest] - box[least]).sum()) / columns + 1.0
         log_side.append(math.log(s))
         log_count.append(math.log(count) - 2.0 * math.log(s))
     raw = -float(np.polyfit(log_side, log_count, 1)[0])
@@ -237,25 +205,3 @@ def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: b
     if side >= _SMALLEST_SURE:
         error = measured.standard_error("box counting, calibrated", dimension, side, larger=False)
     return DimensionEstimate(dimension, error, "differential box counting, 256 levels, calibrated")
-
-
-@njit(cache=True, nogil=True)
-def _stretched(pixels: Any, low: float, steps_per_unit: float, levels: int) -> Any:
-    """Return grey levels 0 .. levels - 1 as uint8 (rows, columns)."""
-    rows, columns = pixels.shape
-    grey = np.empty((rows, columns), np.uint8)
-    top = np.int32(levels - 1)
-    for i in range(rows):
-        for j in range(columns):
-            step = np.int32((np.float64(pixels[i, j]) - low) * steps_per_unit)
-            grey[i, j] = min(step, top)
-    return grey
-
-
-@njit(cache=True, nogil=True)
-def _difference(box: Any, greatest: Any, least: Any) -> int:
-    total = 0
-    for i in range(greatest.shape[0]):
-        for j in range(greatest.shape[1]):
-            total += box[greatest[i, j]] - box[least[i, j]]
-    return total

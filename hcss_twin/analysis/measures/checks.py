@@ -91,41 +91,18 @@ def range_within(name: str, image: NDArray[Any], mask: NDArray[np.bool_] | None)
 
     Raises ImageError if one of these pixels is not finite.
     """
-    if mask is None:
-        low, high = float(image.min()), float(image.max())
-    else:
-        low, high = _range_within(image, mask)
+    inside = image if mask is None else image[mask]
+    low, high = (float(inside.min()), float(inside.max())) if inside.size else (math.inf, -math.inf)
     if math.isnan(low) or low == -math.inf or high == math.inf:
         raise ImageError(f"{name}: a cloudy pixel is not finite, allowed: finite numbers")
     return low, high
 
 
-@njit(cache=True, nogil=True)
-def _range_within(image: Any, mask: Any) -> tuple[float, float]:
-    low, high = np.inf, -np.inf
-    broken = False
-    for i in range(image.shape[0]):
-        for j in range(image.shape[1]):
-            if mask[i, j]:
-                value = np.float64(image[i, j])
-                low, high = min(low, value), max(high, value)
-                broken |= value != value
-    return (np.nan, np.nan) if broken else (low, high)
-
-
 def complete_part(valid: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return rows and columns of the largest rectangle in which all pixels are valid.
+    """Return rows and columns of the largest rectangle in which all pixels are valid (rows, columns).
 
-    Box counts and spectra need full rectangles; this one invents no value.
-
-    Parameters
-    ----------
-    valid : ndarray of bool (rows, columns)
-
-    Returns
-    -------
-    tuple of slice
-        Empty where no pixel is valid; the first in reading order of those equally large.
+    Box counts and spectra need full rectangles; this one invents no value. It is empty where no pixel is valid, and the
+    first in reading order of those equally large.
     """
     mask = checked_mask("valid", valid, np.asarray(valid).shape)
     if mask.all():

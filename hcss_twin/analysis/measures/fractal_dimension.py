@@ -27,17 +27,10 @@ from hcss_twin.core.errors import ImageError
 
 @dataclass(frozen=True)
 class DimensionEstimate:
-    """A fractal dimension and how far to trust it.
+    """A fractal dimension, 2 to 3 of a grey-level surface and 1 to 2 of a boundary, with the method and its settings.
 
-    Attributes
-    ----------
-    dimension : float
-        Fractal dimension: 2 to 3 of a grey-level surface, 1 to 2 of a boundary.
-    standard_error : float
-        Root mean square error (bias and spread) of the estimator on surfaces of this dimension and size, as measured in
-        docs/fractal-dimension.md; NaN where it was not measured.
-    method : str
-        Name of the estimator and its settings.
+    The standard error is the root mean square error (bias and spread) of the estimator on surfaces of this dimension
+    and size, as measured in docs/development/fractal-dimension.md; NaN where it was not measured.
     """
 
     dimension: float
@@ -67,19 +60,10 @@ class EstimatorCalibration:
     def standard_error(self, method: str, dimension: float, size: float, larger: bool = True) -> float:
         """Return the root mean square error of ``method`` for an estimate ``dimension``.
 
-        Linear in D and in the logarithm of the size, and constant beyond the roughest, smoothest and smallest surfaces
-        measured. An estimate outside 2 to 3 is wrong by that much at least, which is added in quadrature.
-
-        Parameters
-        ----------
-        method : str
-            Name in the table.
-        dimension : float
-            The estimate.
-        size : float
-            Shorter side of the image, or the root of its number of pixels.
-        larger : bool
-            Whether the error of the largest surfaces stands for still larger ones, or NaN.
+        ``size`` is the shorter side of the image, or the root of its number of pixels. Linear in D and in the logarithm
+        of the size, and constant beyond the roughest, smoothest and smallest surfaces measured; beyond the largest as
+        well, or NaN unless ``larger``. An estimate outside 2 to 3 is wrong by that much at least, which is added in
+        quadrature.
         """
         place = math.log(size)
         if place > self.log_size[-1] + 1e-9 and not larger:

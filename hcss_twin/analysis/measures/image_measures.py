@@ -54,16 +54,9 @@ class ImageMeasures:
 def measure_image(values: Array, level: NDArray[np.float32], known: NDArray[np.bool_]) -> ImageMeasures:
     """Measure an image of values and the grey levels of its clouds.
 
-    Raises ImageError if the clouds cannot be measured (see ``morphology``).
-
-    Parameters
-    ----------
-    values : ndarray of float64 (rows, columns)
-        Any unit; NaN where there is none. At least 32 x 32 pixels.
-    level : ndarray of float32 (rows, columns)
-        Grey level: 0 where clear or missing, 1 to 255 where cloudy.
-    known : ndarray of bool (rows, columns)
-        Whether a pixel is known to be cloudy or clear; others count for nothing.
+    ``values`` (rows, columns), at least 32 x 32, have any unit and are NaN where there is none; ``level`` is 0 where
+    clear or missing and 1 to 255 where cloudy; pixels that are not ``known`` to be cloudy or clear do not count. Raises
+    ImageError if the clouds cannot be measured (see ``morphology``).
     """
     valid = ~np.isnan(values)
     shape = morphology(level, level > 0.0, known)

@@ -50,7 +50,10 @@ class BatchVariogram:
     def __call__(
         self, shapes: Array, lags: NDArray[np.int64], pixel_size_m: float, rows: int, columns: int
     ) -> tuple[Array, Array]:
-        """Return semivariograms along x, then along y, and the variance within one frame.
+        """Return semivariograms along x, then along y, (N, 2 M), and the expected variance within one frame (N,).
+
+        The semivariogram is 1 - correlation of the field, whose variance is 1; the variance is that of
+        :func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`.
 
         Parameters
         ----------
@@ -58,17 +61,6 @@ class BatchVariogram:
             H, gamma, Lx, Ly; L in cells per 16 km.
         lags : ndarray of int64 (M,)
             Pixels, 1 or more.
-        pixel_size_m : float
-            Side of a pixel.
-        rows, columns : int
-            The frame.
-
-        Returns
-        -------
-        semivariogram : ndarray (N, 2 M)
-            1 - correlation of the field, whose variance is 1.
-        variance : ndarray (N,)
-            Expected within the frame (:func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`).
         """
         semivariogram = np.empty((shapes.shape[0], 2 * lags.size))
         variance = np.empty(shapes.shape[0])

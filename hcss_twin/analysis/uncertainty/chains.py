@@ -175,16 +175,9 @@ _PER_DIMENSION, _FEWEST_WALKERS = 4, 32
 
 @dataclass(frozen=True)
 class MarkovChains:
-    """What has been sampled so far.
+    """All steps so far: positions (steps, walkers, D) and ln of their densities (steps, walkers).
 
-    Attributes
-    ----------
-    positions : ndarray (steps, walkers, D)
-        All steps.
-    log_probability : ndarray (steps, walkers)
-        Of them.
-    random_state : tuple
-        Of numpy's Mersenne twister after the last step.
+    ``random_state`` is that of numpy's Mersenne twister after the last step.
     """
 
     positions: Array

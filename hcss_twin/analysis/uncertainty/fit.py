@@ -211,28 +211,12 @@ _INSIDE = 1e-4
 def prepare(
     likelihood: ImageLikelihood, space: Space, seed: np.random.SeedSequence, progress: Callable[[int], None]
 ) -> tuple[ImageLikelihood, Array]:
-    """Learn the scatter, first over the prior and then, twice, where the posterior lies.
+    """Learn the scatter of the statistics, first over the prior and then, twice, where the posterior lies.
 
-    The final likelihood is 0 outside the positions of the last simulations, which reach beyond four standard deviations
-    of the posterior: nothing is extrapolated. Raises PosteriorError if simulated images do not vary.
-
-    Parameters
-    ----------
-    likelihood : ImageLikelihood
-        Without noise.
-    space : Space
-        Free parameters.
-    seed : SeedSequence
-        Of all that is random.
-    progress : callable
-        Called with the number of further simulations that are done, the sum of ``SIMULATIONS`` in all.
-
-    Returns
-    -------
-    likelihood : ImageLikelihood
-        With noise.
-    start : ndarray (N, free)
-        Positions where walkers may start: the likelier half of draws of the pilot's posterior.
+    The likelihood that is returned is 0 outside the positions of the last simulations, which reach beyond four standard
+    deviations of the posterior: nothing is extrapolated. Beside it positions (N, free) are returned where walkers may
+    start: the likelier half of draws of the pilot's posterior. ``progress`` is called with the number of further
+    simulations that are done. Raises PosteriorError if simulated images do not vary.
     """
     rng = np.random.default_rng(seed)
     broad, *near = SIMULATIONS

@@ -230,23 +230,10 @@ class ImageData:
         return float(ndtri(1.0 - self.coverage))
 
     def simulate(self, shape: Array, octaves: tuple[int, int], seed: int) -> tuple[Array, float]:
-        """Measure a simulated image of this size, of these lags and of this many cloudy pixels.
+        """Measure a simulated image of this size and this many cloudy pixels, with H, gamma, Lx, Ly of ``shape`` (4,).
 
-        Parameters
-        ----------
-        shape : ndarray (4,)
-            H, gamma, Lx, Ly.
-        octaves : (int, int)
-            First and last.
-        seed : int
-            Realisation.
-
-        Returns
-        -------
-        variogram : ndarray (2 M,)
-            As :attr:`variogram`.
-        threshold : float
-            Of the field V, above which these pixels lie: that of the sky.
+        Returned are its variogram (2 M,), as :attr:`variogram`, and the threshold of the field V above which its cloudy
+        pixels lie: that of the sky.
         """
         hurst, gamma, cells_x, cells_y = (float(each) for each in shape)
         parameters = FractalParameters(gamma=gamma, H=hurst, L=(cells_x, cells_y), k=octaves)

@@ -179,17 +179,8 @@ class ImageLikelihood:
     def expected(self, shapes: Array) -> tuple[Array, Array]:
         """Return what the statistics are without correction, and the analytic size of their scatter.
 
-        Parameters
-        ----------
-        shapes : ndarray (N, 4)
-            H, gamma, Lx, Ly.
-
-        Returns
-        -------
-        mean : ndarray (N, S)
-            ln of semivariances, and the threshold if coverage is used.
-        size : ndarray (N,)
-            Standard deviation of a frame's mean.
+        For H, gamma, Lx, Ly (N, 4): ln of semivariances, and the threshold if coverage is used, (N, S); and the
+        standard deviation of a frame's mean (N,).
         """
         data = self.data
         semivariance, variance = self.variogram(shapes, data.lags, data.pixel_size_m, data.rows, data.columns)
@@ -231,14 +222,8 @@ class ImageLikelihood:
     def residuals(self, values: Array) -> tuple[Array, Array, Array]:
         """Return how far the image is from what is expected of H, gamma, Lx, Ly, coverage (N, 5).
 
-        Returns
-        -------
-        positions : ndarray (N, 4)
-            Of H, gamma, Lx, Ly on their scales.
-        residuals : ndarray (N, S)
-            In units of the size.
-        size : ndarray (N,)
-            As of :meth:`expected`.
+        These are positions of H, gamma, Lx, Ly on their scales (N, 4), residuals in units of the size (N, S), and the
+        size (N,) of :meth:`expected`.
         """
         shapes = values[:, : len(SHAPE)]
         mean, size = self.expected(shapes)

@@ -171,16 +171,8 @@ class ParameterScale:
 class ParameterKind:
     """What is known of a parameter before any image.
 
-    Attributes
-    ----------
-    long_name : str
-        Meaning.
-    low, high : float
-        Open limits of what the generator takes.
-    scale : ParameterScale
-        Where chains move.
-    widest : float
-        Greatest spread of a population on the scale, by default.
+    ``low`` and ``high`` are open limits of what the generator takes; chains move on ``scale``, on which ``widest`` is
+    the greatest default spread of a population.
     """
 
     long_name: str

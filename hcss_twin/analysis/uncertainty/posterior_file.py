@@ -30,20 +30,11 @@ _AXES = ("x", "y")
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """What a variable of the file says about itself.
+    """Attributes of a variable of the file.
 
-    Attributes
-    ----------
-    long_name : str
-        Meaning.
-    prior : str
-        As given, for example ``uniform:0.02:0.98``.
-    autocorrelation_time_steps : float
-        Integrated autocorrelation time, steps of the sampler.
-    effective_sample_size : float
-        Steps of all walkers after burn-in, divided by it.
-    split_r_hat : float
-        Of the halves of all walkers.
+    The prior is written as given, for example ``uniform:0.02:0.98``; the integrated autocorrelation time is in steps of
+    the sampler, the effective sample size is steps of all walkers after burn-in divided by it, and split R-hat is of
+    the halves of all walkers.
     """
 
     long_name: str

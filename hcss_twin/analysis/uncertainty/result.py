@@ -30,22 +30,9 @@ def predictive_check(
 ) -> tuple[VariogramCheck, list[float]]:
     """Compare images with replicates drawn from the posterior.
 
-    Parameters
-    ----------
-    likelihoods : sequence of ImageLikelihood
-        One per image.
-    values : sequence of ndarray (N, 5)
-        All parameters of each image, draws of the posterior.
-    rng : Generator
-        Of the replicates.
-
-    Returns
-    -------
-    check : VariogramCheck
-        With an axis for the images where there are several.
-    p_values : list of float
-        Of each image: the part of replicates that is at least as far from the mean as the image (squared Mahalanobis
-        distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
+    ``values`` are draws (N, 5) of all parameters of each image. Returned are the check, with an axis for the images
+    where there are several, and a p-value for each: the part of replicates that is at least as far from the mean as the
+    image (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
     """
     lags = np.unique(np.concatenate([each.data.lags for each in likelihoods]))
     count = len(likelihoods)

@@ -49,14 +49,8 @@ def drawn_dataset(
 ) -> xr.Dataset:
     """Put the values of all draws together.
 
-    Parameters
-    ----------
-    statistics : mapping of str to sequence of DrawStatistics
-        By mixture, then by draw.
-    inputs : ndarray (draw, input)
-        Of the first sample.
-    kelvin_levels : ndarray (draw, band, class, level)
-        Brightness temperature of the levels of radiance of the draws.
+    ``statistics`` are by mixture, then by draw; ``inputs`` (draw, input) are those of the first sample;
+    ``kelvin_levels`` (draw, band, class, level) are the brightness temperatures of the levels of radiance of the draws.
     """
     import xarray as xr
 

@@ -100,18 +100,10 @@ def require_room(plan: Plan) -> None:
 def statistics_of(
     plan: Plan, tables: RadianceTables, temperature: BrightnessTemperature, *, with_levels: bool
 ) -> DrawStatistics:
-    """Make all frames of a scene and sum them up.
+    """Compute all frames of a scene with the variables ``VARIABLES``, and summarise them.
 
-    Raises ProviderError if a provider breaks its contract.
-
-    Parameters
-    ----------
-    plan : Plan
-        With the variables ``VARIABLES``.
-    temperature : BrightnessTemperature
-        Of the plan's spectral grid.
-    with_levels : bool
-        Whether quantiles over pixels are wanted.
+    ``temperature`` is of the plan's spectral grid; ``with_levels`` adds quantiles over pixels. Raises ProviderError if
+    a provider breaks its contract.
     """
     maker = PartMaker(plan, tables)
     kinds, radiance, kelvin, metrics = [], [], [], []
@@ -190,14 +182,8 @@ _HELD = 4
 class TableCount:
     """How often tables were made.
 
-    Attributes
-    ----------
-    scenes : int
-        Scenes that asked for tables.
-    sets : int
-        Different tables that they needed, if no more than a few different ones come in a row.
-    compiled : int
-        Those of them that were compiled; the others were kept from earlier runs.
+    ``scenes`` asked for tables and needed ``sets`` different ones, if no more than a few different ones come in a row;
+    ``compiled`` of them were compiled, the others were in the cache from earlier runs.
     """
 
     scenes: int = 0

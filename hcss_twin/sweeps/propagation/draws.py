@@ -30,18 +30,9 @@ _SUMMED_UP: Mapping[str, Any] = {"output.variables": list(VARIABLES), "output.ce
 
 @dataclass(frozen=True)
 class UncertainScenario:
-    """A scenario before its uncertain keys have values.
+    """A scenario file without ``[uncertain]``, the keys replaced in all draws, and what that section holds.
 
-    Attributes
-    ----------
-    raw : mapping
-        Keys of the file without ``[uncertain]``.
-    overrides : mapping
-        Keys replaced in all draws.
-    uncertain : mapping
-        What the section holds.
-    cache : ResultCache
-        What all draws share.
+    All draws share ``cache``.
     """
 
     raw: Mapping[str, Any]

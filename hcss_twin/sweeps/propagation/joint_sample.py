@@ -269,14 +269,8 @@ def joint_sample(
 ) -> JointSample:
     """Draw all inputs, independently of each other; parameters of a posterior are drawn together.
 
-    The first draws are the same whatever else is uncertain, and whether or not more is computed for them.
-
-    Parameters
-    ----------
-    seed : int
-        Of the scenario: it fixes all draws.
-    pick_freeze : bool
-        Whether also what has one input exchanged is computed.
+    The first draws are the same whatever else is uncertain, and whether or not more is computed for them. ``seed`` is
+    that of the scenario and fixes all draws; ``pick_freeze`` adds mixtures with one input exchanged.
     """
     rows = np.empty((2, count, 0))
     if posterior is not None:

@@ -38,16 +38,10 @@ _OfDraws = Callable[[NDArray[np.intp]], Array]
 
 @dataclass(frozen=True)
 class VarianceRow:
-    """One row of the variance table.
+    """One row of the variance table: an input, or several together.
 
-    Attributes
-    ----------
-    name : str
-        Input, or several together.
-    inputs : tuple of int
-        Columns of the inputs that a regression is on; none where there is no regression.
-    mixture : int or None
-        Mixture that has it exchanged, where there is one.
+    A regression is on the columns ``inputs``, if any; ``mixture`` is the one that has the inputs exchanged, if there is
+    one.
     """
 
     name: str
@@ -56,16 +50,9 @@ class VarianceRow:
 
 
 def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str]) -> tuple[VarianceRow, ...]:
-    """Return the rows of the variance table.
+    """Return the rows of the variance table for inputs (parameters of the posterior, then uncertain keys).
 
-    Parameters
-    ----------
-    inputs : sequence of str
-        Parameters of the posterior, then uncertain keys.
-    keys : sequence of str
-        Uncertain keys.
-    mixtures : sequence of str
-        Names of what was computed.
+    ``mixtures`` are the names of what was computed.
     """
     exchanged = {name.removeprefix("other "): place for place, name in enumerate(mixtures)}
     parameters = tuple(place for place, name in enumerate(inputs) if name not in keys)
@@ -92,16 +79,11 @@ def estimator_names(rows: Sequence[VarianceRow], mixtures: int) -> tuple[list[st
 
 
 def summarise(drawn: xr.Dataset) -> xr.Dataset:
-    """Return mean, standard deviation, quantiles and shares of every output, with standard errors.
+    """Return mean, standard deviation, quantiles and shares of every output of ``OUTPUTS``, with standard errors.
 
     An output that some scenes do not have (a class without pixels, the shape of no clouds) has moments and quantiles of
     the scenes of both seeds that have it, and ``..._scenes`` is their number. Shares compare scenes of the same draw:
     they are over the draws that have it in all mixtures, and ``..._draws`` is their number.
-
-    Parameters
-    ----------
-    drawn : xarray.Dataset
-        Variables of ``OUTPUTS`` (mixture, draw, ...) and ``input_value`` (draw, input), attribute ``seed``.
     """
     import xarray as xr
 
