@@ -30,10 +30,8 @@ class Design:
 
     Attributes
     ----------
-    scenario : mapping
-        Keys of the scenario file without ``[sweep]``.
-    overrides : mapping
-        Keys replaced in all points.
+    scenario, overrides : mapping
+        Keys of the scenario file without ``[sweep]``, and keys replaced in all points.
     base : Path
         Folder from which relative paths lead.
     axes : tuple of SweptAxis

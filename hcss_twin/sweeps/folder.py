@@ -81,20 +81,12 @@ def is_cube_name(name: str) -> bool:
 
 
 class SweepFolder:
-    """The records of all points, on disk and in memory.
+    """The records of all points of a sweep, on disk and in memory.
 
     The log gets a line when a point is computed, and is never rewritten. The index is written as a whole, under a
     hidden name first; after a kill it may be a few points behind the log, which counts. A cube that is finished and has
-    the scenario of its point counts as done even where the log does not know it.
-
-    Parameters
-    ----------
-    path : Path
-        The folder.
-    digest : str
-        Of what the sweep computes.
-    about : mapping
-        What the index says of the sweep as a whole.
+    the scenario of its point counts as done even where the log does not know it. ``digest`` is a hash of what the sweep
+    computes, ``about`` is what the index says of the sweep as a whole.
     """
 
     def __init__(self, path: Path, digest: str, about: Mapping[str, Any], points: Sequence[SweepPoint]) -> None:

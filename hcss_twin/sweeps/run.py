@@ -34,14 +34,8 @@ Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 class SweepResult:
     """What a sweep left in its folder.
 
-    Attributes
-    ----------
-    points : tuple of PointRecord
-        All of them, in the order of their numbers.
-    computed : tuple of int
-        Numbers of the points that this run computed; the others were done before.
-    dataset : Path or None
-        The file that holds all points.
+    ``points`` are all of them, in the order of their numbers; ``computed`` are the numbers of those that this run
+    computed; ``dataset`` is the file that holds all points, if there is one.
     """
 
     folder: Path

@@ -76,15 +76,10 @@ class Footage:
     ----------
     name : str
         Of the file.
-    kind : {"image", "images", "cube"}
-    quantity, units : str
-        What the values are; units are empty where the file does not say.
-    band : str
-        Spectral band in words; empty where the file does not say.
+    quantity, units, band : str
+        What the values are; units and the spectral band in words are empty where the file does not say.
     wavelength_um : float or None
-        About its middle.
-    shape : tuple of int
-        Rows and columns.
+        About the middle of the band.
     is_nominal : bool
         Whether the pixel size is that below a geostationary satellite.
     labels : tuple of str
@@ -95,10 +90,9 @@ class Footage:
         How cloud is found, ``auto`` resolved.
     notes : tuple of str
         What was chosen and why.
-    values : callable
-        Number of a frame to its values (rows, columns), NaN where missing.
-    truth : callable or None
-        Number of a frame to its cloud mask (rows, columns), where the file has one.
+    values, truth : callable
+        Number of a frame to its values (rows, columns), NaN where missing, and to its cloud mask where the file has
+        one.
     kelvin : callable or None
         Values to brightness temperatures, where that is possible; NaN where there is none.
     """

@@ -69,17 +69,13 @@ class Side:
     shape, part : tuple of int
         Rows and columns of the file, and of what was compared.
     method, mask : str
-        How cloud was found, and in words.
-    bright_is_cloud : bool
-        In the values that are compared.
+        How cloud was found, and in words; ``bright_is_cloud`` refers to the compared values.
     left_out : sequence of (str, str)
         Frames that could not be measured, and why.
     histogram : ndarray (bins,)
         Share of all compared pixels of all frames in each bin of :attr:`Evaluation.edges`.
-    spectrum : PowerSpectrum or None
-        Mean over frames.
-    temporal : TemporalAutocorrelation or None
-        Where there are two frames or more.
+    spectrum, temporal : PowerSpectrum, TemporalAutocorrelation or None
+        Mean spectrum over frames; correlation over time where there are two frames or more.
     """
 
     name: str
@@ -180,19 +176,17 @@ class Metric:
     definition : {"as-printed", "corrected", "both"}
         Which of the two definitions it belongs to.
     group : str
-        Heading under which it stands.
+        Its heading in reports.
     real, sim, real_spread, sim_spread : float
         Means over frames and standard deviations; spreads of single frames are 0, of none NaN.
     difference : float
         sim - real; directions modulo half a turn.
-    scale : {"any", "pixel size", "pixel size and number of pixels"}
-        What it depends on besides what is seen.
-    comparable : bool
-        Whether both sides have what it depends on in common.
+    scale, comparable
+        What it depends on besides what is seen, and whether both sides have that in common.
     is_ratio : bool
         Whether a difference relative to the real value means something.
     limits : (float, float) or None
-        Least and greatest value that something of its kind can have; an estimator may find another.
+        Least and greatest possible value; an estimator may exceed them.
     """
 
     name: str

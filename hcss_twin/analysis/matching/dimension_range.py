@@ -37,14 +37,9 @@ class DimensionMatch:
     parameters : FractalParameters
         Complete, rounded as they are written.
     dimension : {"fractal", "surface"}
-        Which dimension it is, an attribute of :class:`hcss_twin.analysis.measures.morphology.Morphology` without
-        ``_dimension``.
-    wanted : (float, float)
-        The range.
-    dimensions : tuple of float
-        Of the fresh simulations.
-    seeds : tuple of int
-        Their seeds, which the search has not used.
+        Attribute of :class:`hcss_twin.analysis.measures.morphology.Morphology` without ``_dimension``.
+    dimensions, seeds : tuple
+        Of the fresh simulations; the search has not used these seeds.
     changed : str
         What was changed of the parameters it started with.
     """
@@ -71,20 +66,16 @@ def match_dimension(
     dimension: Dimension = "fractal",
     seed: int = 0,
 ) -> DimensionMatch:
-    """Change H, and L only if that is not enough, until the mean dimension lies in a range.
+    """Change H, and L only if that is not enough, until the mean dimension lies in a range within 2 to 3.
 
     A dimension need not be monotonic in H: the body's is not. Therefore H is scanned first, and among the solutions the
-    one nearest to the start is taken. Where the scan crosses the middle of the range, that is aimed at. Raises
-    ImageError if the range is none, or no mean lies in it; says what was reached.
+    one nearest to the start, which is complete, is taken. Where the scan crosses the middle of the range, that is the
+    target. Raises ImageError if there is no such range or no mean lies in it; the message gives what was reached.
 
     Parameters
     ----------
-    wanted : (float, float)
-        Range of the dimension, within 2 to 3.
-    start : FractalParameters
-        Complete.
     coverage : float
-        Fraction of cloudy pixels, which the body's dimension depends on most.
+        Fraction of cloudy pixels, on which the body's dimension depends most.
     like : CloudImage
         Size and pixels; its levels do not matter.
     dimension : {"fractal", "surface"}

@@ -56,22 +56,18 @@ class Match:
 
     Attributes
     ----------
-    target : Target
-        What was matched.
     parameters : FractalParameters
         Complete, rounded as they are written.
     quantities : tuple of MatchedQuantity
         The image beside the fresh simulations.
-    rmse : tuple of float
-        Eq 24 for each fresh simulation, as a fraction.
+    rmse, start_rmse : tuple of float
+        Eq 24 for each fresh simulation, as a fraction, and for the analytic start with the same seeds.
     seeds : tuple of int
         Seeds of the fresh simulations, which the search has not used.
     structure, simulated_structure : Structure
         Semivariances of the image, and mean ones of the fresh simulations.
     start_misfit : float
         Root mean square of ln(expected / inferred) variogram of the analytic start.
-    start_rmse : tuple of float
-        Eq 24 of the start with the same seeds.
     simulations : int
         Images that the search simulated.
     unmatched : tuple of str

@@ -62,21 +62,15 @@ _FAR_OUTSIDE = 2.0
 
 @dataclass(frozen=True)
 class MatchedQuantity:
-    """One measure of the image and of the simulations.
+    """One measure of the image, and its mean and standard deviation over the simulations.
 
     Attributes
     ----------
-    name, meaning : str
-        For people.
-    image : float
-        Of the image.
-    simulated, spread : float
-        Mean and standard deviation over simulations.
     tolerance : float
         Largest |error| that counts as matched; infinity where the quantity is only shown.
     is_ratio : bool
-        Whether the error is relative to the image's value or a difference. Eq 24, which the RMSE is made of, divides by
-        the simulated value instead.
+        Whether the error is relative to the image's value or a difference. Eq 24, of which the RMSE consists, divides
+        by the simulated value instead.
     is_one_sided : bool
         Whether an image with less than the simulations have is one of their own.
     """

@@ -84,21 +84,16 @@ class Target:
 def read_target(path: Path, choice: ImageChoice | None = None) -> Target:
     """Read an image with the generator of static scenes: its clouds are what would be simulated from it.
 
-    Parameters
-    ----------
-    path : Path
-        NetCDF (GOES ABI among them), GeoTIFF, picture, ``.npy`` or ``.npz``; or an entry of the cloud database, whose
-        mask has been cleaned.
-    choice : ImageChoice, optional
-        Part and threshold.
+    The file is NetCDF (GOES ABI among them), GeoTIFF, picture, ``.npy`` or ``.npz``; or an entry of the cloud database,
+    whose mask has been cleaned.
 
     Raises
     ------
     CatalogError
         If the file is not a usable image.
     ImageError
-        If it gives no pixel size and none is given, is too small, or has no cloud or no clear pixel where a threshold
-        was to find some; or options contradict each other or the file.
+        If it gives no pixel size and none is given, is too small, or has no cloud or no clear pixel although a
+        threshold was to find some; or options contradict each other or the file.
     ScenarioError
         If part and image do not fit, or pixels are missing.
     """

@@ -50,20 +50,11 @@ def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstim
     This is eq 6 of the HCSS paper with the cloud itself as the measured object. The dimension of a solid is 3 and that
     of a thin sheet 2, so that this measures how cloud fills the image: it grows with coverage, and says little about
     the roughness of the cloud tops, for which there is ``variogram_dimension``. Of the countings tried it is the one
-    that gives the printed FD (docs/fractal-dimension.md). Raises ImageError if the image is too small, of another type,
-    or clear throughout, or a level is too high.
+    that gives the printed FD (docs/development/fractal-dimension.md). The error is NaN: no surface has a known
+    dimension of this kind.
 
-    Parameters
-    ----------
-    grey : ndarray of uint8 (rows, columns)
-        At least 32 x 32 pixels, levels below ``levels``, 0 where clear.
-    levels : int
-        Grey levels, 2 to 256.
-
-    Returns
-    -------
-    DimensionEstimate
-        The error is NaN: no surface has a known dimension of this kind.
+    ``grey`` (rows, columns), at least 32 x 32, has levels below ``levels``, 2 to 256, and 0 where clear. Raises
+    ImageError if the image is too small, of another type, or clear throughout, or a level is too high.
     """
     image = checked_image("grey", grey)
     if image.dtype != np.uint8:
@@ -98,18 +89,12 @@ def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
     The boundary is the set of pixel corners where the four pixels are not all alike; the edge of the image is not part
     of it, and a mask and its complement have the same. The dimension is the slope of log N(s) against log(1 / s), s
     about 2, 4, 8, ... up to a quarter of the shorter side; the boxes of each size tile the image evenly. The level sets
-    of a self-affine surface with Hurst exponent H have 2 - H, which is approached slowly: docs/fractal-dimension.md has
-    the bias. Raises ImageError if the mask is too small, of another type, or the same everywhere.
+    of a self-affine surface with Hurst exponent H have 2 - H, which is approached slowly:
+    docs/development/fractal-dimension.md has the bias. The error is that of masks that are half cloudy, of fractional
+    Brownian surfaces.
 
-    Parameters
-    ----------
-    mask : ndarray of bool (rows, columns)
-        At least 32 x 32 pixels, cloudy ones true.
-
-    Returns
-    -------
-    DimensionEstimate
-        The error is that of masks that are half cloudy, of fractional Brownian surfaces.
+    The mask (rows, columns) has at least 32 x 32 pixels, cloudy ones true. Raises ImageError if it is too small, of
+    another type, or the same everywhere.
     """
     cloudy = _checked(mask)
     rows, columns = cloudy.shape[0] - 1, cloudy.shape[1] - 1
@@ -159,23 +144,12 @@ def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: b
 
     The raw value is too small, by .1 to .9, because neighbouring columns share no pixel and because rough surfaces fill
     all boxes. The calibrated value is the D of exact fractional Brownian surfaces of this size that have this raw value
-    on average (docs/fractal-dimension.md). Raises ImageError if the image is too small, constant or not finite, if
-    ``levels`` is out of range, or if a calibrated value is wanted for other than 256 levels.
+    on average (docs/development/fractal-dimension.md); it is for 256 levels only. The error is NaN of raw values, of
+    images larger than those of the calibration, and below 64 pixels, where two sizes of box leave the calibration next
+    to no slope.
 
-    Parameters
-    ----------
-    image : ndarray of float32, float64 or integers (rows, columns)
-        At least 32 x 32 pixels, any unit.
-    levels : int
-        Grey levels, 2 to 256.
-    calibrated : bool
-        Whether the calibration is applied; it was measured with 256 levels.
-
-    Returns
-    -------
-    DimensionEstimate
-        The error is NaN of raw values, of images larger than those of the calibration, and below 64 pixels, where two
-        sizes of box leave the calibration next to no slope.
+    The image (rows, columns) has at least 32 x 32 pixels of float32, float64 or integers, any unit. Raises ImageError
+    if it is too small, constant or not finite, or if ``levels`` is not 2 to 256, or not 256 for a calibrated value.
     """
     pixels = checked_image("image", image)
     checked_levels(levels, 2)

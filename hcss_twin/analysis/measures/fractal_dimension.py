@@ -124,9 +124,9 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
 
     A self-affine surface with Hurst exponent H has beta = 2 H + 2 and D = 3 - H. The image less its plane of least
     squares is multiplied by a Hann window along each axis; power is averaged over rings, four per octave of wavenumber;
-    the slope is that of least squares in logarithms, weighted with the number of waves in each ring. Raises ImageError
-    if the image is too small, constant, flat but for a slope, or not finite, or if the band holds fewer than three
-    rings with waves in them.
+    the slope is that of least squares in logarithms, weighted with the number of waves in each ring. The error is NaN
+    for other than the default band. Raises ImageError if the image is too small, constant, flat but for a slope, or not
+    finite, or if the band holds fewer than three rings with waves in them.
 
     Parameters
     ----------
@@ -135,11 +135,6 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     band : tuple of float, optional
         Lowest and highest wavenumber, cycles per pixel, up to .5. By default 3 waves per shorter side to .15; in images
         of less than 160 pixels to 24 waves, at most .25.
-
-    Returns
-    -------
-    DimensionEstimate
-        The error is NaN for other than the default band.
     """
     pixels = checked_image("image", image)
     side = min(pixels.shape)
@@ -184,8 +179,10 @@ def variogram_dimension(
     """Estimate D = 3 - slope / 2, the slope that of log semivariance against log lag.
 
     A self-affine surface with Hurst exponent H has the variogram |h|^(2 H) and D = 3 - H. The semivariances of both
-    axes are averaged, the slope is that of least squares. Raises ImageError if the image is too small, constant over
-    the pairs, or not finite where it counts, if there are fewer than 100 pairs at a lag, or if the lags do not differ.
+    axes are averaged, the slope is that of least squares. The result is not confined to 2 to 3: white noise is near 3,
+    a smooth image near 2. Its error is that of full images of floating-point numbers with lags 1 and 2, for the number
+    of pairs that counted; NaN for other lags. Raises ImageError if the image is too small, constant over the pairs, or
+    not finite where it counts, if there are fewer than 100 pairs at a lag, or if the lags do not differ.
 
     Parameters
     ----------
@@ -195,12 +192,6 @@ def variogram_dimension(
         Two or more different distances in pixels.
     mask : ndarray of bool (rows, columns), optional
         Only pairs with both pixels in it count; all, by default. Other pixels may be NaN.
-
-    Returns
-    -------
-    DimensionEstimate
-        Not confined to 2 to 3: white noise is near 3, a smooth image near 2. Its error is that of full images of
-        floating-point numbers with lags 1 and 2, for the number of pairs that counted; NaN for other lags.
     """
     pixels = checked_image("image", image)
     found = semivariances(pixels, lags, mask)

@@ -56,18 +56,12 @@ def log_densities(
         Of the field, expected.
     observed : ndarray (M,)
         ln of semivariances of normal scores.
-    sky : ndarray (N,)
-        Threshold of the sky.
-    threshold : float
-        Normal score above which the frame's pixels are cloudy.
-    uses_coverage : bool
-        Whether the threshold is a statistic.
+    sky, threshold : ndarray (N,), float
+        Threshold of the sky, and normal score above which the frame's pixels are cloudy, if ``uses_coverage``.
     first, step, table
         Of :attr:`hcss_twin.analysis.uncertainty.image_data.ScoreSemivariance.table`.
     centre, width, mean, log_deviation, inverse, leverage, basis, freedom
         Of :class:`hcss_twin.analysis.uncertainty.estimator_noise.EstimatorNoise`.
-    density : ndarray (N,)
-        Result.
     """
     number, lags = positions.shape[1], semivariance.shape[1]
     count = inverse.shape[0]
@@ -151,10 +145,6 @@ class ImageLikelihood:
 
     Attributes
     ----------
-    data : ImageData
-        What was measured.
-    variogram : BatchVariogram
-        Of the field, expected.
     noise : EstimatorNoise or None
         Scatter of the statistics; None until it has been learned.
     uses_coverage : bool

@@ -111,27 +111,18 @@ def write_posterior(
 ) -> None:
     """Write a posterior; whatever happens, ``path`` holds a whole file or what it held before.
 
-    The same arguments give the same bytes: there is no date in the file. Raises PosteriorError if the file cannot be
-    written.
+    The same arguments give the same bytes: there is no date in the file. Raises PosteriorError if it cannot be written.
 
     Parameters
     ----------
-    path : Path
-        File to write.
-    title : str
-        One line.
     inputs : sequence of (str, str)
         Name and SHA-256 of each file that was read; empty where none was.
     chains : mapping of str to ndarray (chain, draw) or (chain, draw, image)
-        As :attr:`Posterior.chains`.
+        As :attr:`Posterior.chains`; ``diagnostics`` has one for each.
     log_probability : ndarray (chain, draw)
         Natural logarithm of the posterior density, up to a constant.
-    diagnostics : mapping of str to Diagnostic
-        For each of ``chains``.
-    fixed : mapping of str to float
-        Parameters that were not free.
-    priors : mapping of str to str
-        For each free parameter, as given.
+    fixed, priors : mapping
+        Parameters that were not free, and the priors of those that were, as given.
     seed : int
         Of simulations and chains.
     trace : (sequence of str, ndarray (parameter, chain, step)), optional

@@ -32,16 +32,11 @@ class PosteriorDraws:
     Attributes
     ----------
     names : tuple of str
-        Free parameters, a few of ``PARAMETERS`` in their order.
+        Free parameters, some of ``PARAMETERS`` in their order; ``fixed`` has the values of the others.
     samples : ndarray (n, parameter)
-        All draws; those of several images one image after the other.
-    fixed : mapping of str to float
-        Parameters that the posterior holds fixed.
+        All draws; those of several images one image after the other. A draw takes all parameters from one image.
     octaves : (int, int) or None
-        First and last octave of the fractal sum, with which alone its parameters mean what they say; None where the
-        file does not tell.
-    images : int
-        Images that it is of; draws take all parameters from the same one.
+        First and last octave of the fractal sum, which the parameters refer to; None where the file does not say.
     file, sha256 : str
         Name and hash of the file.
     about : mapping

@@ -78,20 +78,9 @@ Progress = Callable[[Iterable[_T], int], Iterable[_T]]
 
 @dataclass(frozen=True)
 class Propagation:
-    """What a propagation found.
+    """Result of a propagation: all that the file holds, in memory, and the file; how often radiance tables were made.
 
-    Attributes
-    ----------
-    dataset : xarray.Dataset
-        All that the file holds, in memory.
-    path : Path or None
-        The file.
-    tables : TableCount
-        How often radiance tables were made.
-    cubes : tuple of Path
-        Of the draws that were asked for.
-    certificates : tuple of Certificate
-        Of these cubes.
+    ``cubes`` are those of the draws that were asked for, ``certificates`` are theirs.
     """
 
     dataset: xr.Dataset
