@@ -167,6 +167,12 @@ def listed(value: object) -> str | None:
     return json.dumps([value]) if isinstance(value, str) and len(value) < LONGEST else None
 
 
+def ordinal(number: int) -> str:
+    """Return ``1st``, ``2nd``, ``3rd``, ``4th``, ``11th``, ``21st`` and so on."""
+    teens = number % 100 in (11, 12, 13)
+    return f"{number}{'th' if teens else {1: 'st', 2: 'nd', 3: 'rd'}.get(number % 10, 'th')}"
+
+
 def count(number: int, noun: str, plural: str) -> str:
     """Write a number of things: ``1 entry``, ``2 entries``."""
     return f"{number} {noun if number == 1 else plural}"

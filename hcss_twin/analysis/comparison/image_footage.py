@@ -1,7 +1,4 @@
-"""Images as footage: one file, or several of one scene.
-
-What kind of file a path names.
-"""
+"""Opening of the two files of a comparison; one image, or several of one scene, as footage."""
 
 from __future__ import annotations
 
@@ -61,7 +58,7 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     coefficients = planck_coefficients(paths[0]) if first.units == UNITS else None
     kelvin: Callable[[Array], Array] | None = coefficients.kelvin if coefficients is not None else None
     if is_kelvin(first.units):
-        kelvin = _same
+        kelvin = np.asarray
     match = _WAVELENGTH.search(first.band)
     turned = [_northward(image) for image in images]
     return Footage(
@@ -83,10 +80,6 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
         truth=None,
         kelvin=kelvin,
     )
-
-
-def _same(values: Array) -> Array:
-    return values
 
 
 def _method(choice: EvaluationChoice, image: SatelliteImage) -> Method:
@@ -131,27 +124,11 @@ def open_footage(
     stack: ExitStack,
     like: Footage | None,
 ) -> Footage:
-    """Open an image, several images or a cube.
+    """Open an image, several images or a cube, which ``stack`` closes.
 
-    Parameters
-    ----------
-    title : str
-        REAL or SIM, for messages.
-    source : path or sequence of paths
-    choice : EvaluationChoice
-    stack : ExitStack
-        Closes a cube.
-    like : Footage, optional
-        What it will be compared with.
-
-    Raises
-    ------
-    CatalogError
-        If there is no such file, or it is not a usable image.
-    CubeError
-        If a cube cannot be read or lacks what is asked for.
-    ImageError
-        If a choice does not fit the file.
+    ``title`` is REAL or SIM, for messages; ``like`` is what it will be compared with. Raises CatalogError if there is
+    no such file or it is not a usable image, CubeError if a cube cannot be read or lacks what is asked for, and
+    ImageError if a choice does not fit the file.
     """
     choice.check()
     paths = [Path(source)] if isinstance(source, str | os.PathLike) else [Path(each) for each in source]

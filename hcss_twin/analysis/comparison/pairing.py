@@ -1,103 +1,19 @@
-"""How far the values of two images lie apart, whatever their places.
-
-What two sides have in common: quantity, part, size and number of pixels; what they have not is told.
-
-Which real frame a simulated one is compared with, and the errors of all pairs.
-"""
+"""What both sides of a comparison have in common: quantity, part and number of pixels; and which frames are paired."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.comparison.footage import Footage
-from hcss_twin.analysis.comparison.side import In, Measured, Prepared
+from hcss_twin.analysis.comparison.side import ComparedAs, ComparedSide, SideMeasures
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
-from hcss_twin.analysis.measures.definitions import Mode, eq_24
-from hcss_twin.analysis.measures.morphology import Morphology, MorphologyErrors
+from hcss_twin.analysis.measures.image_measures import DistributionDistance, distribution_distance
+from hcss_twin.analysis.measures.morphology import Mode, Morphology, MorphologyErrors, eq_24
 from hcss_twin.core.errors import ImageError
-
-
-@dataclass(frozen=True)
-class DistributionDistance:
-    """Differences of two distributions of values.
-
-    Attributes
-    ----------
-    mean_difference : float
-        Second less first, in the unit of the values.
-    deviation_ratio : float
-        Standard deviation of the second over that of the first.
-    wasserstein : float
-        W1: the mean amount by which values must change to turn one distribution into the other, in the unit of the
-        values.
-    wasserstein_centred : float
-        The same after both means were subtracted: what is left is shape.
-    kolmogorov_smirnov : float
-        Greatest difference of the cumulative distributions, 0 to 1.
-    """
-
-    mean_difference: float
-    deviation_ratio: float
-    wasserstein: float
-    wasserstein_centred: float
-    kolmogorov_smirnov: float
-
-
-def distribution_distance(first: NDArray[Any], second: NDArray[Any]) -> DistributionDistance:
-    """Compare the values of two images.
-
-    Parameters
-    ----------
-    first, second : ndarray of real numbers, any shapes
-        In the same unit; NaN is missing.
-
-    Raises
-    ------
-    ImageError
-        If one has no value.
-    """
-    one, other = _sorted("first", first), _sorted("second", second)
-    mean_one, mean_other = float(np.mean(one)), float(np.mean(other))
-    spread_one, spread_other = float(np.std(one)), float(np.std(other))
-    width, difference = _cumulative_difference(one, other)
-    centred_width, centred = _cumulative_difference(one - mean_one, other - mean_other)
-    ratio = spread_other / spread_one if spread_one else (1.0 if spread_other == 0.0 else math.inf)
-    return DistributionDistance(
-        mean_difference=mean_other - mean_one,
-        deviation_ratio=ratio,
-        wasserstein=float(width @ difference),
-        wasserstein_centred=float(centred_width @ centred),
-        kolmogorov_smirnov=float(difference.max()) if difference.size else 0.0,
-    )
-
-
-def _sorted(name: str, values: NDArray[Any]) -> NDArray[np.float64]:
-    flat = np.asarray(values, dtype=np.float64).ravel()
-    flat = np.sort(flat[~np.isnan(flat)])
-    if flat.size == 0:
-        raise ImageError(f"{name}: no value given, allowed: one or more that are not missing")
-    return flat
-
-
-def _cumulative_difference(
-    one: NDArray[np.float64], other: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the steps between all values, and |F1 - F2| on each; one sort serves both distances."""
-    every = np.concatenate([one, other])
-    every.sort(kind="stable")
-    places = every[:-1]
-    difference: NDArray[np.float64] = np.abs(
-        np.searchsorted(one, places, side="right") / one.size
-        - np.searchsorted(other, places, side="right") / other.size
-    )
-    return np.diff(every), difference
-
 
 # Relative difference of pixel sizes that still counts as one size, as of the readers of images.
 _SAME_SIZE = 0.01
@@ -109,22 +25,22 @@ _SAME_COUNT = 1e-3
 _SAME_BAND = 0.1
 
 
-def common_quantity(real: Footage, sim: Footage, notes: list[str]) -> tuple[str, str, In]:
+def common_quantity(real: Footage, sim: Footage, notes: list[str]) -> tuple[str, str, ComparedAs]:
     """Return what both sides are compared in, its unit, and its kind."""
     if real.kelvin is not None and sim.kelvin is not None:
         wavelengths = (real.wavelength_um, sim.wavelength_um)
         if None not in wavelengths and abs(math.log((wavelengths[1] or 1) / (wavelengths[0] or 1))) > _SAME_BAND:
             notes.append(
-                f"The bands differ, {wavelengths[0]:.4g} um and {wavelengths[1]:.4g} um: temperatures are not of one "
-                "kind; compare shapes rather than values."
+                f"The bands differ, {wavelengths[0]:.4g} um and {wavelengths[1]:.4g} um: temperatures are not "
+                "comparable; compare shapes rather than values."
             )
         return "brightness temperature", "K", "kelvin"
     if real.units and real.units == sim.units:
         return sim.quantity, sim.units, "unit"
-    told = [f"{each.quantity} in {each.units!r}" if each.units else each.quantity for each in (real, sim)]
+    described = [f"{each.quantity} in {each.units!r}" if each.units else each.quantity for each in (real, sim)]
     notes.append(
-        f"No common quantity ({told[0]}; {told[1]}): values are grey levels of cloud, 0 clear, 1 to 255 from "
-        "the least to the most, each side by its own."
+        f"No common quantity ({described[0]}; {described[1]}): values are grey levels of cloud, 0 clear, 1 to 255 from "
+        "the thinnest to the thickest cloud, each side on its own scale."
     )
     return "grey level of cloud", "", "grey levels"
 
@@ -144,8 +60,8 @@ def common_parts(
     if None in sizes:
         unknown = " and ".join(each.name for each in (real, sim) if each.pixel_size_m is None)
         notes.append(
-            f"The pixel size of {unknown} is not known: whether measures that depend on it compare cannot be "
-            "said; they are marked ~."
+            f"The pixel size of {unknown} is not known: measures that depend on it may not be comparable and "
+            "are marked ~."
         )
     elif not same_pixel_size(real, sim):
         notes.append(
@@ -156,12 +72,12 @@ def common_parts(
         if real.shape != sim.shape:
             notes.append(
                 "The sides have different numbers of pixels: DP, which counts pairs, is marked ~, and the RMSE of eq "
-                "24 has that difference in it."
+                "24 includes that difference."
             )
         return _centre(real.shape, real.shape), _centre(sim.shape, sim.shape)
     notes.append(
-        f"Compared are the central {common[0]} rows x {common[1]} columns of {real.shape[0]} x {real.shape[1]} and "
-        f"{sim.shape[0]} x {sim.shape[1]}; clouds were found in the whole frames."
+        f"The compared part is the central {common[0]} rows x {common[1]} columns of {real.shape[0]} x {real.shape[1]} "
+        f"and {sim.shape[0]} x {sim.shape[1]}; cloud thresholds are those of the whole frames."
     )
     return _centre(real.shape, common), _centre(sim.shape, common)
 
@@ -177,7 +93,9 @@ def _centre(shape: tuple[int, int], part: tuple[int, int]) -> tuple[slice, slice
     return slice(first[0], first[0] + part[0]), slice(first[1], first[1] + part[1])
 
 
-def same_number(sides: tuple[Prepared, Prepared], measured: tuple[Measured, Measured], notes: list[str]) -> bool:
+def same_number(
+    sides: tuple[ComparedSide, ComparedSide], measured: tuple[SideMeasures, SideMeasures], notes: list[str]
+) -> bool:
     """Whether both sides have as many pixels with values; where shapes are alike and gaps are not, say so."""
     known = [
         side.shape[0] * side.shape[1] - float(np.mean([frame.missing for frame in each.frames]))
@@ -188,19 +106,20 @@ def same_number(sides: tuple[Prepared, Prepared], measured: tuple[Measured, Meas
     if sides[0].shape == sides[1].shape:
         notes.append(
             "Missing pixels leave one side fewer pairs of neighbours: DP, which counts them, is marked ~, and the RMSE "
-            "of eq 24 has that difference in it."
+            "of eq 24 includes that difference."
         )
     return False
 
 
-def pair_frames(real: Measured, sim: Measured) -> tuple[list[int | None], str]:
+def pair_frames(real: SideMeasures, sim: SideMeasures) -> tuple[list[int | None], str]:
     """Return the real frame each simulated one is compared with, None for the mean of all; and say so."""
     count = len(sim.frames)
     if len(real.frames) == 1:
-        told = "one real image with one simulated one"
-        if count > 1:
-            told = f"the one real image with each of {count} simulated frames; its change over time is not known"
-        return [0] * count, told
+        if count == 1:
+            return [0], "one real image with one simulated one"
+        return [
+            0
+        ] * count, f"the one real image with each of {count} simulated frames; its change over time is not known"
     if len(real.frames) == count and not (real.left_out or sim.left_out):
         return list(range(count)), f"{count} real frames with {count} simulated ones, one by one"
     return [None] * count, (
@@ -210,7 +129,7 @@ def pair_frames(real: Measured, sim: Measured) -> tuple[list[int | None], str]:
 
 
 def errors_of_frames(
-    real: Measured, sim: Measured, partners: list[int | None], mode: Mode, notes: list[str]
+    real: SideMeasures, sim: SideMeasures, partners: list[int | None], mode: Mode, notes: list[str]
 ) -> tuple[MorphologyErrors, ...]:
     """Return eq 24 for each simulated frame; none, and why in ``notes``, where it divides by 0."""
     mean = _mean_morphology([frame.measures.morphology for frame in real.frames])
@@ -232,7 +151,7 @@ def _mean_morphology(shapes: Sequence[Morphology]) -> Morphology:
 
 
 def distances_of_frames(
-    sides: tuple[Prepared, Prepared], measured: tuple[Measured, Measured], partners: list[int | None]
+    sides: tuple[ComparedSide, ComparedSide], measured: tuple[SideMeasures, SideMeasures], partners: list[int | None]
 ) -> tuple[DistributionDistance, ...]:
     """Return the distance of each simulated frame's values from those of its partner, or of all real frames."""
     found = []
