@@ -22,9 +22,9 @@ import dask
 from distributed import Client, LocalCluster, Worker, WorkerPlugin, as_completed, get_worker
 from distributed.scheduler import KilledWorker
 
+from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import SweepError
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.core.environment import versions
 from hcss_twin.sweeps.points import PointOutcome, PointTask, Schedule, compute
 
 IN_HAND = 2

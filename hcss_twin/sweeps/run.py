@@ -11,7 +11,6 @@ from typing import Any
 
 from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import SweepError
-from hcss_twin.core.environment import versions
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.sweeps.design import Design
 from hcss_twin.sweeps.folder import INDEX, PointRecord, SweepFolder, cube_name

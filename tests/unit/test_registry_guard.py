@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.errors import CatalogError, ProviderError
-from hcss_twin.physics.multiple_scattering.checks import checked_layers
+from hcss_twin.physics.multiple_scattering.layer import checked_layers
 from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import CloudGenerator, Declares, Optics, SeaModel, SingleScattering, Sun, TransmittanceProvider
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec

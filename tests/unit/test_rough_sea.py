@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.core.errors import ScenarioError
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.facets import smith_lambda
 from hcss_twin.models.sea.reflection import basis_values, checked_nodes, gathered_linearly
 from hcss_twin.models.sea.rough_sea import RoughSea

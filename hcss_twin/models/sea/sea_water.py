@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index
 from hcss_twin.models.sea.slope_statistics import MEASURED_WIND_M_S
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum

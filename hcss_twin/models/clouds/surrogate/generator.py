@@ -10,8 +10,9 @@ from scipy.fft import fftfreq, irfft2, rfftfreq
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.fractal.generator import displacement_pixels
+from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
 from hcss_twin.models.clouds.surrogate.amplitude_adjusted import AdjustedSpectrum, adjust_amplitudes, match_ranks
-from hcss_twin.models.clouds.surrogate.evolution import NEAREST_FROM, EvolvingNoise
+from hcss_twin.models.clouds.surrogate.evolution import EvolvingNoise
 from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
 from hcss_twin.models.clouds.surrogate.template import (
     Template,
