@@ -17,13 +17,13 @@ from hcss_twin.cli.clouds import clouds, import_command
 from hcss_twin.cli.cubes import cache, export_command, report_command, verify, volume
 from hcss_twin.cli.evaluate import evaluate_command
 from hcss_twin.cli.fit import fit_command
+from hcss_twin.cli.group import CommandGroup
 from hcss_twin.cli.match import match_command
 from hcss_twin.cli.options import Stop, load, progress, scenario_options
 from hcss_twin.cli.propagate import is_asked, propagation_options, run_propagation
 from hcss_twin.cli.sense import measured_beside, sense
 from hcss_twin.cli.sweep import sweep_command
 from hcss_twin.core.errors import HcssError, OptionError, ScenarioError
-from hcss_twin.paper.command import reproduce
 from hcss_twin.version import __version__
 
 EXIT_FAILED = 1
@@ -32,7 +32,7 @@ EXIT_INTERRUPTED = 130
 EXIT_TERMINATED = 143
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="hcss")
 def cli() -> None:
     """Infrared image sequences of clouds over sea as seen from space.
@@ -179,10 +179,12 @@ def preview(
 @click.argument("name", required=False)
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def plugins(name: str | None, as_json: bool) -> None:
-    """List the providers that can be selected, and plugins that are broken; of provider NAME its parameters."""
+    """List providers, commands of plugins, and broken plugins; with NAME describe one provider and its parameters."""
     from hcss_twin.providers.registry.registry import Registry
 
     registry = Registry.discover()
+    commands, broken = cli.plugin_commands()
+    broken = [*registry.broken, *broken]
     if name is not None:
         from hcss_twin.report.provider_text import described, provider_text
 
@@ -201,11 +203,15 @@ def plugins(name: str | None, as_json: bool) -> None:
             }
             for entry in registry.entries()
         ]
-        broken = [
+        unusable = [
             {"entry_point": b.entry_point, "distribution": b.distribution, "version": b.version, "error": b.error}
-            for b in registry.broken
+            for b in broken
         ]
-        click.echo(json.dumps({"providers": entries, "broken": broken}))
+        added = [
+            {"name": each.spec.name, "summary": each.spec.summary, "distribution": each.origin.distribution}
+            for each in commands.values()
+        ]
+        click.echo(json.dumps({"providers": entries, "commands": added, "broken": unusable}))
         return
     kind = None
     width = max((len(entry.name) for entry in registry.entries()), default=0) + 2
@@ -214,7 +220,11 @@ def plugins(name: str | None, as_json: bool) -> None:
             kind = entry.kind
             click.echo(click.style(f"{kind.human}s", bold=True))
         click.echo(f"  {entry.name:<{width}}{entry.summary}  [{entry.origin}]")
-    for plugin in registry.broken:
+    if commands:
+        click.echo(click.style("commands", bold=True))
+    for name, command in sorted(commands.items()):
+        click.echo(f"  {name:<{width}}{command.spec.summary}  [{command.origin}]")
+    for plugin in broken:
         click.echo(click.style(f"broken: {plugin}", fg="red"))
 
 
@@ -258,7 +268,6 @@ cli.add_command(sense)
 cli.add_command(export_command)
 cli.add_command(sweep_command)
 cli.add_command(evaluate_command)
-cli.add_command(reproduce)
 cli.add_command(report_command)
 
 

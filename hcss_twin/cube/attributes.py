@@ -55,7 +55,7 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "JSON",
         ALWAYS,
         "List of `what`, `why` and `bound`: what the run did without, and how much radiance that could have carried, "
-        "relative to that of the band ([left out](skipped.md)).",
+        "relative to that of the band ([left out](../how-to/trust.md)).",
     ),
     AttributeSpec(
         "hcss_notes", "JSON", ALWAYS, "List of what users should know about the providers, as they say themselves."
@@ -89,8 +89,8 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "hcss_table_errors",
         "JSON",
         _RADIANCE,
-        "What each approximation has of it, by name ([speed and error](speed-and-error.md)); 0 where nothing was "
-        "approximated.",
+        "Share of each approximation, by name ([speed and error](../development/accuracy-and-speed.md)); 0 where "
+        "nothing was approximated.",
     ),
     AttributeSpec("hcss_wavenumbers_used", "integer", _RADIANCE, "Weighted wavenumbers that were computed."),
     AttributeSpec("hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the whole grid that they stand for."),
@@ -99,7 +99,7 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "text",
         _CHECKED,
         "Whether random pixels that were computed again without tables keep the accuracy asked for, in words; begins "
-        "with PASSED, FAILED or NOTHING CHECKED ([certificate](certificate.md)).",
+        "with PASSED, FAILED or NOTHING CHECKED ([certificate](../how-to/trust.md)).",
     ),
     AttributeSpec(
         "hcss_accuracy_achieved",

@@ -16,7 +16,9 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs
 from hcss_twin.scenario.bands import spectral_band
 
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
+PAPER = json.loads(
+    (catalog_root().parent / "plugins/hcss-paper/src/hcss_paper/data/tables.json").read_text(encoding="utf-8")
+)
 VIEWS = PAPER["view_zenith_deg"]
 
 

@@ -22,7 +22,9 @@ REFERENCE = Path(__file__).parent.parent / "data" / "lowtran7-reference.nc"
 COEFFICIENTS = catalog_root() / "atmospheres" / "lowtran7-band-model.nc"
 MODELS = range(6)
 WINTER = (2, 4)
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
+PAPER = json.loads(
+    (catalog_root().parent / "plugins/hcss-paper/src/hcss_paper/data/tables.json").read_text(encoding="utf-8")
+)
 
 
 @pytest.fixture(scope="module")

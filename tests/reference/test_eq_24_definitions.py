@@ -9,7 +9,9 @@ from hcss_twin.analysis.measures.definitions import DEFINITIONS, eq_24, four_mea
 from hcss_twin.analysis.measures.morphology import Morphology
 from hcss_twin.core.catalog import catalog_root
 
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
+PAPER = json.loads(
+    (catalog_root().parent / "plugins/hcss-paper/src/hcss_paper/data/tables.json").read_text(encoding="utf-8")
+)
 NAMES = ("entropy", "density", "diagonal_peak", "fractal_dimension")
 
 # Half a unit of the last printed digit in every value moves the RMSE by up to this, percent.

@@ -10,7 +10,9 @@ from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics
 from hcss_twin.analysis.measures.morphology import Morphology, morphology_errors
 from hcss_twin.core.catalog import catalog_root
 
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
+PAPER = json.loads(
+    (catalog_root().parent / "plugins/hcss-paper/src/hcss_paper/data/tables.json").read_text(encoding="utf-8")
+)
 
 
 def counted(grey, levels):

@@ -10,7 +10,9 @@ import pytest
 from hcss_twin.core.catalog import catalog_root
 from hcss_twin.physics.sun import sun_position
 
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
+PAPER = json.loads(
+    (catalog_root().parent / "plugins/hcss-paper/src/hcss_paper/data/tables.json").read_text(encoding="utf-8")
+)
 
 
 @pytest.mark.parametrize("row", PAPER["table_5"]["rows"], ids=lambda row: f"scenario{row[0]}")

@@ -6,8 +6,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import HcssError, ProviderError
+from hcss_twin.core.plugins import FAILURES, describe
 from hcss_twin.providers.registry.declared import check_declares, check_measured, check_options
-from hcss_twin.providers.registry.discovery import FAILURES, Entry, describe
+from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.specs import Kind
 
 if TYPE_CHECKING:

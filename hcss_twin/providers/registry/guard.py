@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from hcss_twin.core.errors import HcssError, ProviderError
+from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe
 from hcss_twin.physics.paths import Path
 from hcss_twin.providers import (
     Array,
@@ -33,7 +34,7 @@ from hcss_twin.providers import (
 )
 from hcss_twin.providers.common import attributed
 from hcss_twin.providers.registry.declared import LAYER_OPTIONS
-from hcss_twin.providers.registry.discovery import FAILURES, OWN_DISTRIBUTION, Entry, describe
+from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.specs import Kind
 
 FRACTION_TOLERANCE = 1e-9

@@ -8,19 +8,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import ProviderError, choose_from
+from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, describe, installed, normalised
 from hcss_twin.providers.registry import creation, defaults
-from hcss_twin.providers.registry.discovery import (
-    FAILURES,
-    OWN_DISTRIBUTION,
-    BrokenPlugin,
-    Collection,
-    Entry,
-    Origin,
-    describe,
-    installed,
-    normalised,
-)
-from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.providers.registry.discovery import Collection, Entry
+from hcss_twin.providers.registry.specs import PROJECT, Kind
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
@@ -48,7 +39,7 @@ class Registry:
     def discover(cls) -> Registry:
         """Return a registry of the defaults and of every installed entry point of group ``hcss_twin``."""
         registry = cls.defaults_only()
-        for origin, found in installed():
+        for origin, found in installed(PROJECT):
             registry.add_lazily(origin, _loader(found))
         return registry
 
