@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -18,97 +17,72 @@ _INTRODUCTION = """# Command line
 
 {GENERATED}
 
-`hcss COMMAND --help` says the same in a terminal. SCENARIO is the name of a shipped scenario (`hcss scenarios`) or a
-TOML file ([scenario reference](scenario.md)); CUBE is a file that `hcss run` wrote ([cube reference](cube.md)).
+SCENARIO is the name of a shipped scenario (`hcss scenarios`) or a TOML file ([scenario reference](scenario.md)), CUBE a
+file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` shows the same text.
 
-| exit code | means |
+| exit code | meaning |
 |---|---|
-| 0 | done |
-| 1 | failed; also a cube whose certificate fails, and one that `hcss verify` finds different |
-| 2 | the scenario or the command line is wrong |
+| 0 | success |
+| 1 | failure; also a failed certificate, and a cube that `hcss verify` finds different |
+| 2 | wrong scenario or command line |
 | 130, 143 | interrupted, terminated |
 
-`--json` prints the results for scripts. Plugins can add commands; `hcss reproduce` needs the plugin `hcss-paper`.
+Two options are not listed below. `--force` replaces existing files. `--json` prints the result as JSON, for scripts;
+where it has a value, it is listed. Plugins can [add commands](../how-to/write-a-plugin.md); `hcss reproduce` comes with
+the plugin `hcss-paper`.
 """
+
+_SHARED = ("Print the result as JSON.", "Replace existing files.")
 
 
 def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> Iterator[tuple[str, click.Command]]:
-    """Every command that does something, with all its words, sorted by name."""
+    """Yield every command that does something, with all its words, sorted by name."""
     for name, command in sorted(group.commands.items()):
         if isinstance(command, click.Group):
             if command.invoke_without_command:
                 yield " ".join((*words, name)), command
             yield from commands(command, (*words, name))
-        elif not command.hidden:
+        else:
             yield " ".join((*words, name)), command
 
 
 def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     yield _INTRODUCTION.replace("{GENERATED}", generated)
-    every = [*commands(), ("hcss reproduce", reproduce)]
-    yield "| command | does |\n|---|---|"
-    for words, command in every:
-        anchor = words.replace(" ", "-")
-        yield f"| [`{words}`](#{anchor}) | {_first_sentence(command)} |"
-    for words, command in every:
-        yield f"\n## `{words}`\n"
-        yield f"```text\n{_usage(words, command)}\n```\n"
-        yield _help(command)
-        options = [each for each in command.params if isinstance(each, click.Option) and not each.hidden]
+    for words, command in [*commands(), ("hcss reproduce", reproduce)]:
+        usage = " ".join(command.collect_usage_pieces(click.Context(command, info_name=words)))
+        yield f"## `{words}`\n\n`{words} {usage}`\n\n{inspect.cleandoc(command.help or '')}\n"
+        options = [each for each in command.params if isinstance(each, click.Option) and each.help not in _SHARED]
         if options:
-            yield "\n| option | default | meaning |\n|---|---|---|"
-            for option in options:
-                yield f"| {_names(option)} | {_default(option)} | {_escaped(option.help or '')} |"
-
-
-def _first_sentence(command: click.Command) -> str:
-    first = _help(command).split("\n\n")[0].replace("\n", " ")
-    return _escaped(re.split(r"(?<=\.)\s", first + " ")[0].rstrip(" ."))
-
-
-def _help(command: click.Command) -> str:
-    # A paragraph marked by click as not to be rewrapped is shown as it is.
-    paragraphs = inspect.cleandoc(command.help or "").split("\n\n")
-    return "\n\n".join(
-        f"```text\n{text.removeprefix(chr(8)).strip(chr(10))}\n```" if text.startswith("\b") else text
-        for text in paragraphs
-    )
-
-
-def _usage(words: str, command: click.Command) -> str:
-    context = click.Context(command, info_name=words)
-    return " ".join((words, *command.collect_usage_pieces(context)))
+            yield from (f"* {_names(each)}: {each.help}{_default(each)}" for each in options)
+            yield ""
 
 
 def _names(option: click.Option) -> str:
     names = ", ".join(f"`{name}`" for name in (*option.opts, *option.secondary_opts))
-    if option.is_flag or option.count:
+    if option.is_flag:
         return names
-    value = option.metavar or " ".join([_choices(option.type) or option.type.name.upper()] * option.nargs)
-    return f"{names} {_escaped(f'`{value}`')}"
+    value = option.metavar or " ".join([_kind(option.type)] * option.nargs)
+    return f"{names} `{value}`"
 
 
-def _choices(kind: Any) -> str:
+def _kind(kind: Any) -> str:
     if isinstance(kind, click.Choice):
         return "|".join(map(str, kind.choices))
     if isinstance(kind, (click.IntRange, click.FloatRange)):
         low = "" if kind.min is None else f"{kind.min:g} {'<' if kind.min_open else '<='} "
         high = "" if kind.max is None else f" {'<' if kind.max_open else '<='} {kind.max:g}"
         return f"{low}number{high}"
-    return ""
+    name: str = kind.name
+    return name.upper()
 
 
 def _default(option: click.Option) -> str:
     default: Any = option.default
     if option.required:
-        return "**required**"
+        return " **Required.**"
     if option.secondary_opts:
-        return f"`{(option.opts if default else option.secondary_opts)[0]}`"
+        return f" Default: `{(option.opts if default else option.secondary_opts)[0]}`."
     # What click uses for "no default" differs between its versions.
     plain = isinstance(default, (str, int, float)) and not option.is_flag and not option.multiple
-    return f"`{default}`" if plain and default != "" else ""
-
-
-def _escaped(text: str) -> str:
-    return " ".join(text.split()).replace("|", r"\|")
+    return f" Default: `{default}`." if plain and default != "" else ""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import Stop, progress, require_writable, write_text
+from hcss_twin.cli.options import NEW_FILE, Stop, force_option, progress, require_writable, with_size, write_text
 from hcss_twin.core.errors import HcssError
 
 EXIT_FAILED = 1
@@ -18,21 +18,11 @@ EXIT_FAILED = 1
 @click.command()
 @click.argument("items", metavar="[ITEM]...", nargs=-1)
 @click.option(
-    "-o",
-    "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    default="hcss-reproduction.html",
-    show_default=True,
-    help="Report to write.",
+    "-o", "--output", type=NEW_FILE, default="hcss-reproduction.html", show_default=True, help="Report to write."
 )
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Also write rows, checks and verdicts as JSON, keyed by item.",
-)
+@click.option("--json", "json_file", type=NEW_FILE, help="File for rows, checks and verdicts as JSON, keyed by item.")
 @click.option("--seed", default=1, show_default=True, type=click.IntRange(min=0), help="Of random clouds.")
-@click.option("--force", is_flag=True, help="Replace existing files.")
+@force_option
 @click.option("--list", "only_list", is_flag=True, help="List the items and compute nothing.")
 @click.pass_context
 def reproduce(
@@ -44,10 +34,11 @@ def reproduce(
     force: bool,
     only_list: bool,
 ) -> None:
-    """Compute the HCSS paper's tables and figures again and write a report.
+    """Recompute the HCSS paper's tables and figures and write a report.
 
-    ITEM is table-4, figure-12, ...; all by default. Each gets a verdict that follows from its checks: reproduced,
-    reproduced with fitted inputs (listed), or not reproducible (and why). Exit code 1 if an item could not be computed.
+    ITEM is table-4, figure-12, ...; default: all. The verdict of an item follows from its checks: reproduced,
+    reproduced with fitted inputs (listed), or not reproducible (with the reason). Exit code 1: an item could not be
+    computed.
     """
     from hcss_paper.index import chosen
 
@@ -60,7 +51,7 @@ def reproduce(
         for item in selected:
             click.echo(f"{item.name:<{width}}{item.title}")
         return
-    require_writable((output, json_file), force)
+    require_writable((output, json_file), force, "give another name")
     from hcss_paper.report import reproduction_page, worst_text
     from hcss_paper.run import outcomes
     from hcss_twin.core.compilation import announce_compilation
@@ -73,7 +64,7 @@ def reproduce(
     for outcome in results:
         click.echo(f"{outcome.item.name:<{width}}{outcome.verdict:<32}{outcome.error or worst_text(outcome)}")
     write_page(output, reproduction_page(results, seed))
-    click.echo(f"{output}  {output.stat().st_size / 1e6:.1f} MB")
+    click.echo(with_size(output))
     if json_file is not None:
         write_text(json_file, json.dumps({each.item.name: each.as_dict() for each in results}, indent=1))
         click.echo(str(json_file))
