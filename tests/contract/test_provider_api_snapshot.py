@@ -146,7 +146,7 @@ def test_the_snapshot_is_not_written_over_a_broken_promise(tmp_path):
 
 
 def options():
-    protocols = [value for name, value in vars(providers).items() if name.endswith("Options")]
+    protocols = [getattr(providers, name) for name in providers.__all__ if name.endswith("Options")]
     return {name for each in protocols for name in (*each.__annotations__, *vars(each)) if not name.startswith("_")}
 
 
@@ -161,11 +161,11 @@ def asked_for(path):
 
 def test_every_optional_member_the_engine_looks_for_is_documented_and_no_other():
     package = Path(hcss_twin.__file__).parent
-    rooms = [package / room for room in ("scene", "radiance")]
+    rooms = [package / room for room in ("engine", "plan", "models/radiance")]
     files = [path for room in rooms for path in room.rglob("*.py")]
     files += [
-        package / "atmosphere" / "path_radiance.py",
-        *(package / "registry" / each for each in ("creation.py", "guard.py")),
+        package / "models" / "atmosphere" / "path_radiance.py",
+        *(package / "providers" / "registry" / each for each in ("creation.py", "guard.py")),
     ]
     found = {name for path in files for name in asked_for(path)} - {"declares"}
     assert found == options() == set(declared._OPTIONS)
