@@ -23,7 +23,6 @@ def atmosphere() -> None:
     "--format",
     "file_format",
     default="auto",
-    show_default=True,
     type=click.Choice(["auto", "modtran-tape7", "modtran6-json", "modtran6-csv", "libradtran"]),
     help="Format of FILES.",
 )
@@ -73,7 +72,7 @@ def atmosphere_import(
 @atmosphere.command("plot")
 @click.argument("sources", nargs=-1, required=True, metavar="PROVIDER_OR_TABLE...")
 @click.option("-o", "--output", required=True, type=NEW, help="Picture to write (.png).")
-@click.option("--profile", default="us-standard-1976", show_default=True, help="Atmosphere of the providers.")
+@click.option("--profile", default="us-standard-1976", help="Atmosphere of the providers.")
 @click.option("--zenith", multiple=True, type=click.FloatRange(0, 90, max_open=True), help="Angle in deg; repeat.")
 @click.option("--height", multiple=True, type=click.FloatRange(min=0), help="Target height in m; repeat.")
 @click.option("--range-um", nargs=2, type=float, default=(2.5, 14.3), help="Wavelengths in um; default: 2.5 14.3.")

@@ -46,11 +46,9 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
     callback=_accuracies,
     help=f"As in scenarios: 1e-3, '0.1 %', '0.1 K'; repeat. Default: {', '.join(_ACCURACIES)}, and the scenario's own.",
 )
-@click.option("--rounds", default=3, show_default=True, type=click.IntRange(min=1), help="Repetitions, in turn.")
-@click.option(
-    "--pixels", default=24, show_default=True, type=click.IntRange(1, 3000), help="Random pixels that are checked."
-)
-@click.option("--folder", default=".", show_default=True, type=EXISTING_FOLDER, help="Folder of temporary cubes.")
+@click.option("--rounds", default=3, type=click.IntRange(min=1), help="Repetitions, in turn.")
+@click.option("--pixels", default=24, type=click.IntRange(1, 3000), help="Random pixels that are checked.")
+@click.option("--folder", default=".", type=EXISTING_FOLDER, help="Folder of temporary cubes.")
 @click.option(
     "--json",
     "json_file",

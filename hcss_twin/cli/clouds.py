@@ -36,7 +36,6 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
         click.option(
             "--method",
             default=method,
-            show_default=True,
             type=click.Choice([*others, "otsu", "local", "coverage", "valid"]),
             help="Cloud detection: split the histogram; threshold of the surroundings; the cloudiest pixels up to "
             "--coverage; every pixel with a value."
@@ -53,7 +52,6 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
         click.option(
             "--cloud-is",
             default="auto",
-            show_default=True,
             type=click.Choice(["auto", "bright", "dark"]),
             help="Sign of cloud; auto: dark in temperatures and thermal radiances.",
         ),
@@ -79,7 +77,6 @@ def _diameter(name: str, noun: str, default: int) -> Any:
         f"--{name}",
         noun,
         default=default,
-        show_default=True,
         type=click.IntRange(1, 99),
         callback=_odd,
         help=f"Diameter of the {noun}, pixels; 1: none.",
@@ -92,15 +89,13 @@ def _diameter(name: str, noun: str, default: int) -> Any:
 @cloud_options("otsu")
 @_diameter("close", "closing", 3)
 @_diameter("open", "opening", 1)
-@click.option("--fill-holes/--no-fill-holes", default=True, show_default=True, help="Fill holes in clouds.")
-@click.option(
-    "--largest-hole", default=100, show_default=True, type=click.IntRange(1), help="Largest hole to fill, pixels."
-)
-@click.option("--min-area", default=9, show_default=True, type=click.IntRange(1), help="Smallest cloud, pixels.")
+@click.option("--fill-holes/--no-fill-holes", default=True, help="Fill holes in clouds.")
+@click.option("--largest-hole", default=100, type=click.IntRange(1), help="Largest hole to fill, pixels.")
+@click.option("--min-area", default=9, type=click.IntRange(1), help="Smallest cloud, pixels.")
 @click.option("--band", help="Spectral band; default: from the file.")
 @click.option("--source", help="Source of the image.")
 @click.option("--licence", help="Licence of the image; default: from the file.")
-@click.option("--to", "folder", default="clouds", show_default=True, type=FOLDER, help="Folder of the entries.")
+@click.option("--to", "folder", default="clouds", type=FOLDER, help="Folder of the entries.")
 @force_option
 @json_option
 def import_command(
@@ -165,9 +160,7 @@ def clouds(context: click.Context, as_json: bool) -> None:
         context.invoke(clouds_list, as_json=as_json)
 
 
-_folder_option = click.option(
-    "--from", "folder", default="clouds", show_default=True, type=FOLDER, help="Folder of the entries."
-)
+_folder_option = click.option("--from", "folder", default="clouds", type=FOLDER, help="Folder of the entries.")
 
 
 @clouds.command("list")

@@ -186,10 +186,10 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
 
 @click.command()
 @click.argument("cube", type=EXISTING_FILE)
-@click.option("--frame", default=0, show_default=True, type=click.IntRange(min=0), help="Number of the frame.")
+@click.option("--frame", default=0, type=click.IntRange(min=0), help="Number of the frame.")
 @click.option("-o", "--output", type=NEW_FILE, help="Picture; default: CUBE_volume.png.")
 @click.option("--occupancy", type=NEW_FILE, help="Also write the cloudy fraction of every voxel (.nc).")
-@click.option("--step-m", default=50.0, show_default=True, type=POSITIVE, help="Voxel height, m.")
+@click.option("--step-m", default=50.0, type=POSITIVE, help="Voxel height, m.")
 @json_option
 @force_option
 def volume(

@@ -88,7 +88,6 @@ def _side_options(command: Any) -> Any:
 @click.option(
     "--method",
     default="auto",
-    show_default=True,
     type=click.Choice(_METHODS),
     help="Cloud detection. otsu, local, coverage: as hcss import; valid: every pixel with a value; truth: the cube's "
     "mask; auto: valid for cloud-top products, truth for cloud variables of a cube, otsu for all else.",
@@ -98,7 +97,6 @@ def _side_options(command: Any) -> Any:
 @click.option(
     "--cloud-is",
     default="auto",
-    show_default=True,
     type=click.Choice(["auto", "bright", "dark"]),
     help="Sign of cloud; auto: dark in temperatures and thermal radiances.",
 )

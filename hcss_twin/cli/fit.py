@@ -69,23 +69,15 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
     "--octaves",
     type=(click.IntRange(0, 16), click.IntRange(0, 16)),
     default=(0, 8),
-    show_default=True,
     metavar="FIRST LAST",
     help="Octaves k of the fractal sum.",
 )
-@click.option("--smallest-lag", type=click.IntRange(1), default=1, show_default=True, help="Shortest lag used, pixels.")
-@click.option(
-    "--misfit",
-    type=click.FloatRange(0, 2),
-    default=0.0,
-    show_default=True,
-    help="Relative model error of each semivariance.",
-)
+@click.option("--smallest-lag", type=click.IntRange(1), default=1, help="Shortest lag used, pixels.")
+@click.option("--misfit", type=click.FloatRange(0, 2), default=0.0, help="Relative model error of each semivariance.")
 @click.option(
     "--samples",
     type=click.FloatRange(100, 1e6),
     default=1000.0,
-    show_default=True,
     help="Required effective sample size of every parameter.",
 )
 @click.option(
@@ -93,10 +85,9 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
     "most_steps",
     type=click.IntRange(500, 10**7),
     default=50_000,
-    show_default=True,
     help="Most steps per walker; chains that have not converged by then are rejected.",
 )
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of simulations and chains.")
+@click.option("--seed", default=0, type=click.IntRange(0), help="Of simulations and chains.")
 @image_options
 @click.option("-o", "--output", type=NEW_FILE, help="Posterior to write, NetCDF; default: NAME-posterior.nc.")
 @force_option

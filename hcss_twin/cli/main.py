@@ -41,7 +41,7 @@ EXIT_INTERRUPTED = 130
 EXIT_TERMINATED = 143
 
 
-@click.group(cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(__version__, prog_name="hcss")
 def cli() -> None:
     """Simulate infrared image sequences of clouds over sea, seen from space.
@@ -54,9 +54,7 @@ def cli() -> None:
 @scenario_options
 @click.option("-o", "--output", type=NEW, help="Cube to write, NetCDF or Zarr (NAME.zarr); default: NAME.nc.")
 @force_option
-@click.option(
-    "--workers", default=1, show_default=True, type=click.IntRange(1, 1024), help="Processes; the cube is the same."
-)
+@click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the cube is the same.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask cluster to use instead, for example tcp://host:8786.")
 @propagation_options
 @json_option
@@ -157,8 +155,8 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 @click.option("-o", "--output", type=FOLDER, help="Folder; default: that of CUBE.")
 @click.option("--kelvin", is_flag=True, help="Show brightness temperature instead of radiance.")
 @click.option("--variable", help="Variable to show, for example cloud_thickness.")
-@click.option("--frames", default=8, show_default=True, type=click.IntRange(1, 64), help="Frames per contact sheet.")
-@click.option("--animation/--no-animation", default=True, show_default=True, help="Also write a GIF per band.")
+@click.option("--frames", default=8, type=click.IntRange(1, 64), help="Frames per contact sheet.")
+@click.option("--animation/--no-animation", default=True, help="Also write a GIF per band.")
 @json_option
 def preview(
     cube: Path, output: Path | None, kelvin: bool, variable: str | None, frames: int, animation: bool, as_json: bool

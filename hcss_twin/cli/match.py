@@ -50,7 +50,6 @@ def image_options(command: Any) -> Any:
         click.option(
             "--missing",
             default="error",
-            show_default=True,
             type=click.Choice(["error", "clear"]),
             help="Meaning of missing pixels, except with method valid.",
         ),
@@ -109,19 +108,15 @@ def worded_for_options() -> Iterator[None]:
 @click.option(
     "--dimension",
     default="fractal",
-    show_default=True,
     type=click.Choice(["fractal", "surface"]),
     help="Dimension of --fd: that of the paper's tables, or that of the variogram of grey levels.",
 )
 @image_options
-@click.option(
-    "--type", "cloud_type", default="cumulus", show_default=True, help="Cloud type, which sets height and particles."
-)
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="First seed of the search.")
+@click.option("--type", "cloud_type", default="cumulus", help="Cloud type, which sets height and particles.")
+@click.option("--seed", default=0, type=click.IntRange(0), help="First seed of the search.")
 @click.option(
     "--budget",
     default=_BUDGET,
-    show_default=True,
     type=click.IntRange(0, 100_000),
     help="Images to simulate in the search; 0: only the analytic start.",
 )

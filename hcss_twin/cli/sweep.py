@@ -37,7 +37,7 @@ EXIT_FAILED = 1
     "--over", "swept", multiple=True, metavar="KEY=VALUES", help="Sweep a key: 'view.zenith=[0, 30]'; repeat."
 )
 @click.option("-o", "--output", type=FOLDER, help="Folder; default: SWEEP-sweep. An unfinished sweep continues.")
-@click.option("--workers", default=1, show_default=True, type=click.IntRange(min=1), help="Processes on this machine.")
+@click.option("--workers", default=1, type=click.IntRange(min=1), help="Processes on this machine.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute, tcp://HOST:PORT.")
 @click.option("--dataset", type=NEW_FILE, help="Also write one file with the swept keys as dimensions.")
 @click.option("--force", is_flag=True, help="Delete the results in the folder and start again.")
@@ -109,7 +109,6 @@ _DRAW_OPTIONS = (
         "--shares",
         type=click.Choice(["regression", "pick-freeze"]),
         default="regression",
-        show_default=True,
         help="With --draws: attribute the variance by regression, or with more scenes by exchanged inputs.",
     ),
     click.option(
