@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from hcss_paper.engine_equations import ENGINE
-from hcss_paper.equations import PAPER, TITLE, Equation, summary
+from hcss_paper.equations import ENGINE, PAPER, TITLE, Equation, summary
 
 PAGE = "development/equations.md"
 

@@ -5,8 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from hcss_paper.engine_equations import ENGINE
-from hcss_paper.equations import PAPER, find, summary
+from hcss_paper.equations import ENGINE, PAPER, find, summary
 
 ALL = [*PAPER, *(equation for part in ENGINE.values() for equation in part)]
 
