@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import signal
 import sys
@@ -178,47 +179,36 @@ def plugins(name: str | None, as_json: bool) -> None:
     from hcss_twin.providers.registry.registry import Registry
 
     registry = Registry.discover()
-    commands, broken = cli.plugin_commands()
-    broken = [*registry.broken, *broken]
     if name is not None:
         from hcss_twin.report.provider_text import described, provider_text
 
-        found = described(registry, name)
-        click.echo(json.dumps(found) if as_json else "\n\n".join(map(provider_text, found)))
+        providers = described(registry, name)
+        click.echo(json.dumps(providers) if as_json else "\n\n".join(map(provider_text, providers)))
         return
+    commands, broken = cli.plugin_commands()
+    entries, broken = registry.entries(), [*registry.broken, *broken]
     if as_json:
-        entries = [
-            {
-                "kind": str(entry.kind),
-                "name": entry.name,
-                "distribution": entry.distribution,
-                "version": entry.version,
-                "summary": entry.summary,
-                "references": list(entry.references),
-            }
-            for entry in registry.entries()
-        ]
-        unusable = [
-            {"entry_point": b.entry_point, "distribution": b.distribution, "version": b.version, "error": b.error}
-            for b in broken
-        ]
-        added = [
-            {"name": each.spec.name, "summary": each.spec.summary, "distribution": each.origin.distribution}
-            for each in commands.values()
-        ]
-        click.echo(json.dumps({"providers": entries, "commands": added, "broken": unusable}))
+        facts = ("name", "distribution", "version", "summary", "references")
+        answer = {
+            "providers": [{"kind": str(each.kind), **{key: getattr(each, key) for key in facts}} for each in entries],
+            "commands": [
+                {"name": each.spec.name, "summary": each.spec.summary, "distribution": each.origin.distribution}
+                for each in commands.values()
+            ],
+            "broken": [
+                {key: getattr(each, key) for key in ("entry_point", "distribution", "version", "error")}
+                for each in broken
+            ],
+        }
+        click.echo(json.dumps(answer))
         return
-    kind = None
-    width = max((len(entry.name) for entry in registry.entries()), default=0) + 2
-    for entry in registry.entries():
-        if entry.kind != kind:
-            kind = entry.kind
-            click.echo(click.style(f"{kind.human}s", bold=True))
-        click.echo(f"  {entry.name:<{width}}{entry.summary}  [{entry.origin}]")
-    if commands:
-        click.echo(click.style("commands", bold=True))
-    for name, command in sorted(commands.items()):
-        click.echo(f"  {name:<{width}}{command.spec.summary}  [{command.origin}]")
+    rows = [(f"{each.kind.human}s", each.name, each.summary, each.origin) for each in entries]
+    rows += [("commands", each.spec.name, each.spec.summary, each.origin) for _, each in sorted(commands.items())]
+    width = max(len(row[1]) for row in rows) + 2
+    for heading, group in itertools.groupby(rows, key=lambda row: row[0]):
+        click.echo(click.style(heading, bold=True))
+        for _, title, summary, origin in group:
+            click.echo(f"  {title:<{width}}{summary}  [{origin}]")
     for plugin in broken:
         click.echo(click.style(f"broken: {plugin}", fg="red"))
 

@@ -28,7 +28,9 @@ def answer(*arguments):
     return json.loads(done.output)
 
 
-@pytest.mark.parametrize(("name", "command"), list(commands()), ids=lambda value: value if isinstance(value, str) else "")
+@pytest.mark.parametrize(
+    ("name", "command"), list(commands()), ids=lambda value: value if isinstance(value, str) else ""
+)
 def test_a_command_has_the_option(name, command):
     options = [option for parameter in command.params for option in parameter.opts]
     assert ("--json" in options) != (name in JSON_ALREADY)
