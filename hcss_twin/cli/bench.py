@@ -12,6 +12,7 @@ from hcss_twin.cli.options import (
     EXISTING_FOLDER,
     NEW_FILE,
     force_option,
+    json_file_option,
     load,
     require_writable,
     set_option,
@@ -49,12 +50,7 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
 @click.option("--rounds", default=3, type=click.IntRange(min=1), help="Repetitions, in turn.")
 @click.option("--pixels", default=24, type=click.IntRange(1, 3000), help="Random pixels that are checked.")
 @click.option("--folder", default=".", type=EXISTING_FOLDER, help="Folder of temporary cubes.")
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(dir_okay=False, allow_dash=True, path_type=Path),
-    help="File for the results as JSON; - prints them in place of the table.",
-)
+@json_file_option
 @click.option("--plot", type=NEW_FILE, help="Picture (.png, .svg, .pdf) of time against error.")
 @force_option
 def bench(

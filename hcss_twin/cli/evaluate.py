@@ -16,6 +16,7 @@ from hcss_twin.cli.options import (
     NEW_FILE,
     Stop,
     force_option,
+    json_file_option,
     metres,
     progress,
     require_two_files,
@@ -102,12 +103,7 @@ def _side_options(command: Any) -> Any:
 )
 @click.option("--whole", is_flag=True, help="Compare whole images, not their common central part.")
 @click.option("-o", "--output", type=NEW_FILE, help="Report to write (.html).")
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(dir_okay=False, allow_dash=True, path_type=Path),
-    help="File for all numbers as JSON; - prints them in place of the table.",
-)
+@json_file_option
 @force_option
 @click.pass_context
 def evaluate_command(

@@ -28,9 +28,7 @@ def answer(*arguments):
     return json.loads(done.output)
 
 
-@pytest.mark.parametrize(
-    ("name", "command"), list(commands()), ids=lambda value: value if isinstance(value, str) else ""
-)
+@pytest.mark.parametrize(("name", "command"), [pytest.param(*each, id=each[0]) for each in commands()])
 def test_a_command_has_the_option(name, command):
     options = [option for parameter in command.params for option in parameter.opts]
     assert ("--json" in options) != (name in JSON_ALREADY)
