@@ -37,8 +37,8 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
             "--method",
             default=method,
             type=click.Choice([*others, "otsu", "local", "coverage", "valid"]),
-            help="Cloud detection: split the histogram; threshold of the surroundings; the cloudiest pixels up to "
-            "--coverage; every pixel with a value."
+            help="Cloud detection. otsu: threshold that splits the histogram; local: threshold of the surroundings; "
+            "coverage: the cloudiest pixels up to --coverage; valid: every pixel with a value."
             + (" auto: valid for cloud-top products, otsu for all else." if "auto" in others else ""),
         ),
         click.option(

@@ -95,7 +95,11 @@ def report_command(source: Path, output: Path | None, force: bool, as_json: bool
 @click.argument("cube", type=EXISTING_FILE)
 @click.option("--sensor", "name", required=True, metavar="NAME|FILE", help="Sensor of the catalog, or a TOML file.")
 @click.option(
-    "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Key of [sensor], as parameters.psf_sigma=0.8."
+    "--set",
+    "assignments",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change a key of [sensor], for example parameters.psf_sigma=0.8; repeat.",
 )
 @click.option("-o", "--output", type=NEW, help="Cube to write; default: NAME.sensor.nc.")
 @force_option

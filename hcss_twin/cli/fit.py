@@ -85,9 +85,9 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
     "most_steps",
     type=click.IntRange(500, 10**7),
     default=50_000,
-    help="Most steps per walker; chains that have not converged by then are rejected.",
+    help="Largest number of steps per walker; chains that have not converged by then are rejected.",
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Of simulations and chains.")
+@click.option("--seed", default=0, type=click.IntRange(0), help="Seed of simulations and chains.")
 @image_options
 @click.option("-o", "--output", type=NEW_FILE, help="Posterior to write, NetCDF; default: NAME-posterior.nc.")
 @force_option

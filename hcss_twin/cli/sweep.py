@@ -109,10 +109,14 @@ _DRAW_OPTIONS = (
         "--shares",
         type=click.Choice(["regression", "pick-freeze"]),
         default="regression",
-        help="With --draws: attribute the variance by regression, or with more scenes by exchanged inputs.",
+        help="With --draws: method of variance attribution; pick-freeze needs more scenes.",
     ),
     click.option(
-        "--cube-of", "cubes_of", multiple=True, metavar="NUMBERS", help="With --draws: also write cubes: 0,17."
+        "--cube-of",
+        "cubes_of",
+        multiple=True,
+        metavar="NUMBERS",
+        help="With --draws: also write the cubes of these draws, for example 0,17.",
     ),
     click.option("--layer", type=int, help="With --posterior: its cloud layer, if there are two."),
 )

@@ -21,7 +21,7 @@ EXIT_FAILED = 1
     "-o", "--output", type=NEW_FILE, default="hcss-reproduction.html", show_default=True, help="Report to write."
 )
 @click.option("--json", "json_file", type=NEW_FILE, help="File for rows, checks and verdicts as JSON, keyed by item.")
-@click.option("--seed", default=1, show_default=True, type=click.IntRange(min=0), help="Of random clouds.")
+@click.option("--seed", default=1, show_default=True, type=click.IntRange(min=0), help="Seed of random clouds.")
 @force_option
 @click.option("--list", "only_list", is_flag=True, help="List the items and compute nothing.")
 @click.pass_context
