@@ -45,7 +45,7 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
     multiple=True,
     metavar="ACCURACY",
     callback=_accuracies,
-    help=f"Accuracy as in scenarios: 1e-3, '0.1 %', '0.1 K'; repeat. Default: {', '.join(_ACCURACIES)}, and the scenario's.",
+    help=f"As in scenarios: 1e-3, '0.1 %', '0.1 K'; repeat. Default: {', '.join(_ACCURACIES)}, and the scenario's.",
 )
 @click.option("--rounds", default=3, type=click.IntRange(min=1), help="Repetitions, in turn.")
 @click.option("--pixels", default=24, type=click.IntRange(1, 3000), help="Random pixels that are checked.")
