@@ -12,8 +12,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from hcss_paper.figure_17_degraded_cirrus import drawn
+
 from hcss_twin import Scenario, sense, simulate
-from hcss_twin.paper.figure_17_degraded_cirrus import drawn
 
 PICTURE = Path(__file__).parents[1] / "images" / "degraded_cirrus.png"
 NOISE = 7e-4

@@ -13,8 +13,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hcss_twin.paper import figure_04_fractal_fields as fig4
-from hcss_twin.paper import figure_10_cloud_types as fig10
+from hcss_paper import figure_04_fractal_fields as fig4
+from hcss_paper import figure_10_cloud_types as fig10
 
 SEED = 1
 DPI = 180

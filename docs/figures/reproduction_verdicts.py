@@ -16,9 +16,9 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from hcss_twin.paper.index import heading
-from hcss_twin.paper.item import Row
-from hcss_twin.paper.run import relative
+from hcss_paper.index import heading
+from hcss_paper.reproduction import Row
+from hcss_paper.run import relative
 
 PAGE = Path(__file__).parents[1] / "development" / "reproduction.md"
 BEGIN, END = "<!-- made by docs/figures/reproduction_verdicts.py -->\n", "<!-- end -->\n"

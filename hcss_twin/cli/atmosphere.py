@@ -2,39 +2,43 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import click
+
+from hcss_twin.cli.options import EXISTING_FILE, NEW, force_option, json_option, require_writable, with_size
 
 
 @click.group()
 def atmosphere() -> None:
-    """Bring results of other radiative-transfer codes, and look at atmospheres."""
+    """Import results of MODTRAN or libRadtran, and draw atmospheres."""
 
 
 @atmosphere.command("import")
-@click.argument("files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Table to write (.nc).")
+@click.argument("files", nargs=-1, required=True, type=EXISTING_FILE)
+@click.option("-o", "--output", required=True, type=NEW, help="Table to write (.nc).")
 @click.option(
     "--format",
     "file_format",
     default="auto",
-    show_default=True,
     type=click.Choice(["auto", "modtran-tape7", "modtran6-json", "modtran6-csv", "libradtran"]),
-    help="What the files are.",
+    help="Format of FILES.",
 )
 @click.option("--profile", help="Atmosphere of the runs: catalog name or CSV file.")
-@click.option("--resolution", type=click.FloatRange(min=0), help="Spectral resolution in cm-1.")
+@click.option("--resolution", type=click.FloatRange(min=0), help="Spectral resolution, cm-1.")
 @click.option(
     "--geometry",
     multiple=True,
     metavar="[FILE=]H1,H2,ANGLE",
-    help="Line of sight in km, km, deg where a file does not tell; above 90 deg the observer looks down.",
+    help="Line of sight in km, km, deg where a file does not contain it; above 90 deg the observer looks down.",
 )
 @click.option("--output-user", help="uvspec: the output_user line, for example 'lambda edir uu'.")
 @click.option("--setting", multiple=True, metavar="LINE", help="uvspec: a line of its input, for example 'sza 20'.")
 @click.option("--title", help="Title of the table.")
-@click.option("--force", is_flag=True, help="Replace an existing table.")
+@force_option
+@json_option
 def atmosphere_import(
     files: tuple[Path, ...],
     output: Path,
@@ -46,12 +50,12 @@ def atmosphere_import(
     setting: tuple[str, ...],
     title: str | None,
     force: bool,
+    as_json: bool,
 ) -> None:
     """Combine FILES of MODTRAN or libRadtran into one atmosphere table."""
     from hcss_twin.models.atmosphere.imports.run import ReadOptions, import_files, parse_geometry
 
-    if output.exists() and not force:
-        raise click.ClickException(f"{output} exists; give another name with -o, or --force")
+    require_writable([output], force)
     try:
         sights = dict(parse_geometry(text) for text in geometry)
     except ValueError as error:
@@ -59,16 +63,20 @@ def atmosphere_import(
     settings = (*setting, f"output_user {output_user}") if output_user else setting
     options = ReadOptions(file_format, sights, settings)
     checks = import_files(files, output, options, profile=profile, resolution_cm1=resolution, title=title)
-    click.echo("\n".join([*(f"  {line}" for line in checks), f"{output}  {output.stat().st_size / 1e6:.1f} MB"]))
+    if as_json:
+        click.echo(json.dumps({"table": str(output), "bytes": output.stat().st_size, "checks": checks}))
+    else:
+        click.echo("\n".join([*(f"  {line}" for line in checks), with_size(output)]))
 
 
 @atmosphere.command("plot")
 @click.argument("sources", nargs=-1, required=True, metavar="PROVIDER_OR_TABLE...")
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture to write (.png).")
-@click.option("--profile", default="us-standard-1976", show_default=True, help="Atmosphere of the providers.")
+@click.option("-o", "--output", required=True, type=NEW, help="Picture to write (.png).")
+@click.option("--profile", default="us-standard-1976", help="Atmosphere of the providers.")
 @click.option("--zenith", multiple=True, type=click.FloatRange(0, 90, max_open=True), help="Angle in deg; repeat.")
 @click.option("--height", multiple=True, type=click.FloatRange(min=0), help="Target height in m; repeat.")
-@click.option("--range-um", nargs=2, type=float, default=(2.5, 14.3), show_default=True, help="Wavelengths.")
+@click.option("--range-um", nargs=2, type=float, default=(2.5, 14.3), help="Wavelengths in um; default: 2.5 14.3.")
+@json_option
 def atmosphere_plot(
     sources: tuple[str, ...],
     output: Path,
@@ -76,8 +84,12 @@ def atmosphere_plot(
     zenith: tuple[float, ...],
     height: tuple[float, ...],
     range_um: tuple[float, float],
+    as_json: bool,
 ) -> None:
-    """Draw transmittance and path radiance of a provider or table, or compare two."""
+    """Draw transmittance and path radiance of one or two providers or tables; two are compared.
+
+    The JSON has mean transmittance and path radiance (W m-2 sr-1) of the bands 2.7-3.0, 3-5 and 8-14 um by angle.
+    """
     from hcss_twin.report import atmosphere_plot as plot
 
     if len(sources) > 2:
@@ -90,4 +102,19 @@ def atmosphere_plot(
     )
     plot.draw(spectra, output)
     lines = plot.compare(spectra[0], spectra[1]) if len(spectra) == 2 else []
-    click.echo("\n".join([*lines, str(output)]))
+    if as_json:
+        found = {each.label: {"zenith_deg": each.zenith_deg.tolist(), "bands": _bands(each)} for each in spectra}
+        click.echo(json.dumps({"picture": str(output), "sources": found, "comparison": lines}))
+    else:
+        click.echo("\n".join([*lines, str(output)]))
+
+
+def _bands(spectra: Any) -> list[dict[str, Any]]:
+    from hcss_twin.report import atmosphere_plot as plot
+
+    means = [(band, plot.band_means(spectra, band)) for band in plot.BANDS_UM]
+    return [
+        {"limits_um": band, "transmittance": each[0].tolist(), "path_radiance": each[1].tolist()}
+        for band, each in means
+        if each is not None  # the spectrum does not cover the band
+    ]

@@ -10,25 +10,9 @@ from typing import Any
 
 import click
 
+from hcss_twin.cli.options import EXISTING_FILE, FOLDER, NEW, force_option, json_option, metres, require_writable
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.json_numbers import json_value
-
-
-def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
-    """Read a length such as ``1 km``; a plain number is metres."""
-    if text is None:
-        return None
-    from pydantic_core import PydanticCustomError
-
-    from hcss_twin.scenario.units import parse_quantity
-
-    try:
-        size = parse_quantity(text, "length")
-    except PydanticCustomError as error:
-        raise click.BadParameter(error.message()) from error
-    if not isinstance(size, float) or not 0.0 < size < math.inf:
-        raise click.BadParameter(f"{text} given, allowed: greater than 0")
-    return size
 
 
 def _odd(_context: click.Context, _option: click.Parameter, value: int) -> int:
@@ -37,74 +21,83 @@ def _odd(_context: click.Context, _option: click.Parameter, value: int) -> int:
     return value
 
 
+def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
+    """Return a decorator that adds the options of cloud detection in an image.
+
+    Parameters
+    ----------
+    method : str
+        Default method.
+    others : tuple of str
+        Methods beside those of ``hcss import``.
+    """
+    options = (
+        click.option("--variable", help="Variable of a NetCDF or .npz file, or band number of a GeoTIFF."),
+        click.option(
+            "--method",
+            default=method,
+            type=click.Choice([*others, "otsu", "local", "coverage", "valid"]),
+            help="Cloud detection. otsu: threshold that splits the histogram; local: threshold of the surroundings; "
+            "coverage: the cloudiest pixels up to --coverage; valid: every pixel with a value."
+            + (" auto: valid for cloud-top products, otsu for all else." if "auto" in others else ""),
+        ),
+        click.option(
+            "--window", "window_pixels", type=click.IntRange(3, 16384), help="Window of method local, pixels."
+        ),
+        click.option(
+            "--coverage",
+            type=click.FloatRange(0, 1),
+            help="Cloudy fraction for method coverage" + (", or without IMAGE." if "auto" in others else "."),
+        ),
+        click.option(
+            "--cloud-is",
+            default="auto",
+            type=click.Choice(["auto", "bright", "dark"]),
+            help="Sign of cloud; auto: dark in temperatures and thermal radiances.",
+        ),
+        click.option(
+            "--pixel-size",
+            "pixel_size_m",
+            metavar="LENGTH",
+            callback=metres,
+            help="Pixel size on the ground, for example '1 km'; overrides the file.",
+        ),
+    )
+
+    def add(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+def _diameter(name: str, noun: str, default: int) -> Any:
+    return click.option(
+        f"--{name}",
+        noun,
+        default=default,
+        type=click.IntRange(1, 99),
+        callback=_odd,
+        help=f"Diameter of the {noun}, pixels; 1: none.",
+    )
+
+
 @click.command("import")
-@click.argument("image", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("image", type=EXISTING_FILE)
 @click.option("--name", help="Name of the entry; default: that of the file.")
-@click.option("--variable", help="Variable of a NetCDF or .npz file, or number of a GeoTIFF's band.")
-@click.option(
-    "--method",
-    default="otsu",
-    show_default=True,
-    type=click.Choice(["otsu", "local", "coverage", "valid"]),
-    help="Threshold: splits the histogram; follows the surroundings; takes the cloudiest until --coverage; "
-    "takes every pixel that has a value.",
-)
-@click.option("--window", type=click.IntRange(3, 16384), help="Side of the surroundings of method local, pixels.")
-@click.option("--coverage", type=click.FloatRange(0, 1), help="Cloudy fraction of method coverage.")
-@click.option(
-    "--cloud-is",
-    default="auto",
-    show_default=True,
-    type=click.Choice(["auto", "bright", "dark"]),
-    help="Which values are cloud; auto: small ones of temperatures and thermal radiances.",
-)
-@click.option(
-    "--close",
-    "closing",
-    default=3,
-    show_default=True,
-    type=click.IntRange(1, 99),
-    callback=_odd,
-    help="Diameter of the closing, pixels; 1: none.",
-)
-@click.option(
-    "--open",
-    "opening",
-    default=1,
-    show_default=True,
-    type=click.IntRange(1, 99),
-    callback=_odd,
-    help="Diameter of the opening, pixels; 1: none.",
-)
-@click.option("--fill-holes/--no-fill-holes", default=True, show_default=True, help="Fill holes in clouds.")
-@click.option(
-    "--largest-hole",
-    default=100,
-    show_default=True,
-    type=click.IntRange(1),
-    help="Largest hole that is filled, pixels.",
-)
-@click.option("--min-area", default=9, show_default=True, type=click.IntRange(1), help="Smallest cloud, pixels.")
-@click.option(
-    "--pixel-size",
-    "pixel_size_m",
-    metavar="LENGTH",
-    callback=metres,
-    help="Side of a pixel on the ground, for example '1 km'; needed where the file does not tell.",
-)
-@click.option("--band", help="Spectral band, for people; default: what the file says.")
-@click.option("--source", help="Where the image is from.")
-@click.option("--licence", help="Terms under which the image may be used; default: what the file says.")
-@click.option(
-    "--to",
-    "folder",
-    default="clouds",
-    show_default=True,
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of the entries; made if missing.",
-)
-@click.option("--force", is_flag=True, help="Replace an existing entry.")
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@cloud_options("otsu")
+@_diameter("close", "closing", 3)
+@_diameter("open", "opening", 1)
+@click.option("--fill-holes/--no-fill-holes", default=True, help="Fill holes in clouds.")
+@click.option("--largest-hole", default=100, type=click.IntRange(1), help="Largest hole to fill, pixels.")
+@click.option("--min-area", default=9, type=click.IntRange(1), help="Smallest cloud, pixels.")
+@click.option("--band", help="Spectral band; default: from the file.")
+@click.option("--source", help="Source of the image.")
+@click.option("--licence", help="Licence of the image; default: from the file.")
+@click.option("--to", "folder", default="clouds", type=FOLDER, help="Folder of the entries.")
+@force_option
+@json_option
 def import_command(
     image: Path,
     name: str | None,
@@ -118,13 +111,13 @@ def import_command(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Cut the clouds out of IMAGE and put them into the cloud database.
+    """Extract the clouds of IMAGE into the cloud database.
 
-    IMAGE is NetCDF (GOES ABI among them), GeoTIFF, PNG, JPEG or NumPy. Written are NAME.nc and a picture,
-    NAME.png: look at it before using the entry.
+    IMAGE is NetCDF (also GOES ABI), GeoTIFF, PNG, JPEG or NumPy. The command writes the entry NAME.nc and a picture
+    NAME.png of the detected clouds; check it before you use the entry.
     """
     from hcss_twin.analysis.cloud_import import ImportOptions, import_image
-    from hcss_twin.models.clouds.database import SUFFIX, valid_entry_name, write_entry
+    from hcss_twin.models.clouds.database import SUFFIX, write_entry
     from hcss_twin.models.clouds.segmentation import Cleaning
     from hcss_twin.report.image_preview import draw_entry
 
@@ -132,7 +125,7 @@ def import_command(
         raise click.UsageError("--method coverage needs --coverage, the fraction of cloudy pixels")
     if options["coverage"] is not None and options["method"] != "coverage":
         raise click.UsageError("--coverage goes with --method coverage only")
-    if options["window"] is not None and options["method"] != "local":
+    if options["window_pixels"] is not None and options["method"] != "local":
         raise click.UsageError("--window goes with --method local only")
     try:
         name = valid_entry_name(name or image.stem)
@@ -140,11 +133,10 @@ def import_command(
         raise click.BadParameter(str(error), param_hint="--name") from error
     path = folder / f"{name}{SUFFIX}"
     picture = folder / f"{name}.png"
-    for file in (path, picture):
-        if file.exists() and not force:
-            raise click.ClickException(f"{file} exists; give another --name, or --force")
+    if folder.is_dir():
+        require_writable((path, picture), force, "give another --name")
     cleaning = Cleaning(closing, opening, largest_hole if fill_holes else 0, min_area)
-    entry = import_image(image, ImportOptions(cleaning=cleaning, **options))
+    entry = import_image(image, ImportOptions(cleaning=cleaning, window=options.pop("window_pixels"), **options))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -159,29 +151,22 @@ def import_command(
 
 
 @click.group(invoke_without_command=True)
+@json_option
 @click.pass_context
-def clouds(context: click.Context) -> None:
+def clouds(context: click.Context, as_json: bool) -> None:
     """Show the cloud database; without a command, list it."""
     if context.invoked_subcommand is None:
-        context.invoke(clouds_list)
+        context.invoke(clouds_list, as_json=as_json)
 
 
-def _folder_option(command: Any) -> Any:
-    return click.option(
-        "--from",
-        "folder",
-        default="clouds",
-        show_default=True,
-        type=click.Path(file_okay=False, path_type=Path),
-        help="Folder of the entries.",
-    )(command)
+_folder_option = click.option("--from", "folder", default="clouds", type=FOLDER, help="Folder of the entries.")
 
 
 @clouds.command("list")
 @_folder_option
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@json_option
 def clouds_list(folder: Path = Path("clouds"), as_json: bool = False) -> None:
-    """List the entries of a folder."""
+    """List the entries."""
     from hcss_twin.models.clouds.database import list_entries
 
     listed = list_entries(folder)
@@ -219,10 +204,10 @@ def clouds_list(folder: Path = Path("clouds"), as_json: bool = False) -> None:
 @clouds.command("preview")
 @click.argument("name")
 @_folder_option
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture to write; default: NAME.png beside it.")
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@click.option("-o", "--output", type=NEW, help="Picture; default: NAME.png beside the entry.")
+@json_option
 def clouds_preview(name: str, folder: Path, output: Path | None, as_json: bool) -> None:
-    """Draw the entry NAME and say what it is."""
+    """Draw and describe the entry NAME."""
     from hcss_twin.models.clouds.database import entry_path, read_entry
     from hcss_twin.report.image_preview import draw_entry
 
@@ -237,13 +222,12 @@ def clouds_preview(name: str, folder: Path, output: Path | None, as_json: bool) 
 
 
 def _as_dict(facts: Any) -> dict[str, Any]:
-    """Return the facts for JSON."""
-    found: dict[str, Any] = json_value(dataclasses.asdict(facts))
-    return found
+    values: dict[str, Any] = json_value(dataclasses.asdict(facts))
+    return values
 
 
 def _described(facts: Any, shape: tuple[int, ...]) -> list[str]:
-    """Tell an entry in lines of text."""
+    """Return an entry in lines of text."""
     nominal = ", nominal: below the satellite" if facts.pixel_size_is_nominal else ""
     thresholds = f"{facts.threshold_lowest:.6g}"
     if facts.threshold_highest != facts.threshold_lowest:

@@ -1,13 +1,4 @@
-"""``hcss export``: a cube in the format of another program.
-
-``hcss report``: one HTML file about a cube, a sweep, a posterior or a propagation.
-
-``hcss verify``: whether a cube is what its own provenance makes today.
-
-``hcss volume``: the cloud of a cube in three dimensions.
-
-``hcss cache``: what is kept between runs.
-"""
+"""Commands on a cube: ``hcss export``, ``report``, ``sense``, ``verify`` and ``volume``; and ``hcss cache``."""
 
 from __future__ import annotations
 
@@ -16,44 +7,46 @@ import sys
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import click
 
-from hcss_twin.cli.options import Stop, progress
-from hcss_twin.core.cache import OPTICS, PLANS, REFERENCES, TABLES
+from hcss_twin.cli.options import (
+    EXISTING,
+    EXISTING_FILE,
+    EXISTING_FOLDER,
+    NEW,
+    NEW_FILE,
+    Stop,
+    assigned,
+    force_option,
+    json_option,
+    progress,
+    require_writable,
+    with_size,
+)
 
 FORMATS = ("fits", "envi", "geotiff", "png")
 LISTED = 8
 """Files that are named on screen; more are counted."""
 
+EXIT_DIFFERENT = 1
+POSITIVE = click.FloatRange(min=0, min_open=True)
+
+KINDS = {"tables": ".npz", "plans": ".npz", "references": ".npz", "optics": ".nc"}
+"""Folders of the cache and how their files end, as in ``core.cache``, which imports numpy; a test compares them."""
+
 
 @click.command("export")
-@click.argument("cube", type=click.Path(exists=True, path_type=Path))
+@click.argument("cube", type=EXISTING)
 @click.option("--to", required=True, type=click.Choice(FORMATS), help="Format.")
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="Name or folder; default: CUBE_VARIABLE beside CUBE. Several files get bands and numbers in their names.",
-)
-@click.option("--variable", help="What to write; default: radiance, or the only image there is.")
-@click.option("--band", "bands", multiple=True, help="Name of a band; can be given again. Default: all.")
-@click.option(
-    "--frame",
-    "frames",
-    multiple=True,
-    type=click.IntRange(min=0),
-    help="Number of a frame; can be given again. Default: all.",
-)
-@click.option(
-    "--limits",
-    nargs=2,
-    type=float,
-    metavar="LOW HIGH",
-    help="png: values of black and white; default: those of each band.",
-)
-@click.option("--force", is_flag=True, help="Replace existing files.")
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@click.option("-o", "--output", type=NEW, help="Name or folder; default: CUBE_VARIABLE beside CUBE.")
+@click.option("--variable", help="Variable to write; default: radiance, or the only image.")
+@click.option("--band", "bands", multiple=True, help="Name of a band; repeat. Default: all.")
+@click.option("--frame", "frames", multiple=True, type=click.IntRange(min=0), help="Number of a frame; repeat.")
+@click.option("--limits", nargs=2, type=float, metavar="LOW HIGH", help="png: values of black and white.")
+@force_option
+@json_option
 def export_command(
     cube: Path,
     to: str,
@@ -79,50 +72,108 @@ def export_command(
     size = f"{done.frames} x {done.planes} x {done.rows} x {done.columns}"
     click.echo(f"  {done.variable}: {size} values (frames, bands or layers, rows, columns)")
     if done.missing:
-        how = "sample 0" if to == "png" else "NaN"
-        click.echo(f"  {done.missing} of them do not exist: {how}")
+        click.echo(f"  {done.missing} of them do not exist: {'sample 0' if to == 'png' else 'NaN'}")
 
 
 @click.command("report")
-@click.argument("source", metavar="CUBE|SWEEP|POSTERIOR|PROPAGATION", type=click.Path(exists=True, path_type=Path))
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="File to write; default: its name with .html, beside it.",
-)
-@click.option("--force", is_flag=True, help="Replace an existing file.")
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@click.argument("source", metavar="CUBE|SWEEP|POSTERIOR|PROPAGATION", type=EXISTING)
+@click.option("-o", "--output", type=NEW_FILE, help="Page to write; default: NAME.html beside the source.")
+@force_option
+@json_option
 def report_command(source: Path, output: Path | None, force: bool, as_json: bool) -> None:
-    """Write one HTML file about a cube, a sweep (its folder or dataset), a posterior or a propagation.
+    """Write one HTML page about a cube, a sweep (folder or dataset), a posterior or a propagation.
 
-    It needs no network and no other files, fits a phone, and can be printed.
+    The page needs no other files and no network.
     """
     from hcss_twin.report.report import report
 
-    written = report(source, output, replace=force)
-    size = written.stat().st_size
-    click.echo(json.dumps({"report": str(written), "bytes": size}) if as_json else f"{written}  {size / 1e6:.1f} MB")
-
-
-EXIT_DIFFERENT = 1
+    page = report(source, output, replace=force)
+    click.echo(json.dumps({"report": str(page), "bytes": page.stat().st_size}) if as_json else with_size(page))
 
 
 @click.command()
-@click.argument("cube", type=click.Path(exists=True, path_type=Path))
-@click.option("--frames", type=click.IntRange(min=1), help="Check so many frames, spread over the cube; default: all.")
+@click.argument("cube", type=EXISTING_FILE)
+@click.option("--sensor", "name", required=True, metavar="NAME|FILE", help="Sensor of the catalog, or a TOML file.")
 @click.option(
-    "--base",
-    type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Folder from which relative paths of the scenario lead; default: where they led when CUBE was made.",
+    "--set",
+    "assignments",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change a key of [sensor], for example parameters.psf_sigma=0.8; repeat.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@click.option("-o", "--output", type=NEW, help="Cube to write; default: NAME.sensor.nc.")
+@force_option
+@json_option
+@click.pass_context
+def sense(
+    context: click.Context,
+    cube: Path,
+    name: str,
+    assignments: tuple[str, ...],
+    output: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Apply a sensor to CUBE and write the measured cube, with the same truth layers."""
+    from hcss_twin.core.environment import announce_compilation
+    from hcss_twin.cube.reader import open_cube
+    from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
+    from hcss_twin.engine.sensing.sense import measured_path, section_of, sense_file
+
+    output = output or measured_path(cube)
+    require_writable([output], force)
+    # A file's name is relative to the working folder, not to that of the cube.
+    named = str(Path(name).resolve()) if Path(name).is_file() else name
+    section = section_of({"name": named, **_nested(assigned(assignments))})
+    with announce_compilation(partial(click.echo, err=True)):
+        sense_file(cube, section, output, progress=partial(progress, context.ensure_object(Stop)))
+    with open_cube(output) as measured:
+        about = json.loads(measured.attrs[SENSOR_ATTRIBUTE])
+        variables = [str(each) for each in measured.data_vars]
+    if as_json:
+        click.echo(json.dumps({"cube": str(output), "variables": variables, "sensor": about}))
+        return
+    click.echo(f"{with_size(output)}: {about['title']}")
+    click.echo(f"  variables   {', '.join(variables)}")
+    for note in about["notes"]:
+        click.echo(f"  note        {note}")
+
+
+def measured_beside(clean: Path, scenario: Any, force: bool) -> Path | None:
+    """Return the measured cube that a run writes beside its clean one, or None; refuses one that exists."""
+    if scenario.sensor is None:
+        return None
+    from hcss_twin.engine.sensing.sense import measured_path
+
+    path = measured_path(clean)
+    require_writable([path], force)
+    return path
+
+
+def _nested(assignments: dict[str, Any]) -> dict[str, Any]:
+    """Return dotted keys as nested tables."""
+    root: dict[str, Any] = {}
+    for key, value in assignments.items():
+        *path, last = key.split(".")
+        table = root
+        for part in path:
+            table = table.setdefault(part, {})
+            if not isinstance(table, dict):
+                raise click.BadParameter(f"{key}: '{part}' is no table", param_hint="--set")
+        table[last] = value
+    return root
+
+
+@click.command()
+@click.argument("cube", type=EXISTING)
+@click.option("--frames", type=click.IntRange(min=1), help="Number of frames to check, spread evenly; default: all.")
+@click.option("--base", type=EXISTING_FOLDER, help="Folder of relative paths in the scenario; default: as recorded.")
+@json_option
 @click.pass_context
 def verify(context: click.Context, cube: Path, frames: int | None, base: Path | None, as_json: bool) -> None:
-    """Recompute CUBE from its own provenance and say whether it is the same.
+    """Recompute CUBE from its provenance, without the cache, and compare.
 
-    Nothing kept from earlier runs is used, and nothing is written. Exit code 0: identical to the bit, or equal within
-    1e-6; 1: different, or it cannot be recomputed, with the place and what may be why.
+    Exit code 0: identical bits, or equal within 1e-6. 1: different (where, and the likely cause), or not computable.
     """
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.engine.verification.verify import verify_cube
@@ -131,95 +182,83 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
     if sys.stderr.isatty():
         click.echo("computing the radiance anew ...", err=True)
     with announce_compilation(partial(click.echo, err=True)):
-        found = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)))
-    click.echo(json.dumps(found.as_dict()) if as_json else verification_text(found))
-    if not found.passed:
+        result = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)))
+    click.echo(json.dumps(result.as_dict()) if as_json else verification_text(result))
+    if not result.passed:
         sys.exit(EXIT_DIFFERENT)
 
 
 @click.command()
-@click.argument("cube", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--frame", default=0, show_default=True, type=click.IntRange(min=0), help="Number of the frame.")
-@click.option(
-    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Picture; default: CUBE_volume.png."
-)
-@click.option(
-    "--occupancy",
-    "occupancy_file",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Also write the filled share of every voxel (.nc).",
-)
-@click.option(
-    "--step-m",
-    default=50.0,
-    show_default=True,
-    type=click.FloatRange(min=0, min_open=True),
-    help="Height of a voxel in m.",
-)
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
-@click.option("--force", is_flag=True, help="Replace existing files.")
+@click.argument("cube", type=EXISTING_FILE)
+@click.option("--frame", default=0, type=click.IntRange(min=0), help="Number of the frame.")
+@click.option("-o", "--output", type=NEW_FILE, help="Picture; default: CUBE_volume.png.")
+@click.option("--occupancy", type=NEW_FILE, help="Also write the cloudy fraction of every voxel (.nc).")
+@click.option("--step-m", default=50.0, type=POSITIVE, help="Voxel height, m.")
+@json_option
+@force_option
 def volume(
-    cube: Path, frame: int, output: Path | None, occupancy_file: Path | None, step_m: float, as_json: bool, force: bool
+    cube: Path, frame: int, output: Path | None, occupancy: Path | None, step_m: float, as_json: bool, force: bool
 ) -> None:
-    """Draw the cloud of CUBE in three dimensions; the cube must hold the truth layers."""
+    """Draw the clouds of CUBE in three dimensions; the cube must have truth layers."""
     output = output or cube.with_name(f"{cube.stem}_volume.png")
-    if output.exists() and not force:
-        raise click.ClickException(f"{output} exists; give another name with -o, or --force")
-    if occupancy_file is not None and occupancy_file.exists() and not force:
-        raise click.ClickException(f"{occupancy_file} exists; give another name with --occupancy, or --force")
+    require_writable([output], force)
+    require_writable([occupancy], force, "give another name with --occupancy")
     from hcss_twin.report.cloud_columns import read_columns
     from hcss_twin.report.cloud_volume import draw_volume
     from hcss_twin.report.occupancy_file import write_occupancy
 
     columns = read_columns(cube, frame)
     picture = draw_volume(columns, output)
-    voxels = None if occupancy_file is None else write_occupancy(columns, occupancy_file, step_m)
+    voxels = None if occupancy is None else write_occupancy(columns, occupancy, step_m)
     if as_json:
-        named = None if occupancy_file is None else str(occupancy_file)
+        named = None if occupancy is None else str(occupancy)
         click.echo(json.dumps({"picture": str(picture), "occupancy": named, "voxels": voxels}))
         return
     click.echo(str(picture))
-    if occupancy_file is not None and voxels is not None:
-        size = f"{occupancy_file.stat().st_size / 1e6:.1f} MB"
-        click.echo(f"{occupancy_file}  {voxels[0]} x {voxels[1]} x {voxels[2]} voxels, {size}")
-
-
-KINDS = dict((TABLES, PLANS, REFERENCES, OPTICS))
+    if occupancy is not None and voxels is not None:
+        name, size = with_size(occupancy).rsplit("  ", 1)
+        click.echo(f"{name}  {voxels[0]} x {voxels[1]} x {voxels[2]} voxels, {size}")
 
 
 @click.group(invoke_without_command=True)
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@json_option
 @click.pass_context
 def cache(context: click.Context, as_json: bool) -> None:
-    """Say what is kept between runs, where, and how large it is.
+    """Show the cache: folder, number of files and size.
 
-    Compiled tables of scenes and computed cloud optics come out the same in every run, so that they are kept in
-    HCSS_CACHE_DIR, or in the user's cache folder. HCSS_CACHE_MB limits the tables (1000 MB; 0 keeps none).
+    The cache has compiled tables and cloud optics. HCSS_CACHE_DIR sets its folder, HCSS_CACHE_MB the limit of the
+    tables (1000 MB; 0 disables them).
     """
     if context.invoked_subcommand is not None:
         return
     from hcss_twin.core.cache import Store, cache_root, limit_bytes
 
     root, limit = cache_root(), limit_bytes()
-    found = {kind: Store(kind, suffix).kept() for kind, suffix in KINDS.items()}
+    kinds = {kind: _count(Store(kind, suffix).kept()) for kind, suffix in KINDS.items()}
     if as_json:
-        sizes = {
-            kind: {"files": len(files), "bytes": sum(each.size for each in files)} for kind, files in found.items()
-        }
-        click.echo(json.dumps({"folder": None if root is None else str(root), "limit_bytes": limit, "kinds": sizes}))
+        folder = None if root is None else str(root)
+        click.echo(json.dumps({"folder": folder, "limit_bytes": limit, "kinds": kinds}))
         return
     click.echo(f"{'no folder to keep anything in' if root is None else root}")
-    for kind, files in found.items():
-        most = f" of at most {limit / 1e6:g} MB" if kind == TABLES[0] else ""
-        click.echo(f"  {kind:<11}{len(files):5} files {sum(each.size for each in files) / 1e6:9.2f} MB{most}")
+    for kind, count in kinds.items():
+        most = f" of at most {limit / 1e6:g} MB" if kind == "tables" else ""
+        click.echo(f"  {kind:<11}{count['files']:5} files {count['bytes'] / 1e6:9.2f} MB{most}")
 
 
 @cache.command()
 @click.argument("kinds", nargs=-1, type=click.Choice(sorted(KINDS)))
-def clear(kinds: tuple[str, ...]) -> None:
-    """Remove what is kept: all of it, or the KINDS named."""
+@json_option
+def clear(kinds: tuple[str, ...], as_json: bool) -> None:
+    """Delete the cached results: all, or those of KINDS."""
     from hcss_twin.core.cache import Store
 
-    for kind in kinds or KINDS:
-        removed = Store(kind, KINDS[kind]).clear()
-        click.echo(f"{kind}: {len(removed)} files removed, {sum(each.size for each in removed) / 1e6:.1f} MB")
+    removed = {kind: _count(Store(kind, KINDS[kind]).clear()) for kind in kinds or KINDS}
+    if as_json:
+        click.echo(json.dumps({"removed": removed}))
+        return
+    for kind, count in removed.items():
+        click.echo(f"{kind}: {count['files']} files removed, {count['bytes'] / 1e6:.1f} MB")
+
+
+def _count(files: Any) -> dict[str, int]:
+    return {"files": len(files), "bytes": sum(each.size for each in files)}

@@ -1,4 +1,4 @@
-"""``hcss evaluate``: how like a real image a simulated one is."""
+"""``hcss evaluate``: image similarity metrics of a simulated and a real image."""
 
 from __future__ import annotations
 
@@ -10,8 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcss_twin.cli.clouds import metres
-from hcss_twin.cli.options import Stop, progress, require_two_files, require_writable, write_text
+from hcss_twin.cli.options import (
+    EXISTING,
+    EXISTING_FILE,
+    NEW_FILE,
+    Stop,
+    force_option,
+    json_file_option,
+    metres,
+    progress,
+    require_two_files,
+    require_writable,
+    write_text,
+)
 
 if TYPE_CHECKING:
     from hcss_twin.analysis.comparison.footage import Method
@@ -25,14 +36,14 @@ def frame_numbers(_context: click.Context, _option: click.Parameter, text: str |
     """Read numbers of frames such as ``0-7`` or ``0,3,5``."""
     if text is None:
         return ()
-    found: list[int] = []
+    numbers: list[int] = []
     for part in text.split(","):
         match = _FRAMES.fullmatch(part.strip())
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
         if last < first:
             raise click.BadParameter(f"'{text}' given, allowed: numbers and ranges, as 0-7 or 0,3,5")
-        found.extend(range(first, last + 1))
-    return tuple(found)
+        numbers.extend(range(first, last + 1))
+    return tuple(numbers)
 
 
 def _side_options(command: Any) -> Any:
@@ -44,70 +55,56 @@ def _side_options(command: Any) -> Any:
                 f"--{side}-pixel-size",
                 metavar="LENGTH",
                 callback=metres,
-                help=f"Side of a pixel of {title}, for example '2 km', in place of what the file tells.",
+                help=f"Pixel size of {title}, for example '2 km'; overrides the file.",
             ),
             click.option(
-                f"--{side}-method",
-                type=click.Choice(_METHODS),
-                help=f"What is cloud in {title}, where it is not what --method says.",
+                f"--{side}-method", type=click.Choice(_METHODS), help=f"Cloud detection in {title}; default: --method."
             ),
             click.option(
                 f"--{side}-frames",
                 metavar="NUMBERS",
                 callback=frame_numbers,
-                help=f"Frames of {title}, if it is a cube: 0-7 or 0,3,5; default: all.",
+                help=f"Frames of {title} (cube): 0-7 or 0,3,5; default: all.",
             ),
             click.option(
                 f"--{side}-band",
-                help=f"Band of {title}, if it is a cube"
-                + ("; default: the one that holds the wavelength of REAL." if side == "sim" else "."),
+                help=f"Band of {title} (cube)" + ("; default: that of REAL's wavelength." if side == "sim" else "."),
             ),
-            click.option(
-                f"--{side}-variable", help=f"Variable of {title} (NetCDF, .npz, cube), or number of a GeoTIFF's band."
-            ),
+            click.option(f"--{side}-variable", help=f"Variable of {title}, or band number of a GeoTIFF."),
         ):
             command = option(command)
     return command
 
 
 @click.command("evaluate")
-@click.argument("real", type=click.Path(exists=True, path_type=Path))
-@click.argument("sim", type=click.Path(exists=True, path_type=Path))
+@click.argument("real", type=EXISTING)
+@click.argument("sim", type=EXISTING)
 @click.option(
     "--real-also",
     multiple=True,
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="The next image of a real sequence that begins with REAL; can be given again.",
+    type=EXISTING_FILE,
+    help="Next image of a real sequence that begins with REAL; repeat.",
 )
 @_side_options
 @click.option(
     "--method",
     default="auto",
-    show_default=True,
     type=click.Choice(_METHODS),
-    help="What is cloud. otsu, local, coverage: as of hcss import; valid: every pixel with a value; truth: a cube's "
-    "own mask; auto: valid for cloud-top products, truth for a cube's variables of clouds, otsu for all else.",
+    help="Cloud detection. otsu, local, coverage: as hcss import; valid: every pixel with a value; truth: the cube's "
+    "mask; auto: valid for cloud-top products, truth for cloud variables of a cube, otsu for all else.",
 )
-@click.option("--coverage", type=click.FloatRange(0, 1), help="Cloudy fraction of method coverage.")
-@click.option(
-    "--window", "window_pixels", type=click.IntRange(3, 16384), help="Side of the surroundings of method local, pixels."
-)
+@click.option("--coverage", type=click.FloatRange(0, 1), help="Cloudy fraction for method coverage.")
+@click.option("--window", "window_pixels", type=click.IntRange(3, 16384), help="Window of method local, pixels.")
 @click.option(
     "--cloud-is",
     default="auto",
-    show_default=True,
     type=click.Choice(["auto", "bright", "dark"]),
-    help="Which values are cloud; auto: dark in temperatures and thermal radiances; a cube's own mask decides.",
+    help="Sign of cloud; auto: dark in temperatures and thermal radiances.",
 )
-@click.option("--whole", is_flag=True, help="Compare all of both, not the central part that both have in common.")
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Report to write (.html).")
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(dir_okay=False, allow_dash=True, path_type=Path),
-    help="Also write all numbers as JSON; - writes them to the screen instead of the table.",
-)
-@click.option("--force", is_flag=True, help="Replace existing files.")
+@click.option("--whole", is_flag=True, help="Compare whole images, not their common central part.")
+@click.option("-o", "--output", type=NEW_FILE, help="Report to write (.html).")
+@json_file_option
+@force_option
 @click.pass_context
 def evaluate_command(
     context: click.Context,
@@ -122,17 +119,17 @@ def evaluate_command(
     force: bool,
     **options: Any,
 ) -> None:
-    """Say how like REAL, an image or a cube, SIM is.
+    """Compare SIM with REAL by image similarity metrics.
 
-    Each is NetCDF (GOES ABI among them), GeoTIFF, PNG, JPEG, NumPy, or a cube, of which all frames count. Compared
-    are brightness temperatures where both have them, else a common unit, else grey levels of cloud: EV, Den, DP, FD
-    and the RMSE of eq 24 as printed and corrected, coverage, fractal dimensions, anisotropy, spectra, histograms and
-    change over time. Nothing is resampled.
+    Each is a cube, NetCDF (also GOES ABI), GeoTIFF, PNG, JPEG or NumPy. Brightness temperatures are compared if both
+    have them, else a common unit, else grey levels of cloud. The metrics are EV, Den, DP, FD and RMSE of the HCSS paper
+    (as printed and corrected), coverage, fractal dimensions, anisotropy, spectra, histograms and change over time.
+    Nothing is resampled.
     """
     to_screen = json_file is not None and str(json_file) == "-"
     wanted = {"-o": output, "--json": None if to_screen else json_file}
     require_two_files(wanted)
-    require_writable(wanted.values(), force)
+    require_writable(wanted.values(), force, "give another name")
     from hcss_twin.analysis.comparison.evaluate import evaluate
     from hcss_twin.analysis.comparison.footage import EvaluationChoice
     from hcss_twin.core.environment import announce_compilation
@@ -158,16 +155,16 @@ def evaluate_command(
             raise click.UsageError(f"--{name.partition('_')[0]} goes with method {needs}, and only with it")
     shown = partial(progress, context.ensure_object(Stop), label="measuring")
     with announce_compilation(partial(click.echo, err=True)):
-        found = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
-    text = json.dumps(found.as_dict(), allow_nan=False)
+        result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
+    text = json.dumps(result.as_dict(), allow_nan=False)
     if output is not None:
         from hcss_twin.report.evaluation_page import evaluation_page
         from hcss_twin.report.page.page import write_page
 
-        write_page(output, evaluation_page(found))
+        write_page(output, evaluation_page(result))
     if json_file is not None and not to_screen:
         write_text(json_file, text)
-    click.echo(text if to_screen else evaluation_text(found))
+    click.echo(text if to_screen else evaluation_text(result))
     if not to_screen:
         for file in (output, json_file):
             if file is not None:

@@ -6,23 +6,24 @@ import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcss_twin.cli.match import image_options, worded_for_options
-from hcss_twin.cli.options import Stop, require_writable
+from hcss_twin.cli.match import image_options, refuse_image_options, worded_for_options
+from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, Stop, force_option, json_option, require_writable
 
 if TYPE_CHECKING:
     from hcss_twin.analysis.uncertainty.posterior_file import Posterior
 
 
-# Of the bar: a sampler tells only about how far it is.
+# Steps of the bar: a sampler reports only about how far it is.
 _PARTS = 1000
 
-# What has no meaning where only a dimension is given.
-_OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is", "missing", "row_origin", "column_origin", "coverage")
+_SAMPLING = ("priors", "octaves", "smallest_lag", "misfit", "samples", "most_steps", "seed")
+"""Options that are arguments of ``fit`` as they are."""
 
 
 def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
@@ -39,12 +40,12 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
 
 
 @click.command("fit")
-@click.argument("images", nargs=-1, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("images", nargs=-1, type=EXISTING_FILE)
 @click.option(
     "--fd",
     type=float,
-    help="Instead of IMAGES: a fractal dimension of grey levels, by the variogram, with --fd-error; --rows, "
-    "--columns and --pixel-size are those of the image (800, 800, 20 m).",
+    help="Instead of IMAGES: fractal dimension of grey levels by the variogram, with --fd-error. --rows, --columns and "
+    "--pixel-size describe the image (800, 800, 20 m).",
 )
 @click.option("--fd-error", type=float, help="Standard deviation of --fd.")
 @click.option(
@@ -53,7 +54,7 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
     multiple=True,
     metavar="NAME=VALUE",
     callback=_pairs,
-    help="Fix H, gamma, Lx, Ly (cells per 16 km) or coverage; coverage=image takes the image's.",
+    help="Fix H, gamma, Lx, Ly (cells per 16 km) or coverage; coverage=image uses the image's.",
 )
 @click.option(
     "--prior",
@@ -61,55 +62,36 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
     multiple=True,
     metavar="NAME=KIND:A:B",
     callback=_pairs,
-    help="Prior of a parameter, or spread_NAME of several images': uniform:LOW:HIGH, loguniform:LOW:HIGH, "
+    help="Prior of a parameter (or spread_NAME of several images): uniform:LOW:HIGH, loguniform:LOW:HIGH, "
     "normal:MEAN:SD or lognormal:MEDIAN:SD.",
 )
 @click.option(
     "--octaves",
     type=(click.IntRange(0, 16), click.IntRange(0, 16)),
     default=(0, 8),
-    show_default=True,
     metavar="FIRST LAST",
     help="Octaves k of the fractal sum.",
 )
-@click.option(
-    "--smallest-lag",
-    type=click.IntRange(1),
-    default=1,
-    show_default=True,
-    help="Pixels; shorter ones are not looked at (blur, noise).",
-)
-@click.option(
-    "--misfit",
-    type=click.FloatRange(0, 2),
-    default=0.0,
-    show_default=True,
-    help="Relative error that every semivariance may have because real clouds are no fractal field.",
-)
+@click.option("--smallest-lag", type=click.IntRange(1), default=1, help="Shortest lag used, pixels.")
+@click.option("--misfit", type=click.FloatRange(0, 2), default=0.0, help="Relative model error of each semivariance.")
 @click.option(
     "--samples",
     type=click.FloatRange(100, 1e6),
     default=1000.0,
-    show_default=True,
-    help="Effective sample size that every parameter must have.",
+    help="Required effective sample size of every parameter.",
 )
 @click.option(
     "--max-steps",
+    "most_steps",
     type=click.IntRange(500, 10**7),
     default=50_000,
-    show_default=True,
-    help="Steps per walker after which chains that have not converged are refused.",
+    help="Largest number of steps per walker; chains that have not converged by then are rejected.",
 )
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of simulations and chains.")
+@click.option("--seed", default=0, type=click.IntRange(0), help="Seed of simulations and chains.")
 @image_options
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Posterior to write, NetCDF; default: NAME-posterior.nc here.",
-)
-@click.option("--force", is_flag=True, help="Replace an existing posterior.")
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@click.option("-o", "--output", type=NEW_FILE, help="Posterior to write, NetCDF; default: NAME-posterior.nc.")
+@force_option
+@json_option
 @click.pass_obj
 def fit_command(
     stop: Stop | None,
@@ -118,72 +100,44 @@ def fit_command(
     fd: float | None,
     fd_error: float | None,
     fixed: dict[str, str],
-    priors: dict[str, str],
-    octaves: tuple[int, int],
-    smallest_lag: int,
-    misfit: float,
-    samples: float,
-    max_steps: int,
-    seed: int,
     output: Path | None,
     force: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Sample the posterior of fractal cloud parameters given IMAGES, and write it.
+    """Sample the posterior of fractal cloud parameters given IMAGES.
 
-    Several IMAGES have a population, whose mean and spread are sampled with the parameters of each. Chains that
-    have not converged are refused; an interrupted fit goes on where it was when the command is given again.
+    With several IMAGES, mean and spread of their population are sampled with the parameters of each. Chains that have
+    not converged are rejected. An interrupted fit continues when the command is repeated.
     """
     if (fd is None) is (len(images) == 0):
         raise click.UsageError("give IMAGES, or --fd with --fd-error, and not both")
     if (fd is None) is not (fd_error is None):
         raise click.UsageError("--fd and --fd-error go together")
     output = output or Path(f"{images[0].stem if images else 'fd'}-posterior.nc")
-    require_writable([output], force, "give another name with -o")
-    chosen: dict[str, Any] = {
-        "fixed": {name: _fixed(name, value) for name, value in fixed.items()},
-        "priors": priors,
-        "octaves": octaves,
-        "smallest_lag": smallest_lag,
-        "misfit": misfit,
-        "samples": samples,
-        "most_steps": max_steps,
-        "seed": seed,
-    }
+    require_writable([output], force)
+    sampling = {name: options.pop(name) for name in _SAMPLING}
+    sampling["fixed"] = {name: _fixed(name, value) for name, value in fixed.items()}
+    if fd is not None:
+        refuse_image_options(options, "IMAGES", "coverage")
+    from hcss_twin.analysis.matching.target import ImageChoice
+    from hcss_twin.analysis.uncertainty.fit import fit, fit_dimension
     from hcss_twin.core.environment import announce_compilation
 
-    with announce_compilation(lambda line: click.echo(line, err=True)), _bar(stop or Stop()) as told:
+    with announce_compilation(partial(click.echo, err=True)), _bar(stop or Stop()) as report, worded_for_options():
         if fd is not None and fd_error is not None:
-            found = _fit_dimension(fd, fd_error, output, options, chosen, told)
+            frame = {name: options[name] for name in ("rows", "columns", "pixel_size_m") if options[name] is not None}
+            posterior = fit_dimension(fd, fd_error, output, progress=report, **frame, **sampling)
         else:
-            from hcss_twin.analysis.matching.target import ImageChoice
-            from hcss_twin.analysis.uncertainty.fit import fit
-
-            with worded_for_options():
-                found = fit(images, output, choice=ImageChoice(**options), progress=told, **chosen)
+            posterior = fit(images, output, choice=ImageChoice(**options), progress=report, **sampling)
+    summary = _summary(posterior)
+    notes = str(posterior.attributes["notes"]).splitlines()
     if as_json:
-        click.echo(json.dumps(_answer(found, output)))
-        return
-    click.echo("\n".join([*_lines(found), f"{output}"]))
-
-
-def _fit_dimension(
-    fd: float,
-    fd_error: float,
-    output: Path,
-    options: dict[str, Any],
-    chosen: dict[str, Any],
-    told: Callable[[str, float], None],
-) -> Posterior:
-    refused = [name for name in _OF_AN_IMAGE if options[name] not in (None, "auto", "error")]
-    if refused:
-        raise click.UsageError(f"{', '.join(refused)}: has no meaning without IMAGES; leave it out")
-    from hcss_twin.analysis.uncertainty.fit import fit_dimension
-
-    names = ("rows", "columns", "pixel_size_m")
-    frame = {name: options[name] for name in names if options[name] is not None}
-    return fit_dimension(fd, fd_error, output, progress=told, **frame, **chosen)
+        answer = {"posterior": str(output), "parameters": summary, "fixed": posterior.fixed, "notes": notes}
+        click.echo(json.dumps(answer))
+    else:
+        fixed_lines = [f"{name} fixed at {value:g}" for name, value in posterior.fixed.items()]
+        click.echo("\n".join([*notes, *_table(summary), *fixed_lines, str(output)]))
 
 
 def _fixed(name: str, value: str) -> float | str:
@@ -205,7 +159,7 @@ def _bar(stop: Stop) -> Iterator[Callable[[str, float], None]]:
             bar.__exit__(None, None, None)
         shown.clear()
 
-    def told(what: str, part: float) -> None:
+    def report(what: str, part: float) -> None:
         stop.check()
         if not sys.stderr.isatty():
             return
@@ -217,7 +171,7 @@ def _bar(stop: Stop) -> Iterator[Callable[[str, float], None]]:
         bar.update(max(0, int(part * _PARTS) - bar.pos))
 
     try:
-        yield told
+        yield report
     finally:
         close()
 
@@ -237,27 +191,14 @@ def _summary(found: Posterior) -> dict[str, dict[str, Any]]:
     return summary
 
 
-def _answer(found: Posterior, output: Path) -> dict[str, Any]:
-    return {
-        "posterior": str(output),
-        "parameters": _summary(found),
-        "fixed": found.fixed,
-        "notes": str(found.attributes["notes"]).splitlines(),
-    }
-
-
-def _lines(found: Posterior) -> list[str]:
-    """Tell a posterior in lines of text."""
-    lines = str(found.attributes["notes"]).splitlines()
-    lines.append(f"{'':<18} {'mean':>9} {'sd':>9} {'5 %':>9} {'50 %':>9} {'95 %':>9} {'ESS':>7} {'R-hat':>6}")
-    for name, told in _summary(found).items():
-        several = isinstance(told["mean"], list)
-        for image in range(len(told["mean"]) if several else 1):
-            numbers = [told["mean"], told["standard_deviation"], *told["quantiles"].values()]
-            values = [each[image] for each in numbers] if several else numbers
+def _table(summary: dict[str, dict[str, Any]]) -> list[str]:
+    lines = [f"{'':<18} {'mean':>9} {'sd':>9} {'5 %':>9} {'50 %':>9} {'95 %':>9} {'ESS':>7} {'R-hat':>6}"]
+    for name, each in summary.items():
+        several = isinstance(each["mean"], list)
+        for image in range(len(each["mean"]) if several else 1):
+            numbers = [each["mean"], each["standard_deviation"], *each["quantiles"].values()]
+            values = [number[image] for number in numbers] if several else numbers
             label = f"{name}, image {image + 1}" if several else name
-            size, r_hat = told["effective_sample_size"], told["split_r_hat"]
             row = " ".join(f"{value:>9.4g}" for value in values)
-            lines.append(f"{label:<18} {row} {size:>7.0f} {r_hat:>6.3f}")
-    lines += [f"{name} fixed at {value:g}" for name, value in found.fixed.items()]
+            lines.append(f"{label:<18} {row} {each['effective_sample_size']:>7.0f} {each['split_r_hat']:>6.3f}")
     return lines

@@ -1,7 +1,8 @@
-"""The ``hcss`` command: each command a few lines over the public API."""
+"""The ``hcss`` command: run, plan, validate, preview and the lists; exit codes of all commands."""
 
 from __future__ import annotations
 
+import itertools
 import json
 import signal
 import sys
@@ -14,16 +15,25 @@ import click
 from hcss_twin.cli.atmosphere import atmosphere
 from hcss_twin.cli.bench import bench
 from hcss_twin.cli.clouds import clouds, import_command
-from hcss_twin.cli.cubes import cache, export_command, report_command, verify, volume
+from hcss_twin.cli.cubes import cache, export_command, measured_beside, report_command, sense, verify, volume
 from hcss_twin.cli.evaluate import evaluate_command
 from hcss_twin.cli.fit import fit_command
+from hcss_twin.cli.group import CommandGroup
 from hcss_twin.cli.match import match_command
-from hcss_twin.cli.options import Stop, load, progress, scenario_options
-from hcss_twin.cli.propagate import is_asked, propagation_options, run_propagation
-from hcss_twin.cli.sense import measured_beside, sense
-from hcss_twin.cli.sweep import sweep_command
+from hcss_twin.cli.options import (
+    EXISTING,
+    FOLDER,
+    NEW,
+    Stop,
+    force_option,
+    json_option,
+    load,
+    progress,
+    require_writable,
+    scenario_options,
+)
+from hcss_twin.cli.sweep import is_propagation, propagation_options, run_propagation, sweep_command
 from hcss_twin.core.errors import HcssError, OptionError, ScenarioError
-from hcss_twin.paper.command import reproduce
 from hcss_twin.version import __version__
 
 EXIT_FAILED = 1
@@ -32,10 +42,10 @@ EXIT_INTERRUPTED = 130
 EXIT_TERMINATED = 143
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(__version__, prog_name="hcss")
 def cli() -> None:
-    """Infrared image sequences of clouds over sea as seen from space.
+    """Simulate infrared image sequences of clouds over sea, seen from space.
 
     SCENARIO is the name of a shipped scenario (`hcss scenarios`) or a TOML file.
     """
@@ -43,25 +53,12 @@ def cli() -> None:
 
 @cli.command()
 @scenario_options
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="Cube to write, NetCDF or a Zarr store NAME.zarr; default: NAME.nc here.",
-)
-@click.option("--force", is_flag=True, help="Replace an existing cube.")
-@click.option(
-    "--workers",
-    default=1,
-    show_default=True,
-    type=click.IntRange(1, 1024),
-    help="Processes that make frames, or tiles of large ones; the cube is the same.",
-)
-@click.option(
-    "--scheduler", metavar="ADDRESS", help="Dask cluster that makes them instead, for example tcp://host:8786."
-)
+@click.option("-o", "--output", type=NEW, help="Cube to write, NetCDF or Zarr (NAME.zarr); default: NAME.nc.")
+@force_option
+@click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the cube is the same.")
+@click.option("--scheduler", metavar="ADDRESS", help="Dask cluster to use instead, for example tcp://host:8786.")
 @propagation_options
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@json_option
 @click.pass_context
 def run(
     context: click.Context,
@@ -75,19 +72,18 @@ def run(
     as_json: bool,
     **propagation: Any,
 ) -> None:
-    """Simulate SCENARIO and write its cube, or with --draws say how uncertain its radiance is.
+    """Simulate SCENARIO and write its cube; with --draws propagate uncertain inputs to its radiance.
 
-    Fails, and keeps the cube, where checked pixels miss the accuracy asked for.
+    If checked pixels miss the requested accuracy, the command fails and keeps the cube.
     """
-    if is_asked(propagation):
+    if is_propagation(propagation):
         if workers != 1 or scheduler is not None:
             raise click.UsageError("--workers and --scheduler beside --draws, whose scenes are made in one process")
         run_propagation(context, scenario, assignments, output, force, as_json, propagation)
         return
     loaded = load(scenario, assignments)
     output = output or Path(f"{Path(scenario).stem}.nc")
-    if output.exists() and not force:
-        raise click.ClickException(f"{output} exists; give another name with -o, or --force")
+    require_writable([output], force)
     measured = measured_beside(output, loaded, force)
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.cube.zarr_writer import cube_bytes
@@ -123,9 +119,9 @@ def run(
 
 @cli.command()
 @scenario_options
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@json_option
 def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
-    """Say what SCENARIO needs, and what it does not, without computing it."""
+    """Show what a run of SCENARIO would compute, omit and need."""
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.plan.make_plan import make_plan
     from hcss_twin.report.plan_text import plan_text
@@ -137,9 +133,9 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
 
 @cli.command()
 @scenario_options
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@json_option
 def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
-    """Check SCENARIO; every problem is named at once."""
+    """Check SCENARIO and list all problems."""
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.plan.make_plan import make_plan
 
@@ -156,17 +152,17 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 
 
 @cli.command()
-@click.argument("cube", type=click.Path(exists=True, path_type=Path))
-@click.option("-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder; default: beside CUBE.")
+@click.argument("cube", type=EXISTING)
+@click.option("-o", "--output", type=FOLDER, help="Folder; default: that of CUBE.")
 @click.option("--kelvin", is_flag=True, help="Show brightness temperature instead of radiance.")
-@click.option("--variable", help="Show any variable of CUBE, for example radiance_sea_emission or cloud_thickness.")
-@click.option("--frames", default=8, show_default=True, type=click.IntRange(1, 64), help="Frames per contact sheet.")
-@click.option("--animation/--no-animation", default=True, show_default=True, help="Also write a GIF per band.")
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@click.option("--variable", help="Variable to show, for example cloud_thickness.")
+@click.option("--frames", default=8, type=click.IntRange(1, 64), help="Frames per contact sheet.")
+@click.option("--animation/--no-animation", default=True, help="Also write a GIF per band.")
+@json_option
 def preview(
     cube: Path, output: Path | None, kelvin: bool, variable: str | None, frames: int, animation: bool, as_json: bool
 ) -> None:
-    """Draw CUBE: a contact sheet per band with a colour bar, and an animation."""
+    """Draw a contact sheet and an animation for each band of CUBE."""
     from hcss_twin.report.preview import draw_preview
 
     paths = draw_preview(
@@ -177,49 +173,48 @@ def preview(
 
 @cli.command()
 @click.argument("name", required=False)
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@json_option
 def plugins(name: str | None, as_json: bool) -> None:
-    """List the providers that can be selected, and plugins that are broken; of provider NAME its parameters."""
+    """List providers, commands of plugins, and broken plugins; with NAME describe one provider and its parameters."""
     from hcss_twin.providers.registry.registry import Registry
 
     registry = Registry.discover()
     if name is not None:
         from hcss_twin.report.provider_text import described, provider_text
 
-        found = described(registry, name)
-        click.echo(json.dumps(found) if as_json else "\n\n".join(map(provider_text, found)))
+        providers = described(registry, name)
+        click.echo(json.dumps(providers) if as_json else "\n\n".join(map(provider_text, providers)))
         return
+    commands, broken = cli.plugin_commands()
+    entries, broken = registry.entries(), [*registry.broken, *broken]
     if as_json:
-        entries = [
-            {
-                "kind": str(entry.kind),
-                "name": entry.name,
-                "distribution": entry.distribution,
-                "version": entry.version,
-                "summary": entry.summary,
-                "references": list(entry.references),
-            }
-            for entry in registry.entries()
-        ]
-        broken = [
-            {"entry_point": b.entry_point, "distribution": b.distribution, "version": b.version, "error": b.error}
-            for b in registry.broken
-        ]
-        click.echo(json.dumps({"providers": entries, "broken": broken}))
+        facts = ("name", "distribution", "version", "summary", "references")
+        answer = {
+            "providers": [{"kind": str(each.kind), **{key: getattr(each, key) for key in facts}} for each in entries],
+            "commands": [
+                {"name": each.spec.name, "summary": each.spec.summary, "distribution": each.origin.distribution}
+                for each in commands.values()
+            ],
+            "broken": [
+                {key: getattr(each, key) for key in ("entry_point", "distribution", "version", "error")}
+                for each in broken
+            ],
+        }
+        click.echo(json.dumps(answer))
         return
-    kind = None
-    width = max((len(entry.name) for entry in registry.entries()), default=0) + 2
-    for entry in registry.entries():
-        if entry.kind != kind:
-            kind = entry.kind
-            click.echo(click.style(f"{kind.human}s", bold=True))
-        click.echo(f"  {entry.name:<{width}}{entry.summary}  [{entry.origin}]")
-    for plugin in registry.broken:
+    rows = [(f"{each.kind.human}s", each.name, each.summary, each.origin) for each in entries]
+    rows += [("commands", each.spec.name, each.spec.summary, each.origin) for _, each in sorted(commands.items())]
+    width = max(len(row[1]) for row in rows) + 2
+    for heading, group in itertools.groupby(rows, key=lambda row: row[0]):
+        click.echo(click.style(heading, bold=True))
+        for _, title, summary, origin in group:
+            click.echo(f"  {title:<{width}}{summary}  [{origin}]")
+    for plugin in broken:
         click.echo(click.style(f"broken: {plugin}", fg="red"))
 
 
 @cli.command()
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@json_option
 def scenarios(as_json: bool) -> None:
     """List the shipped scenarios."""
     from hcss_twin.core.catalog import Catalog
@@ -239,33 +234,35 @@ def scenarios(as_json: bool) -> None:
 
 @cli.command()
 def schema() -> None:
-    """Print the JSON schema of scenario files, for editors."""
+    """Print the JSON schema of scenario files for editors."""
     from hcss_twin.scenario.reference import json_schema
 
     click.echo(json.dumps(json_schema(), indent=1))
 
 
-cli.add_command(cache)
-cli.add_command(atmosphere)
-cli.add_command(import_command)
-cli.add_command(clouds)
-cli.add_command(match_command)
-cli.add_command(fit_command)
-cli.add_command(volume)
-cli.add_command(verify)
-cli.add_command(bench)
-cli.add_command(sense)
-cli.add_command(export_command)
-cli.add_command(sweep_command)
-cli.add_command(evaluate_command)
-cli.add_command(reproduce)
-cli.add_command(report_command)
+for _command in (
+    atmosphere,
+    bench,
+    cache,
+    clouds,
+    evaluate_command,
+    export_command,
+    fit_command,
+    import_command,
+    match_command,
+    report_command,
+    sense,
+    sweep_command,
+    verify,
+    volume,
+):
+    cli.add_command(_command)
 
 
 def main() -> None:
-    """Run the command line; every error on purpose becomes one message and an exit code.
+    """Run the command line; errors of the package become one message and an exit code.
 
-    Exit codes: 0 done; 1 failed; 2 the scenario or the command line is wrong; 130 interrupted; 143 terminated.
+    Exit codes: 0 success; 1 failure; 2 wrong scenario or command line; 130 interrupted; 143 terminated.
     """
     stop = Stop()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -14,8 +14,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from hcss_twin.cli.clouds import metres
-from hcss_twin.cli.options import require_two_files, require_writable
+from hcss_twin.cli.clouds import cloud_options
+from hcss_twin.cli.options import (
+    EXISTING_FILE,
+    NEW_FILE,
+    force_option,
+    json_option,
+    require_two_files,
+    require_writable,
+)
 from hcss_twin.core.json_numbers import json_number
 
 if TYPE_CHECKING:
@@ -27,59 +34,31 @@ if TYPE_CHECKING:
 _BUDGET = 360
 
 _OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is", "missing", "row_origin", "column_origin")
+"""Options of :func:`image_options` that have no meaning without an image."""
+
+
+def refuse_image_options(options: dict[str, Any], image: str, *more: str) -> None:
+    """Raise UsageError if an option is given that has no meaning without the argument ``image``."""
+    refused = [name for name in (*_OF_AN_IMAGE, *more) if options[name] not in (None, "auto", "error")]
+    if refused:
+        raise click.UsageError(f"{', '.join(refused)}: has no meaning without {image}; leave it out")
 
 
 def image_options(command: Any) -> Any:
-    """Add which part of the image is matched, and what in it is cloud."""
-    for option in reversed(
-        (
-            click.option("--variable", help="Variable of a NetCDF or .npz file, or number of a GeoTIFF's band."),
-            click.option(
-                "--method",
-                default="auto",
-                show_default=True,
-                type=click.Choice(["auto", "otsu", "local", "coverage", "valid"]),
-                help="What is cloud, as of hcss import; auto: valid for cloud-top products, otsu for all others.",
-            ),
-            click.option(
-                "--window",
-                "window_pixels",
-                type=click.IntRange(3, 16384),
-                help="Side of the surroundings of method local, pixels.",
-            ),
-            click.option(
-                "--coverage",
-                type=click.FloatRange(0, 1),
-                help="Cloudy fraction of method coverage, or of the clouds to be made where there is no IMAGE.",
-            ),
-            click.option(
-                "--cloud-is",
-                default="auto",
-                show_default=True,
-                type=click.Choice(["auto", "bright", "dark"]),
-                help="Which values are cloud; auto: small ones of temperatures and thermal radiances.",
-            ),
-            click.option(
-                "--missing",
-                default="error",
-                show_default=True,
-                type=click.Choice(["error", "clear"]),
-                help="What missing pixels are, except with method valid.",
-            ),
-            click.option(
-                "--pixel-size",
-                "pixel_size_m",
-                metavar="LENGTH",
-                callback=metres,
-                help="Side of a pixel, for example '1 km'; needed where the file does not tell, and replaces what "
-                "it tells.",
-            ),
-            click.option("--rows", type=click.IntRange(1), help="Rows to match; default: all, at most 800."),
-            click.option("--columns", type=click.IntRange(1), help="Columns to match; default: all, at most 800."),
-            click.option("--row-origin", type=click.IntRange(0), help="First row; default: centred."),
-            click.option("--column-origin", type=click.IntRange(0), help="First column; default: centred."),
-        )
-    ):
+    """Add the options of cloud detection, and of the part of the image that is used."""
+    part = (
+        click.option(
+            "--missing",
+            default="error",
+            type=click.Choice(["error", "clear"]),
+            help="Meaning of missing pixels, except with method valid.",
+        ),
+        click.option("--rows", type=click.IntRange(1), help="Rows to use; default: all, at most 800."),
+        click.option("--columns", type=click.IntRange(1), help="Columns to use; default: all, at most 800."),
+        click.option("--row-origin", type=click.IntRange(0), help="First row; default: centred."),
+        click.option("--column-origin", type=click.IntRange(0), help="First column; default: centred."),
+    )
+    for option in reversed((cloud_options("auto", ("auto",)), *part)):
         command = option(command)
     return command
 
@@ -118,51 +97,33 @@ def worded_for_options() -> Iterator[None]:
 
 
 @click.command("match")
-@click.argument("image", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("image", required=False, type=EXISTING_FILE)
 @click.option(
     "--fd",
     "wanted",
     type=(float, float),
     metavar="LOW HIGH",
-    help="Range of the fractal dimension, within 2 to 3: the match of IMAGE, or the --type where there is none, "
-    "is changed until it lies there.",
+    help="Required range of the fractal dimension, within 2 to 3. The match of IMAGE, or --type, is changed to it.",
 )
 @click.option(
     "--dimension",
     default="fractal",
-    show_default=True,
     type=click.Choice(["fractal", "surface"]),
-    help="Which dimension --fd is: that of the paper's tables, or that of the grey levels' variogram.",
+    help="Dimension of --fd: that of the paper's tables, or that of the variogram of grey levels.",
 )
 @image_options
-@click.option(
-    "--type",
-    "cloud_type",
-    default="cumulus",
-    show_default=True,
-    help="Cloud type of the fragment: height and particles, which no image of grey levels tells.",
-)
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="First seed of the search.")
+@click.option("--type", "cloud_type", default="cumulus", help="Cloud type, which sets height and particles.")
+@click.option("--seed", default=0, type=click.IntRange(0), help="First seed of the search.")
 @click.option(
     "--budget",
     default=_BUDGET,
-    show_default=True,
     type=click.IntRange(0, 100_000),
-    help="Images that the search may simulate; 0: the analytic start as it is.",
+    help="Images to simulate in the search; 0: only the analytic start.",
 )
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Fragment to write; default: NAME-clouds.toml here.",
-)
-@click.option(
-    "--preview",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Also draw IMAGE and a simulation side by side (.png).",
-)
-@click.option("--force", is_flag=True, help="Replace existing files.")
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@click.option("-o", "--output", type=NEW_FILE, help="Fragment to write; default: NAME-clouds.toml.")
+@click.option("--preview", type=NEW_FILE, help="Also draw IMAGE beside a simulation (.png).")
+@force_option
+@json_option
 def match_command(
     image: Path | None,
     wanted: tuple[float, float] | None,
@@ -176,17 +137,16 @@ def match_command(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Find parameters of the fractal clouds that look like IMAGE, and write them as part of a scenario.
+    """Estimate the parameters of fractal clouds that resemble IMAGE, and write them as a scenario fragment.
 
-    IMAGE is NetCDF (GOES ABI among them), GeoTIFF, PNG, JPEG, NumPy or an entry of the cloud database. Written
-    is the section [clouds], to be pasted at the end of a scenario that has none. What could not be matched
-    is said, there and here.
+    IMAGE is NetCDF (also GOES ABI), GeoTIFF, PNG, JPEG, NumPy or an entry of the cloud database. The fragment is a
+    section [clouds]; append it to a scenario without one. Quantities that could not be matched are listed.
     """
     if image is None and wanted is None:
         raise click.UsageError("nothing to match: give an IMAGE, --fd LOW HIGH, or both")
     output = output or Path(f"{image.stem if image else cloud_type}-clouds.toml")
     require_two_files({"-o": output, "--preview": preview})
-    require_writable((output, preview), force)
+    require_writable((output, preview), force, "give another name")
     from hcss_twin.analysis.matching.dimension_range import type_parameters
     from hcss_twin.analysis.matching.match import write_fragment
     from hcss_twin.core.catalog import Catalog
@@ -209,8 +169,8 @@ def match_command(
 
 
 @dataclass(frozen=True)
-class _Done:
-    """What was found, ready to be told, written and drawn."""
+class _Result:
+    """A match, ready to be printed, written and drawn."""
 
     text: str
     answer: dict[str, Any]
@@ -219,7 +179,7 @@ class _Done:
     match: Match | None = None
 
 
-def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, cloud_type: str) -> _Done:
+def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, cloud_type: str) -> _Result:
     from hcss_twin.analysis.matching.match import match, match_fragment
     from hcss_twin.analysis.matching.target import ImageChoice, read_target
     from hcss_twin.report.image_preview import draw_match
@@ -245,21 +205,18 @@ def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, c
             {
                 "name": each.name,
                 "meaning": each.meaning,
-                "image": json_number(each.image),
-                "simulated": json_number(each.simulated),
-                "spread": json_number(each.spread),
-                "error": json_number(each.error),
+                **{name: json_number(getattr(each, name)) for name in ("image", "simulated", "spread", "error")},
                 "matched": each.is_matched,
             }
             for each in found.quantities
         ],
         "unmatched": found.unmatched,
     }
-    return _Done(match_fragment(found, cloud_type), answer, _told(found), partial(draw_match, found), found)
+    return _Result(match_fragment(found, cloud_type), answer, _match_text(found), partial(draw_match, found), found)
 
 
-def _told(found: Match) -> list[str]:
-    """Tell a match in lines of text."""
+def _match_text(found: Match) -> list[str]:
+    """Return a match in lines of text."""
     lines = [
         *found.target.notes,
         f"{'':<11} {'image':>9} {'simulated':>9} {'spread':>8} {'error':>8}  "
@@ -275,25 +232,27 @@ def _told(found: Match) -> list[str]:
         f"fresh seeds; {start:.1%} before the {found.simulations} simulations of the search"
     )
     lines += [f"not matched: {line}" for line in found.unmatched]
-    p = found.parameters
+    return [*lines, _parameters_text(found.parameters, found.coverage)]
+
+
+def _parameters_text(p: FractalParameters, coverage: float) -> str:
     x, y = p.L or (math.nan, math.nan)
-    lines.append(
+    return (
         f"gamma {p.gamma:g}, H {p.H:g}, L [{x:g}, {y:g}], k {list(p.k or ())}, brightness_exponent "
-        f"{p.brightness_exponent:g}, coverage {found.coverage:.4f}"
+        f"{p.brightness_exponent:g}, coverage {coverage:.4f}"
     )
-    return lines
 
 
 def _match_range(
     wanted: tuple[float, float],
     dimension: Literal["fractal", "surface"],
-    done: _Done | None,
+    done: _Result | None,
     usual: FractalParameters,
     coverage: float | None,
     seed: int,
     cloud_type: str,
     options: dict[str, Any],
-) -> _Done:
+) -> _Result:
     from hcss_twin.analysis.matching.dimension_range import (
         PIXEL_SIZE_M,
         SIDE,
@@ -310,9 +269,7 @@ def _match_range(
         origin = f"the match of {match.target.source}"
         answer, lines = done.answer, [*done.lines, ""]
     else:
-        refused = [name for name in _OF_AN_IMAGE if options[name] not in (None, "auto", "error")]
-        if refused:
-            raise click.UsageError(f"{', '.join(refused)}: has no meaning without IMAGE; leave it out")
+        refuse_image_options(options, "IMAGE")
         like = empty_frame(options["rows"] or SIDE, options["columns"] or SIDE, options["pixel_size_m"] or PIXEL_SIZE_M)
         start, origin = usual, f"the type {cloud_type}"
         answer, lines = {}, []
@@ -320,13 +277,11 @@ def _match_range(
     found = match_dimension(wanted, start, coverage, like, dimension, seed)
     mean = sum(found.dimensions) / len(found.dimensions)
     p = found.parameters
-    x, y = p.L or (math.nan, math.nan)
     lines += [
         f"{dimension} dimension {wanted[0]:g} to {wanted[1]:g} wanted: {mean:.3f}, {min(found.dimensions):.3f} to "
         f"{max(found.dimensions):.3f} over {len(found.seeds)} fresh seeds, {found.inside:.0%} of them inside",
         f"changed of {origin}: {found.changed}",
-        f"gamma {p.gamma:g}, H {p.H:g}, L [{x:g}, {y:g}], k {list(p.k or ())}, brightness_exponent "
-        f"{p.brightness_exponent:g}, coverage {coverage:.4f}",
+        _parameters_text(p, coverage),
     ]
     answer = {
         **answer,
@@ -349,4 +304,4 @@ def _match_range(
         draw_dimension(found, panels, path)
 
     text = dimension_fragment(found, coverage, like, origin, cloud_type)
-    return _Done(text, answer, lines, draw)
+    return _Result(text, answer, lines, draw)

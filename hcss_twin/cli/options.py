@@ -1,9 +1,4 @@
-"""Files that commands write: what would go wrong is found out before the work, and they appear when they are whole.
-
-The bar over frames or tiles, and how Ctrl-C ends a command between them.
-
-The scenario and its changes on the command line, the same for all commands that take one.
-"""
+"""What commands share: options, the scenario and its changes, files that are written, and interruption."""
 
 from __future__ import annotations
 
@@ -15,23 +10,72 @@ from typing import Any
 
 import click
 
+EXISTING = click.Path(exists=True, path_type=Path)
+EXISTING_FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+EXISTING_FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
+NEW = click.Path(path_type=Path)
+NEW_FILE = click.Path(dir_okay=False, path_type=Path)
+FOLDER = click.Path(file_okay=False, path_type=Path)
 
-def require_writable(paths: Iterable[Path | None], force: bool, remedy: str = "give another name") -> None:
-    """Refuse to begin where a result could not be written.
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+force_option = click.option("--force", is_flag=True, help="Replace existing files.")
+json_file_option = click.option(
+    "--json",
+    "json_file",
+    type=click.Path(dir_okay=False, allow_dash=True, path_type=Path),
+    help="File for all numbers as JSON; - prints them in place of the table.",
+)
+set_option = click.option(
+    "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Change a key, for example view.zenith=40; repeat."
+)
 
-    Parameters
-    ----------
-    paths : iterable of Path or None
-        None: not asked for.
-    force : bool
-        Existing files may be replaced.
-    remedy : str
-        What to do about an existing one, beside ``--force``.
+
+def scenario_options(command: Any) -> Any:
+    """Add the scenario and ``--set``."""
+    return click.argument("scenario")(set_option(command))
+
+
+def assigned(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
+    """Read KEY=VALUE texts of an option; raises click's BadParameter."""
+    from hcss_twin.scenario.overrides import parse_assignment
+
+    try:
+        return dict(parse_assignment(text) for text in texts)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint=option) from error
+
+
+def load(scenario: str, assignments: Iterable[str]) -> Any:
+    """Read a scenario with its changes; raises ScenarioError and click's BadParameter."""
+    from hcss_twin.scenario.scenario import Scenario
+
+    return Scenario.load(scenario, assigned(assignments))
+
+
+def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
+    """Read a length such as ``1 km``; a plain number is in metres."""
+    if text is None:
+        return None
+    from pydantic_core import PydanticCustomError
+
+    from hcss_twin.scenario.units import parse_quantity
+
+    try:
+        size = parse_quantity(text, "length")
+    except PydanticCustomError as error:
+        raise click.BadParameter(error.message()) from error
+    if not isinstance(size, float) or not 0.0 < size < float("inf"):
+        raise click.BadParameter(f"{text} given, allowed: greater than 0")
+    return size
+
+
+def require_writable(paths: Iterable[Path | None], force: bool, remedy: str = "give another name with -o") -> None:
+    """Refuse to begin where a result could not be written; None stands for a file that is not wanted.
 
     Raises
     ------
     click.ClickException
-        If a file exists, or its folder does not.
+        If a file exists and ``force`` is not given (``remedy`` says what else to do), or its folder does not exist.
     """
     for path in paths:
         if path is None:
@@ -43,27 +87,13 @@ def require_writable(paths: Iterable[Path | None], force: bool, remedy: str = "g
             raise click.ClickException(f"cannot write {path}: there is no folder {folder}")
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a line or more; raises HcssError if it cannot be written."""
-    from hcss_twin.core.errors import HcssError
-    from hcss_twin.core.files import atomic_write
-
-    with atomic_write(path, HcssError) as draft:
-        draft.write_text(text + "\n", encoding="utf-8")
-
-
 def require_two_files(given: Mapping[str, Path | None]) -> None:
-    """Refuse one file under two options.
+    """Refuse one file under two options; raises UsageError naming both.
 
     Parameters
     ----------
     given : mapping of str to Path or None
-        By the name of the option; None: not asked for.
-
-    Raises
-    ------
-    click.UsageError
-        Naming both options.
+        By the name of the option.
     """
     seen: dict[Path, str] = {}
     for option, path in given.items():
@@ -74,12 +104,26 @@ def require_two_files(given: Mapping[str, Path | None]) -> None:
         seen[path.absolute()] = option
 
 
-class Stop:
-    """Handler of Ctrl-C and of the request to end.
+def write_text(path: Path, text: str) -> None:
+    """Write a text file; raises HcssError if it cannot be written."""
+    from hcss_twin.core.errors import HcssError
+    from hcss_twin.core.files import atomic_write
 
-    It raises, which unwinds the writer, and it remembers: an exception that a callback of a C library
-    swallowed is raised again before the next frame. Inside the compiler of the kernels it only remembers, because
-    an exception in its callbacks would end the process there and then.
+    with atomic_write(path, HcssError) as draft:
+        draft.write_text(text + "\n", encoding="utf-8")
+
+
+def with_size(path: Path) -> str:
+    """Return a file's name and its size."""
+    return f"{path}  {path.stat().st_size / 1e6:.1f} MB"
+
+
+class Stop:
+    """Handler of SIGINT and SIGTERM.
+
+    It raises, which unwinds the writer, and it remembers: an exception that a callback of a C library swallowed is
+    raised again before the next frame. Inside the compiler of the kernels it only remembers, because an exception in
+    the compiler's callbacks would abort the process.
     """
 
     def __init__(self) -> None:
@@ -95,13 +139,13 @@ class Stop:
         raise KeyboardInterrupt
 
     def check(self) -> None:
-        """Raise if a signal came."""
+        """Raise KeyboardInterrupt if a signal came."""
         if self.signal:
             raise KeyboardInterrupt
 
 
 def progress(stop: Stop, frames: Iterable[Any], count: int, label: str = "computing") -> Iterator[Any]:
-    """Show a bar on a terminal, stay quiet in a pipe, and end between frames when asked to."""
+    """Show a bar on a terminal, stay quiet in a pipe, and end between frames when a signal came."""
     if not sys.stderr.isatty():
         for frame in frames:
             stop.check()
@@ -111,27 +155,3 @@ def progress(stop: Stop, frames: Iterable[Any], count: int, label: str = "comput
         for frame in bar:
             stop.check()
             yield frame
-
-
-def set_option(command: Any) -> Any:
-    """Add ``--set``, which may be given again and again."""
-    return click.option(
-        "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Replace one key, for example view.zenith=40."
-    )(command)
-
-
-def scenario_options(command: Any) -> Any:
-    """Add the scenario and ``--set``."""
-    return click.argument("scenario")(set_option(command))
-
-
-def load(scenario: str, assignments: Iterable[str]) -> Any:
-    """Read a scenario with its changes; raises ScenarioError and click's BadParameter."""
-    from hcss_twin.scenario.overrides import parse_assignment
-    from hcss_twin.scenario.scenario import Scenario
-
-    try:
-        overrides = dict(parse_assignment(text) for text in assignments)
-    except ValueError as error:
-        raise click.BadParameter(str(error), param_hint="--set") from error
-    return Scenario.load(scenario, overrides)

@@ -1,21 +1,31 @@
-"""``hcss sweep``: many scenes from one file."""
+"""Commands that compute many scenes: ``hcss sweep``, and ``hcss run --draws``, which propagates uncertainty."""
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable
+import warnings
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcss_twin.cli.options import Stop, progress, set_option
+from hcss_twin.cli.options import (
+    FOLDER,
+    NEW_FILE,
+    Stop,
+    assigned,
+    json_option,
+    progress,
+    require_writable,
+    set_option,
+    with_size,
+)
+from hcss_twin.core.errors import CertificateWarning
 
 if TYPE_CHECKING:
     from hcss_twin.sweeps.run import SweepResult
-
 
 EXIT_FAILED = 1
 
@@ -24,27 +34,14 @@ EXIT_FAILED = 1
 @click.argument("sweep")
 @set_option
 @click.option(
-    "--over",
-    "swept",
-    multiple=True,
-    metavar="KEY=VALUES",
-    help="Sweep a key as in [sweep], for example 'view.zenith=[0, 30, 60]'; repeat.",
+    "--over", "swept", multiple=True, metavar="KEY=VALUES", help="Sweep a key: 'view.zenith=[0, 30]'; repeat."
 )
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of the cubes; default: SWEEP-sweep here. One that was begun is gone on with.",
-)
-@click.option("--workers", default=1, show_default=True, type=click.IntRange(min=1), help="Processes on this machine.")
+@click.option("-o", "--output", type=FOLDER, help="Folder; default: SWEEP-sweep. An unfinished sweep continues.")
+@click.option("--workers", default=1, type=click.IntRange(min=1), help="Processes on this machine.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute, tcp://HOST:PORT.")
-@click.option(
-    "--dataset",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Also write one file with the swept keys as dimensions.",
-)
-@click.option("--force", is_flag=True, help="Remove what an earlier sweep left in the folder, and start anew.")
-@click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
+@click.option("--dataset", type=NEW_FILE, help="Also write one file with the swept keys as dimensions.")
+@click.option("--force", is_flag=True, help="Delete the results in the folder and start again.")
+@json_option
 @click.pass_context
 def sweep_command(
     context: click.Context,
@@ -58,14 +55,13 @@ def sweep_command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Compute all points of SWEEP: the name of a shipped sweep or scenario, or a TOML file.
+    """Simulate all points of SWEEP: a shipped sweep, a scenario, or a TOML file.
 
-    Points that the folder has are not computed again. One that fails is told, and does not stop the others.
+    Finished points are not computed again. A point that fails is reported and does not stop the others.
     """
     if scheduler is not None and workers != 1:
         raise click.UsageError("--workers beside --scheduler, which has its own; allowed: one of both")
-    overrides = _assigned(assignments, "--set")
-    over = _assigned(swept, "--over")
+    overrides, over = assigned(assignments), assigned(swept, "--over")
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.sweeps.run import sweep as run_sweep
 
@@ -79,39 +75,117 @@ def sweep_command(
             scheduler=scheduler,
             dataset=dataset,
             force=force,
-            progress=partial(_progress, context.ensure_object(Stop)),
+            progress=partial(progress, context.ensure_object(Stop), label="points"),
         )
-    click.echo(json.dumps(result.as_dict()) if as_json else _told(result))
+    click.echo(json.dumps(result.as_dict()) if as_json else _sweep_text(result))
     if result.failed:
         click.echo(f"error: {len(result.failed)} of {len(result.points)} points failed", err=True)
         sys.exit(EXIT_FAILED)
 
 
-def _assigned(texts: Iterable[str], option: str) -> dict[str, Any]:
-    from hcss_twin.scenario.overrides import parse_assignment
-
-    try:
-        return dict(parse_assignment(text) for text in texts)
-    except ValueError as error:
-        raise click.BadParameter(str(error), param_hint=option) from error
-
-
-def _progress(stop: Stop, points: Iterable[Any], count: int) -> Iterable[Any]:
-    return progress(stop, points, count, "points")
-
-
-def _told(result: SweepResult) -> str:
+def _sweep_text(result: SweepResult) -> str:
     size = sum(record.bytes or 0 for record in result.points)
     before = len(result.points) - len(result.computed)
     lines = [
         f"{result.folder}  {len(result.points)} points, {size / 1e6:.1f} MB",
         f"  computed {len(result.computed)}" + (f", had before {before}" if before else ""),
     ]
-    lines += [f"  failed: point {record.point}, {_values(record.values)}: {record.error}" for record in result.failed]
-    if result.dataset is not None:
-        lines.append(f"{result.dataset}  {result.dataset.stat().st_size / 1e6:.1f} MB")
-    return "\n".join(lines)
+    for record in result.failed:
+        values = ", ".join(f"{key} = {value}" for key, value in record.values.items())
+        lines.append(f"  failed: point {record.point}, {values}: {record.error}")
+    return "\n".join([*lines, *([] if result.dataset is None else [with_size(result.dataset)])])
 
 
-def _values(values: Any) -> str:
-    return ", ".join(f"{key} = {value}" for key, value in values.items())
+_DRAW_OPTIONS = (
+    click.option("--draws", type=int, help="Propagate uncertain inputs: number of random draws, each with two seeds."),
+    click.option("--posterior", type=NEW_FILE, help="With --draws: file of `hcss fit` for the cloud parameters."),
+    click.option(
+        "--uncertain",
+        multiple=True,
+        metavar="KEY=DISTRIBUTION",
+        help="With --draws: vary a key, for example sea.temperature=normal:291:0.5; repeat.",
+    ),
+    click.option(
+        "--shares",
+        type=click.Choice(["regression", "pick-freeze"]),
+        default="regression",
+        help="With --draws: method of variance attribution; pick-freeze needs more scenes.",
+    ),
+    click.option(
+        "--cube-of",
+        "cubes_of",
+        multiple=True,
+        metavar="NUMBERS",
+        help="With --draws: also write the cubes of these draws, for example 0,17.",
+    ),
+    click.option("--layer", type=int, help="With --posterior: its cloud layer, if there are two."),
+)
+
+
+def propagation_options(command: Any) -> Any:
+    """Add the options of a propagation."""
+    for option in reversed(_DRAW_OPTIONS):
+        command = option(command)
+    return command
+
+
+def is_propagation(given: dict[str, Any]) -> bool:
+    """Return whether options ask for a propagation; raises UsageError if some need ``--draws``."""
+    if given["draws"] is not None:
+        return True
+    names = {"posterior": "--posterior", "uncertain": "--uncertain", "cubes_of": "--cube-of", "layer": "--layer"}
+    needy = [option for name, option in names.items() if given[name] not in (None, ())]
+    needy += ["--shares"] if given["shares"] != "regression" else []
+    if needy:
+        raise click.UsageError(f"{needy[0]} needs the number of draws: --draws N, for example 200")
+    return False
+
+
+def run_propagation(
+    context: click.Context,
+    scenario: str,
+    assignments: tuple[str, ...],
+    output: Path | None,
+    force: bool,
+    as_json: bool,
+    given: dict[str, Any],
+) -> None:
+    """Propagate uncertain inputs and print the result."""
+    from hcss_twin.core.environment import announce_compilation
+    from hcss_twin.report.propagation_text import propagation_text, propagation_values
+    from hcss_twin.sweeps.propagation.propagate import cube_path, propagate
+
+    output = output or Path(f"{Path(scenario).stem}.propagation.nc")
+    numbers = _numbers(given["cubes_of"])
+    require_writable((output, *(cube_path(output, number) for number in numbers)), force)
+    with announce_compilation(partial(click.echo, err=True)), warnings.catch_warnings():
+        warnings.simplefilter("ignore", CertificateWarning)  # reported as an error, with the exit code
+        result = propagate(
+            scenario,
+            output,
+            draws=given["draws"],
+            posterior=given["posterior"],
+            uncertain=assigned(given["uncertain"], "--uncertain"),
+            overrides=assigned(assignments),
+            layer=given["layer"],
+            shares=given["shares"],
+            cubes_of=numbers,
+            progress=partial(progress, context.ensure_object(Stop), label="draws"),
+        )
+    if as_json:
+        click.echo(json.dumps(propagation_values(result)))
+    else:
+        click.echo("\n".join([propagation_text(result), *map(with_size, result.cubes)]))
+    failed = [each for each in result.certificates if not each.passed]
+    for certificate in failed:
+        click.echo(f"error: certificate {certificate.lines[0]}", err=True)
+    if failed:
+        sys.exit(EXIT_FAILED)
+
+
+def _numbers(texts: tuple[str, ...]) -> list[int]:
+    parts = [part for text in texts for part in text.replace(",", " ").split()]
+    for part in parts:
+        if not part.isdecimal():
+            raise click.BadParameter(f"'{part}': allowed: numbers of draws, for example 0,17", param_hint="--cube-of")
+    return list(dict.fromkeys(map(int, parts)))

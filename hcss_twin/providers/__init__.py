@@ -25,22 +25,33 @@ radians. Azimuths are bearings from the surface point toward sensor or sun, cloc
 in [0, pi] is 0 with the sensor on the sun's side and pi toward the glint. View zenith angles are at the surface point.
 """
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.providers.atmosphere import AtmosphereInputs, TransmittanceOptions, TransmittanceProvider
-from hcss_twin.providers.clouds import (
-    CloudGenerator,
-    CloudGeneratorOptions,
-    CloudInputs,
-    CloudLayer,
-    Grid,
-    Microphysics,
-    Motion,
-)
-from hcss_twin.providers.common import Declares
-from hcss_twin.providers.optics import Optics, OpticsInputs, SingleScattering
-from hcss_twin.providers.radiance import RadianceInputs, RadianceModel, RadianceModelOptions, SolarIrradiance, Sun, View
-from hcss_twin.providers.sea import SeaInputs, SeaModel, SeaModelOptions, WaveShapes
-from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorInputs, SensorOptions
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hcss_twin.core.arrays import Array
+    from hcss_twin.providers.atmosphere import AtmosphereInputs, TransmittanceOptions, TransmittanceProvider
+    from hcss_twin.providers.clouds import (
+        CloudGenerator,
+        CloudGeneratorOptions,
+        CloudInputs,
+        CloudLayer,
+        Grid,
+        Microphysics,
+        Motion,
+    )
+    from hcss_twin.providers.common import Declares
+    from hcss_twin.providers.optics import Optics, OpticsInputs, SingleScattering
+    from hcss_twin.providers.radiance import (
+        RadianceInputs,
+        RadianceModel,
+        RadianceModelOptions,
+        SolarIrradiance,
+        Sun,
+        View,
+    )
+    from hcss_twin.providers.sea import SeaInputs, SeaModel, SeaModelOptions, WaveShapes
+    from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorInputs, SensorOptions
 
 API_VERSION = 1
 """Version of the contract; what a spec states as its ``api_version``."""
@@ -78,3 +89,15 @@ __all__ = [
     "View",
     "WaveShapes",
 ]
+
+_PARTS = ("atmosphere", "clouds", "common", "optics", "radiance", "sea", "sensor")
+
+
+def __getattr__(name: str) -> Any:
+    """Import the contract at its first use: ``hcss plugins`` reads the registry below without numpy."""
+    if name not in __all__:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    parts = ("core.arrays", *(f"providers.{kind}" for kind in _PARTS))
+    for module in (import_module(f"hcss_twin.{part}") for part in parts):
+        globals().update({each: getattr(module, each) for each in __all__ if hasattr(module, each)})
+    return globals()[name]

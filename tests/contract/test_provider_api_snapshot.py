@@ -147,7 +147,7 @@ def test_the_snapshot_is_not_written_over_a_broken_promise(tmp_path):
 
 
 def options():
-    protocols = [value for name, value in vars(providers).items() if name.endswith("Options")]
+    protocols = [getattr(providers, name) for name in providers.__all__ if name.endswith("Options")]
     return {name for each in protocols for name in (*each.__annotations__, *vars(each)) if not name.startswith("_")}
 
 

@@ -7,11 +7,11 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin.core.errors import ProviderError, ScenarioError
+from hcss_twin.core.plugins import Origin
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.models.atmosphere.moist_air import water_vapour_column_kg_m2
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.providers.registry import ProviderSpec, hookimpl
-from hcss_twin.providers.registry.discovery import Origin
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.scenario import Scenario
 

@@ -8,7 +8,7 @@ from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.providers.registry.discovery import Origin
+from hcss_twin.core.plugins import Origin
 from hcss_twin.report.plan_text import WIDTH, plan_text
 
 TINY = {**CHEAP, "image.rows": 8, "image.columns": 8}

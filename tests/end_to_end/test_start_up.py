@@ -46,7 +46,8 @@ def test_the_package_alone_imports_nothing_but_the_standard_library(tmp_path):
 
 def test_help_imports_little(tmp_path):
     found = imported("--help", cwd=tmp_path)
-    assert not found & {"numpy", "pydantic", "numba", "netCDF4", "scipy", "pluggy"}
+    # pluggy is there only if an installed plugin adds commands.
+    assert not found & {"numpy", "pydantic", "numba", "netCDF4", "scipy"}
     # Each costs up to a millisecond; python itself has 30 to 60.
     assert len(found) < 250
 

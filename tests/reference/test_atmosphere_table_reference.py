@@ -1,9 +1,8 @@
 """The shipped LOWTRAN7 table against the paper's MODTRAN columns and against itself."""
 
-import json
-
 import numpy as np
 import pytest
+from printed_tables import PAPER
 
 from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
@@ -16,7 +15,6 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs
 from hcss_twin.scenario.bands import spectral_band
 
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
 VIEWS = PAPER["view_zenith_deg"]
 
 

@@ -1,11 +1,11 @@
 """The band model against results of the LOWTRAN7 Fortran (tests/data/lowtran7-reference.nc, made by a recipe)."""
 
-import json
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 import pytest
+from printed_tables import PAPER
 
 from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
@@ -22,7 +22,6 @@ REFERENCE = Path(__file__).parent.parent / "data" / "lowtran7-reference.nc"
 COEFFICIENTS = catalog_root() / "atmospheres" / "lowtran7-band-model.nc"
 MODELS = range(6)
 WINTER = (2, 4)
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")

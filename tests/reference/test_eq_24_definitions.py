@@ -1,14 +1,12 @@
 """Both definitions of eqs 21 to 24 on the printed entries of the HCSS paper's Tables VIII and IX."""
 
-import json
 import math
 
 import pytest
+from printed_tables import PAPER
 
 from hcss_twin.analysis.measures.morphology import DEFINITIONS, Morphology, eq_24, four_measures
-from hcss_twin.core.catalog import catalog_root
 
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
 NAMES = ("entropy", "density", "diagonal_peak", "fractal_dimension")
 
 # Half a unit of the last printed digit in every value moves the RMSE by up to this, percent.

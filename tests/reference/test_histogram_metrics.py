@@ -1,16 +1,13 @@
 """Eqs 21 to 24 of the HCSS paper: by hand, by a plain counting, and against its Tables VIII and IX."""
 
-import json
 import math
 
 import numpy as np
 import pytest
+from printed_tables import PAPER
 
 from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics
 from hcss_twin.analysis.measures.morphology import Morphology, morphology_errors
-from hcss_twin.core.catalog import catalog_root
-
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
 
 
 def counted(grey, levels):

@@ -5,11 +5,11 @@ half of what eq 21 gives for clouds with the printed coverage, DP and Den (docs/
 """
 
 import functools
-import json
 import math
 
 import numpy as np
 import pytest
+from printed_tables import PAPER
 
 from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.catalog import Catalog, catalog_root
@@ -18,7 +18,6 @@ from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
 ROWS = PAPER["table_9"]["rows"]
 SEEDS = 4
 

@@ -2,15 +2,12 @@
 NREL algorithm, refracted zenith, 12:30 in the whole-hour zone round(longitude / 15), the year 2024 for January
 to April of Table VI (the paper prints 2019)."""
 
-import json
 from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
+from printed_tables import PAPER
 
-from hcss_twin.core.catalog import catalog_root
 from hcss_twin.physics.sun import sun_position
-
-PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("row", PAPER["table_5"]["rows"], ids=lambda row: f"scenario{row[0]}")

@@ -2,36 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import pluggy
 
 from hcss_twin.core.errors import ProviderError, closest
+from hcss_twin.core.plugins import Origin
 from hcss_twin.providers.registry import specs
 from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
 from hcss_twin.version import __version__
-
-OWN_DISTRIBUTION = "hcss-twin"
-"""Distribution that brings the defaults."""
-
-FAILURES = (Exception, SystemExit)
-"""Exceptions of a plugin that are reported and not propagated; a user's interrupt is not among them."""
-
-
-@dataclass(frozen=True)
-class Origin:
-    """Where a plugin comes from."""
-
-    entry_point: str
-    distribution: str
-    version: str
-
-    def __str__(self) -> str:
-        return f"{self.distribution} {self.version}".strip()
 
 
 @dataclass(frozen=True)
@@ -76,81 +57,6 @@ class Entry:
     def label(self) -> str:
         """How messages call it."""
         return f"{self.kind.human} '{self.name}' of {self.origin}"
-
-
-@dataclass(frozen=True)
-class BrokenPlugin:
-    """A plugin that could not be registered.
-
-    Attributes
-    ----------
-    entry_point, distribution, version : str
-        Where it comes from.
-    error : str
-        What went wrong.
-    offered : tuple of (Kind, str)
-        Names of its providers, as far as they are known.
-    cause : BaseException or None
-        The error itself, to raise from.
-    """
-
-    entry_point: str
-    distribution: str
-    version: str
-    error: str
-    offered: tuple[tuple[Kind, str], ...] = ()
-    cause: BaseException | None = field(default=None, compare=False, repr=False)
-
-    def __str__(self) -> str:
-        return f"{self.distribution} {self.version} (entry point '{self.entry_point}'): {self.error}"
-
-
-def describe(error: BaseException) -> str:
-    """Name an exception in one line."""
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
-
-
-def normalised(distribution: str) -> str:
-    """Return the form in which distribution names are compared (PEP 503)."""
-    return re.sub(r"[-_.]+", "-", distribution).lower()
-
-
-def installed() -> Iterator[tuple[Origin, importlib.metadata.EntryPoint | BaseException]]:
-    """Yield each entry point of the group ``hcss_twin``, or the error of reading it.
-
-    Distributions are read one by one, because a single malformed ``entry_points.txt`` makes
-    ``importlib.metadata.entry_points()`` fail for all. Of a distribution that lies twice on the
-    path the first counts, as for imports.
-    """
-    seen: set[str] = set()
-    for distribution in importlib.metadata.distributions():
-        try:
-            text = distribution.read_text("entry_points.txt")
-        except FAILURES:
-            continue  # unreadable metadata of a package that may have nothing to do with this one
-        if not text or specs.PROJECT not in text:
-            continue
-        name, version = _identity(distribution)
-        if normalised(name) in seen:
-            continue
-        seen.add(normalised(name))
-        try:
-            selected = distribution.entry_points.select(group=specs.PROJECT)
-            entry_points = sorted(selected, key=lambda each: each.name)
-        except FAILURES as error:
-            yield Origin("entry_points.txt", name, version), error
-            continue
-        for entry_point in entry_points:
-            yield Origin(entry_point.name, name, version), entry_point
-
-
-def _identity(distribution: importlib.metadata.Distribution) -> tuple[str, str]:
-    try:
-        metadata = distribution.metadata
-        return str(metadata["Name"] or "unnamed-distribution"), str(metadata["Version"] or "(no version)")
-    except FAILURES:
-        return "unnamed-distribution", "(no version)"
 
 
 @dataclass
@@ -232,3 +138,5 @@ def _check_names(manager: pluggy.PluginManager, plugin: object) -> None:
         bare = [name for name in dir(plugin) if name.startswith("hcss_register")]
         why = f"; {', '.join(bare)} lacks the @hookimpl mark" if bare else ""
         raise ProviderError(f"no hook found in {plugin!r}{why}; hooks are {', '.join(known)}")
+    if not set(implemented) & set(known):
+        raise ProviderError("it has hook hcss_commands alone: name it in the entry point group hcss_twin.commands")

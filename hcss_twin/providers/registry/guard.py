@@ -19,9 +19,10 @@ from numpy.typing import DTypeLike, NDArray
 from hcss_twin import providers as api
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import HcssError, ProviderError
+from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe
 from hcss_twin.physics.paths import Path
 from hcss_twin.providers.common import FRACTION_TOLERANCE, LAYER_OPTIONS, attributed
-from hcss_twin.providers.registry.discovery import FAILURES, OWN_DISTRIBUTION, Entry, describe
+from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.specs import Kind
 
 THICKNESS_TOLERANCE = 1e-6

@@ -9,20 +9,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import HcssError, ProviderError, choose_from
+from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, describe, installed, normalised
 from hcss_twin.providers.common import check_declares, check_measured, check_options
 from hcss_twin.providers.registry import defaults
-from hcss_twin.providers.registry.discovery import (
-    FAILURES,
-    OWN_DISTRIBUTION,
-    BrokenPlugin,
-    Collection,
-    Entry,
-    Origin,
-    describe,
-    installed,
-    normalised,
-)
-from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.providers.registry.discovery import Collection, Entry
+from hcss_twin.providers.registry.specs import PROJECT, Kind
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
@@ -50,7 +41,7 @@ class Registry:
     def discover(cls) -> Registry:
         """Return a registry of the defaults and of every installed entry point of group ``hcss_twin``."""
         registry = cls.defaults_only()
-        for origin, source in installed():
+        for origin, source in installed(PROJECT):
             registry.add_lazily(origin, _loader(source))
         return registry
 

@@ -1,19 +1,19 @@
-"""Kinds of provider, the spec of a provider, and the hooks of plugins.
+"""What a package says about its providers before anything of them is imported: kinds, specs, and the hooks.
 
-A plugin is a module (or object) with functions of these names, marked with ``hookimpl``, and named by an entry point of
-the group ``hcss_twin``. A hook is called once per run, without arguments, and returns specs: nothing is imported or
-computed before a scenario selects a provider.
+A plugin is a module (or object) with functions named like the hooks and marked with ``hookimpl``; an entry point of
+the group ``hcss_twin`` names it. Each hook returns a sequence of specs; it is called once per run, without arguments.
+Commands for ``hcss`` have a hook and an entry point group of their own (:mod:`hcss_twin.core.commands`).
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, TypeVar
 
-import pluggy
+from hcss_twin.core.commands import PROJECT, check_name, check_summary, check_target, hcss_commands, hookimpl, hookspec
+
+__all__ = ["API_VERSION", "PROJECT", "Kind", "ProviderSpec", "hcss_commands", "hookimpl"]
 
 
 class Kind(StrEnum):
@@ -58,9 +58,6 @@ class Kind(StrEnum):
 API_VERSION = 1
 """Version of the provider contract this engine speaks; the same number as ``providers.API_VERSION``."""
 
-_NAME = re.compile(r"[a-z0-9][a-z0-9-]*")
-_TARGET = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
-
 
 @dataclass(frozen=True)
 class ProviderSpec:
@@ -96,32 +93,16 @@ class ProviderSpec:
     references: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not _NAME.fullmatch(self.name):
-            raise ValueError(f"name {self.name!r}: allowed are lower-case letters, digits, and hyphens within")
-        _check_target("target", self.name, self.target)
+        check_name(self.name)
+        check_target("target", self.name, self.target)
         if self.parameters is not None:
-            _check_target("parameters", self.name, self.parameters)
+            check_target("parameters", self.name, self.parameters)
         if not isinstance(self.api_version, int) or isinstance(self.api_version, bool) or self.api_version < 0:
             raise ValueError(f"api_version {self.api_version!r} of '{self.name}': must be a whole number")
-        if not isinstance(self.summary, str) or not self.summary.strip() or "\n" in self.summary:
-            raise ValueError(f"summary {self.summary!r} of '{self.name}': must be one line of text")
+        check_summary(self.name, self.summary)
         references = self.references
         if not isinstance(references, tuple) or not all(isinstance(each, str) for each in references):
             raise ValueError(f"references {references!r} of '{self.name}': must be a tuple of strings")
-
-
-def _check_target(field: str, name: str, value: object) -> None:
-    if not isinstance(value, str) or not _TARGET.fullmatch(value):
-        raise ValueError(f"{field} {value!r} of '{name}': must look like 'package.module:Class'")
-
-
-PROJECT = "hcss_twin"
-"""Name that ties markers, manager and the entry point group together."""
-
-_Function = TypeVar("_Function", bound=Callable[..., Any])
-
-hookspec: Callable[[_Function], _Function] = pluggy.HookspecMarker(PROJECT)
-hookimpl: Callable[[_Function], _Function] = pluggy.HookimplMarker(PROJECT)
 
 
 @hookspec

@@ -1,0 +1,88 @@
+"""Reference of the command line: usage, help and options of every command."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from typing import Any
+
+import click
+from hcss_paper.command import reproduce
+
+from hcss_twin.cli.main import cli
+
+PAGE = "reference/cli.md"
+
+_INTRODUCTION = """# Command line
+
+{GENERATED}
+
+SCENARIO is the name of a shipped scenario (`hcss scenarios`) or a TOML file ([scenario reference](scenario.md)), CUBE a
+file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` shows the same text.
+
+| exit code | meaning |
+|---|---|
+| 0 | success |
+| 1 | failure; also a failed certificate, and a cube that `hcss verify` finds different |
+| 2 | wrong scenario or command line |
+| 130, 143 | interrupted, terminated |
+
+Two options are not listed below. `--force` replaces existing files. `--json` prints the result as JSON, for scripts;
+where it has a value, it is listed. Plugins can [add commands](../how-to/write-a-plugin.md); `hcss reproduce` comes with
+the plugin `hcss-paper`.
+"""
+
+_SHARED = ("Print the result as JSON.", "Replace existing files.")
+
+
+def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> Iterator[tuple[str, click.Command]]:
+    """Yield every command that does something, with all its words, sorted by name."""
+    for name, command in sorted(group.commands.items()):
+        if isinstance(command, click.Group):
+            if command.invoke_without_command:
+                yield " ".join((*words, name)), command
+            yield from commands(command, (*words, name))
+        else:
+            yield " ".join((*words, name)), command
+
+
+def lines(generated: str) -> Iterator[str]:
+    """Yield the page."""
+    yield _INTRODUCTION.replace("{GENERATED}", generated)
+    for words, command in [*commands(), ("hcss reproduce", reproduce)]:
+        usage = " ".join(command.collect_usage_pieces(click.Context(command, info_name=words)))
+        yield f"## `{words}`\n\n`{words} {usage}`\n\n{inspect.cleandoc(command.help or '')}\n"
+        options = [each for each in command.params if isinstance(each, click.Option) and each.help not in _SHARED]
+        if options:
+            yield from (f"* {_names(each)}: {each.help}{_default(each)}" for each in options)
+            yield ""
+
+
+def _names(option: click.Option) -> str:
+    names = ", ".join(f"`{name}`" for name in (*option.opts, *option.secondary_opts))
+    if option.is_flag:
+        return names
+    value = option.metavar or " ".join([_kind(option.type)] * option.nargs)
+    return f"{names} `{value}`"
+
+
+def _kind(kind: Any) -> str:
+    if isinstance(kind, click.Choice):
+        return "|".join(map(str, kind.choices))
+    if isinstance(kind, (click.IntRange, click.FloatRange)):
+        low = "" if kind.min is None else f"{kind.min:g} {'<' if kind.min_open else '<='} "
+        high = "" if kind.max is None else f" {'<' if kind.max_open else '<='} {kind.max:g}"
+        return f"{low}number{high}"
+    name: str = kind.name
+    return name.upper()
+
+
+def _default(option: click.Option) -> str:
+    default: Any = option.default
+    if option.required:
+        return " **Required.**"
+    if option.secondary_opts:
+        return f" Default: `{(option.opts if default else option.secondary_opts)[0]}`."
+    # What click uses for "no default" differs between its versions.
+    plain = isinstance(default, (str, int, float)) and not option.is_flag and not option.multiple
+    return f" Default: `{default}`." if plain and default != "" else ""

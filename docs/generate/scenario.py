@@ -1,0 +1,136 @@
+"""Scenario reference: every key of the models of a scenario, bands, units, and parameters of the shipped providers."""
+
+from __future__ import annotations
+
+import inspect
+import typing
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.scenario.bands import named_bands
+from hcss_twin.scenario.models import Layer, ScenarioModel
+from hcss_twin.scenario.reference import field_text, is_model
+from hcss_twin.scenario.units import UNITS
+
+PAGE = "reference/scenario.md"
+
+_INTRODUCTION = """# Scenario reference
+
+{GENERATED}
+
+A scenario is a TOML file. Only `time` and `place` are required; every other key has a default. Unknown keys and
+impossible values are errors, and all of them are reported at once (`hcss validate`).
+
+```toml
+time = 2024-04-20T12:30:00+10:00
+place = {latitude = 35.0, longitude = 150.0}
+clouds.type = "stratus"
+```
+
+**Numbers** are SI, angles in degrees; of cloud particles `effective_radius` is in um and `water_content` in g m-3. Text
+with a unit works too: `pixel_size = "1 km"`, `temperature = "18 degC"`, `water_content = "3e-4 kg/m3"`.
+
+**Directions.** Azimuths are bearings from the surface point toward the sensor or the sun, clockwise from north. Zenith
+angles are those at the surface point. Winds are named after where they come from. In the image, x (columns) points east
+and y (rows) north; row 0 is the southern edge.
+
+**Many scenes from one file:** a section `[sweep]` gives keys many values ([sweeps](../how-to/sweeps.md)).
+
+**Uncertain keys:** a section `[uncertain]` gives keys distributions, through which `hcss run FILE --draws N` propagates
+([uncertainty](../how-to/uncertainty.md)).
+
+**One key from the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`.
+"""
+
+
+def lines(generated: str) -> Iterator[str]:
+    """Yield the page."""
+    yield _INTRODUCTION.replace("{GENERATED}", generated)
+    yield "## Top level\n"
+    yield from _table(ScenarioModel, skip_models=True)
+    for name, field in ScenarioModel.model_fields.items():
+        model = _model_of(field) or _optional_model(field)
+        if model is None or name == "bands":
+            continue
+        yield f"\n## `[{name}]`\n"
+        yield f"{inspect.cleandoc(model.__doc__ or '')}\n"
+        if name == "clouds":
+            yield (
+                'A single layer\'s keys may stand in `[clouds]` itself (`clouds.type = "stratus"`); the same keys '
+                "go into `[[clouds.layers]]`.\n"
+            )
+            yield from _table(Layer)
+        else:
+            yield from _table(model)
+    yield from _bands()
+    yield from _units()
+    yield from _providers()
+
+
+def _bands() -> Iterator[str]:
+    yield "\n## Bands\n"
+    yield (
+        "`bands` is a list of names below, limits in um (`[3.4, 4.1]`, or with a name of their own "
+        '`{name = "narrow", limits = [3.4, 4.1]}`), Gaussian responses (`{name = "g", center_um = 4.0, '
+        "fwhm_um = 0.2}`, "
+        "peak 1, cut where they are 1e-4, 1.82 widths from the centre, which leaves out 2e-5 of the area), or measured "
+        'responses (`{name = "channel 7", response = "channel7.csv"}`, a CSV with columns `wavelength_um`, ascending, '
+        "and `response`, 0 to 1). Radiance in a band is the integral of spectral radiance times response over "
+        "wavelength, not divided by the integral of the response.\n"
+    )
+    yield "| name | um | |\n|---|---|---|"
+    for name, band in named_bands(Catalog()).items():
+        low, high = band["limits_um"]
+        yield f"| `{name}` | {low:g}-{high:g} | {band['description']} |"
+
+
+def _units() -> Iterator[str]:
+    yield "\n## Units\n\n| quantity | plain number | text may use |\n|---|---|---|"
+    for dimension, units in UNITS.items():
+        names = [name for name in units if name]
+        plain = "1" if "" in units else names[0]
+        yield f"| {dimension} | {plain} | {', '.join(f'`{name}`' for name in names)} |"
+
+
+def _providers() -> Iterator[str]:
+    yield (
+        "\n## Parameters of the shipped providers\n\n"
+        "They go into the `parameters` table of the section that selects the provider. Installed plugins bring "
+        "their own (`hcss plugins NAME`).\n"
+    )
+    # The page must not depend on what else is installed.
+    registry = Registry.defaults_only()
+    for entry in registry.entries():
+        yield f"\n### {entry.kind.human} `{entry.name}`\n"
+        yield f"{entry.summary[0].upper()}{entry.summary[1:]}.\n"
+        model = registry.parameters_model(entry)
+        if model is None or not model.model_fields:
+            yield "No parameters."
+        else:
+            yield from _table(model)
+
+
+def _table(model: type[BaseModel], skip_models: bool = False) -> Iterator[str]:
+    yield "| key | type | allowed | default | meaning |\n|---|---|---|---|---|"
+    for name, field in model.model_fields.items():
+        if skip_models and (_model_of(field) or _optional_model(field)) is not None and name != "bands":
+            continue
+        text = field_text(name, field)
+        cells = (f"`{name}`", text.type, text.allowed, text.default, text.description)
+        yield f"| {' | '.join(cells)} |"
+
+
+def _model_of(field: FieldInfo) -> type[BaseModel] | None:
+    annotation: Any = field.annotation
+    return annotation if is_model(annotation) else None
+
+
+def _optional_model(field: FieldInfo) -> type[BaseModel] | None:
+    """Section that may be left out as a whole."""
+    choices = typing.get_args(field.annotation) if type(None) in typing.get_args(field.annotation) else ()
+    return next(filter(is_model, choices), None)

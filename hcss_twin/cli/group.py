@@ -1,0 +1,71 @@
+"""The group of all commands: those of the package by topic, and those that installed plugins add."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from hcss_twin.core.commands import PluginCommand
+    from hcss_twin.core.plugins import BrokenPlugin
+
+TOPICS = {
+    "Simulate": ("run", "plan", "validate", "sweep", "sense"),
+    "Look at cubes": ("preview", "report", "volume", "export", "verify"),
+    "Clouds from images": ("import", "clouds", "match", "fit", "evaluate"),
+    "Inputs": ("scenarios", "schema", "plugins", "atmosphere"),
+    "This machine": ("bench", "cache"),
+}
+"""Headings of ``hcss --help`` and their commands; a command without a topic goes under "Other"."""
+
+
+class CommandGroup(click.Group):
+    """Commands of the package and of plugins.
+
+    Plugins are looked up where the package has no command of a name, and for the list in the help. Their code is
+    imported when one of their commands runs.
+    """
+
+    def plugin_commands(self) -> tuple[dict[str, PluginCommand], list[BrokenPlugin]]:
+        """Return the commands of plugins by name, and the plugins whose commands cannot be used."""
+        from hcss_twin.core.plugins import installed
+
+        plugins = list(installed("hcss_twin.commands"))
+        if not plugins:
+            return {}, []
+        from hcss_twin.core.commands import collect
+
+        return collect(plugins, self.commands)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command by name, imported if a plugin brings it."""
+        command = super().get_command(ctx, cmd_name)
+        if command is not None:
+            return command
+        commands, broken = self.plugin_commands()
+        if cmd_name in commands:
+            loaded: click.Command = commands[cmd_name].load()
+            return loaded
+        if broken:
+            listed = "; ".join(map(str, broken))
+            ctx.fail(f"No such command '{cmd_name}'. It might come from an installed plugin that is broken: {listed}")
+        return None
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands by topic; summaries of plugins' commands come from their specs."""
+        named = {name for names in TOPICS.values() for name in names}
+        topics: dict[str, Any] = {**TOPICS, "Other": sorted(set(self.commands) - named)}
+        plugins, broken = self.plugin_commands()
+        width = max(map(len, (*self.commands, *plugins)))
+        limit = formatter.width - 6 - width
+        for topic, names in topics.items():
+            rows = [(f"{name:<{width}}", self.commands[name].get_short_help_str(limit)) for name in names]
+            if rows:
+                with formatter.section(topic):
+                    formatter.write_dl(rows)
+        if plugins:
+            with formatter.section("Of plugins"):
+                formatter.write_dl([(f"{name:<{width}}", plugins[name].spec.summary) for name in sorted(plugins)])
+        if broken:
+            formatter.write(f"\n{len(broken)} broken: see hcss plugins\n")

@@ -1,0 +1,174 @@
+"""Commands that an installed package adds to ``hcss``: the hook, and their collection without importing their code.
+
+A plugin names a module in the entry point group ``hcss_twin.commands``. The module has a function ``hcss_commands``,
+marked with ``hookimpl``, and is imported when the commands are listed: it should import nothing but this module.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import EntryPoint
+from typing import Any, TypeVar
+
+import pluggy
+
+from hcss_twin.core.errors import HcssError, ProviderError, closest
+from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, describe
+
+PROJECT = "hcss_twin"
+"""Name that ties markers, plugin managers and the entry point groups together."""
+
+GROUP = "hcss_twin.commands"
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+hookspec: Callable[[_Function], _Function] = pluggy.HookspecMarker(PROJECT)
+hookimpl: Callable[[_Function], _Function] = pluggy.HookimplMarker(PROJECT)
+
+_NAME = re.compile(r"[a-z0-9][a-z0-9-]*")
+_TARGET = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
+
+
+def check_name(name: object) -> None:
+    """Raise ValueError unless a name consists of lower-case letters, digits, and hyphens within."""
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise ValueError(f"name {name!r}: allowed are lower-case letters, digits, and hyphens within")
+
+
+def check_target(field: str, name: str, value: object) -> None:
+    """Raise ValueError unless ``value`` looks like ``package.module:Object``."""
+    if not isinstance(value, str) or not _TARGET.fullmatch(value):
+        raise ValueError(f"{field} {value!r} of '{name}': must look like 'package.module:Class'")
+
+
+def check_summary(name: str, summary: object) -> None:
+    """Raise ValueError unless a summary is one line of text."""
+    if not isinstance(summary, str) or not summary.strip() or "\n" in summary:
+        raise ValueError(f"summary {summary!r} of '{name}': must be one line of text")
+
+
+@dataclass(frozen=True)
+class CommandSpec:
+    """Name and location of one command.
+
+    Attributes
+    ----------
+    name : str
+        What users write after ``hcss``: lower-case letters, digits and hyphens.
+    target : str
+        ``"package.module:object"`` of a :class:`click.Command`; imported only when the command is run.
+    summary : str
+        One line for ``hcss --help``.
+
+    Raises
+    ------
+    ValueError
+        If a field is malformed.
+    """
+
+    name: str
+    target: str
+    summary: str
+
+    def __post_init__(self) -> None:
+        check_name(self.name)
+        check_target("target", self.name, self.target)
+        check_summary(self.name, self.summary)
+
+
+@hookspec
+def hcss_commands() -> Sequence[CommandSpec]:
+    """Return specs of commands for ``hcss``."""
+    raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class PluginCommand:
+    """A command of a plugin."""
+
+    spec: CommandSpec
+    origin: Origin
+
+    def load(self) -> Any:
+        """Import the command.
+
+        Raises
+        ------
+        HcssError
+            If it cannot be imported or is no click command.
+        """
+        import click
+
+        module, _, name = self.spec.target.partition(":")
+        label = f"command '{self.spec.name}' of {self.origin}"
+        try:
+            command = getattr(import_module(module), name)
+        except FAILURES as error:
+            raise HcssError(f"{label}: import of '{self.spec.target}' failed: {describe(error)}") from error
+        if not isinstance(command, click.Command):
+            raise HcssError(f"{label}: '{self.spec.target}' is {type(command).__name__}, allowed: a click.Command")
+        return command
+
+
+def collect(
+    plugins: Iterable[tuple[Origin, EntryPoint | BaseException]], core: Collection[str]
+) -> tuple[dict[str, PluginCommand], list[BrokenPlugin]]:
+    """Return the commands of plugins by name, and what cannot be used.
+
+    A name that the core has, or that two plugins bring, is refused for each plugin that claims it; the other commands
+    of these plugins remain.
+
+    Parameters
+    ----------
+    plugins : iterable of (Origin, EntryPoint or BaseException)
+        As :func:`hcss_twin.core.plugins.installed` yields them for :data:`GROUP`.
+    core : collection of str
+        Names of the core's commands.
+    """
+    claims: dict[str, list[PluginCommand]] = defaultdict(list)
+    broken: list[BrokenPlugin] = []
+
+    def refuse(origin: Origin, error: str, cause: BaseException | None = None) -> None:
+        broken.append(BrokenPlugin(origin.entry_point, origin.distribution, origin.version, error, (), cause))
+
+    for origin, entry_point in plugins:
+        try:
+            if isinstance(entry_point, BaseException):
+                raise entry_point
+            for spec in _specs(entry_point.load()):
+                claims[spec.name].append(PluginCommand(spec, origin))
+        except FAILURES as error:
+            refuse(origin, str(error) if isinstance(error, ProviderError) else describe(error), error)
+    commands = {}
+    for name, claimants in claims.items():
+        for command in claimants:
+            others = [str(each.origin) for each in claimants if each is not command]
+            others = [OWN_DISTRIBUTION, *others] if name in core else others
+            if others:
+                refuse(command.origin, f"command '{name}' is also brought by {' and '.join(others)}")
+            else:
+                commands[name] = command
+    return commands, broken
+
+
+def _specs(plugin: Any) -> list[CommandSpec]:
+    """Call the hook of one plugin; a manager of its own keeps plugins from wrapping one another's hooks."""
+    manager = pluggy.PluginManager(PROJECT)
+    hook = hcss_commands.__name__
+    manager.add_hookspecs(sys.modules[__name__])
+    manager.register(plugin)
+    if not manager.hook.hcss_commands.get_hookimpls():
+        guess = closest(hook, [name for name in dir(plugin) if name.startswith("hcss")])
+        hint = f"; '{guess}' is misspelt or lacks the @hookimpl mark" if guess else ""
+        raise ProviderError(f"no hook {hook} found in {plugin!r}{hint}")
+    results = manager.hook.hcss_commands()
+    # pluggy drops a returned None silently.
+    specs = results[0] if results else None
+    if not isinstance(specs, Sequence) or not all(isinstance(each, CommandSpec) for each in specs):
+        raise ProviderError(f"hook {hook} returned {specs!r}; expected a list of CommandSpec")
+    return list(specs)

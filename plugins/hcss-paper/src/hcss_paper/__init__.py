@@ -1,0 +1,1 @@
+"""The tables and figures of the HCSS paper, computed again: plugin of hcss_twin with the command ``hcss reproduce``."""

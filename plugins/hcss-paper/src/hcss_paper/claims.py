@@ -1,0 +1,151 @@
+"""What the paper claims for its method: the errors in the abstract, and the features of Table X."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from hcss_paper.inputs import fitted, printed_row, published
+from hcss_paper.reproduction import Check, Reproduction, Row, judged
+from hcss_paper.scene import BANDS, black_surface, columns_over_views, scene
+from hcss_paper.tables_2_and_4 import CLOUD_CHOICES
+from hcss_paper.tables_8_and_9 import cloud_field, eq_24_percent
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+
+CLAIMED = {"3.0-5.0": 12.3, "8.0-14.0": 3.7, "shape": 8.3}
+"""Percent; abstract and section VI."""
+
+_LARGEST_VIEW_DEG = 60.0
+_ROUNDING = 0.05
+_LARGEST = 0.5
+
+
+def headline(seed: int) -> Reproduction:
+    """Return the errors that the abstract claims."""
+    del seed  # nothing is drawn
+    rows: list[Row] = []
+    checks: list[Check] = []
+    inputs = ["sea temperature", "glint scale"]
+    upto = np.array(published()["view_zenith_deg"]) <= _LARGEST_VIEW_DEG
+    for place, band in enumerate(BANDS):
+        if band not in CLAIMED:
+            continue
+        name = f"Table IV, {band.replace('.0', '')} um"
+        cover, surface = f"cover of {name}", f"MODTRAN surface of {name}"
+        inputs += [cover, surface]
+        claimed = CLAIMED[band]
+        printed = _rms(printed_row("table_4", band)[upto], printed_row("table_4", band, "Modtran")[upto])
+        black = black_surface(BANDS[band]).radiance(fitted(surface))[upto]
+        ours, physical = (
+            _rms(columns_over_views(model).mixed(fitted(cover), place)[upto], black)
+            for model in ("as-printed", "physical")
+        )
+        rows += [
+            Row(f"{band} um, from the printed rows", "%", claimed, printed),
+            Row(f"{band} um, from the rows computed here", "%", claimed, ours, physical),
+        ]
+        checks += [
+            _close(f"{band} um, rms over 0-60 deg of the printed rows", printed, claimed, _ROUNDING),
+            _close(f"{band} um, the same of the rows computed here", ours, claimed, _LARGEST),
+        ]
+    table = published()["table_9"]["rows"]
+    found = [eq_24_percent(table["real"][1:5], table[name][1:5])[1] for name in ("Image1", "Image2", "Image3")]
+    mean = float(np.mean(found))
+    rows += [Row("shape, mean of Table IX's three RMSE", "%", CLAIMED["shape"], mean)]
+    checks.append(_close("mean of Table IX's three RMSE", mean, CLAIMED["shape"], _ROUNDING))
+    return judged(
+        rows,
+        checks,
+        holds="All three follow from the tables. What they say is another matter: see the notes.",
+        fails="A claimed number does not follow from the tables.",
+        inputs=inputs,
+        notes=(
+            "12.3 and 3.7 % compare a sunlit scene with thermal runs above a black surface, whose temperature is "
+            "free. They measure how far the two scenes differ, not an error of either.",
+            "8.3 % counts two images that were made with random cloud masks as controls; the image that was meant "
+            f"to agree has {found[0]:.1f} %.",
+        ),
+        choices=CLOUD_CHOICES,
+    )
+
+
+def _rms(one: Array, other: Array) -> float:
+    return 100.0 * float(np.sqrt(np.mean((one / other - 1.0) ** 2)))
+
+
+def _close(what: str, found: float, claimed: float, limit: float) -> Check:
+    off = abs(found - claimed)
+    return Check(f"{what}: {found:.2f} %, claimed {claimed:g} %, off by at most {limit:.2g}", off <= limit)
+
+
+_CLOUD_TYPES = 4
+_BANDS = 3
+
+
+def table_10(seed: int) -> Reproduction:
+    """Return the claims of the column "Proposed Method", each put to a test that can fail."""
+    return judged(
+        [],
+        [_mirrors(), _makes_images(seed), _needs_no_data(), _has_terms(), _applies_widely()],
+        holds="The table compares features and has no numbers. What it claims for the paper's method holds for "
+        "this package.",
+        fails="A feature that the table claims is missing here.",
+        notes=("The columns about MODTRAN and deep learning are no statements about this package.",),
+    )
+
+
+def _mirrors() -> Check:
+    band = list(BANDS).index("3.0-5.0")
+    views = published()["view_zenith_deg"]
+    day = columns_over_views("as-printed").clear[:, band]
+    night = columns_over_views("as-printed", sunlit=False).clear[:, band]
+    peak = views[int(np.argmax(day - night))]
+    holds = bool(20 <= peak <= 30 and np.argmax(day) > 0 and np.argmax(night) == 0)
+    return Check(
+        f"specular reflection: the glint in 3-5 um is brightest at {peak} deg, near the sun's 24.4 deg; without sun "
+        "the sea is brightest from above",
+        holds,
+    )
+
+
+def _makes_images(seed: int) -> Check:
+    field = cloud_field("simulated", seed)
+    rows, columns = field.shape
+    varied = np.unique(field).size
+    return Check(
+        f"image generation: {rows} x {columns} pixels, {varied} different values", varied > rows * columns // 2
+    )
+
+
+def _needs_no_data() -> Check:
+    used = scene("as-printed", 0.0, (BANDS["3.0-5.0"],)).catalog.used
+    own = [name for name in used if Path(name).is_absolute()]
+    return Check(
+        f"data dependency: the scene is made from {len(used)} files, all of the catalog, no image among them",
+        bool(used) and not own and not any(name.endswith((".png", ".tif", ".npy")) for name in used),
+    )
+
+
+def _has_terms() -> Check:
+    plan = scene("physical", 20.0, tuple(BANDS.values()))
+    sunlight = plan.model.clear(plan.spectral_grid.wavenumber_cm1, None)
+    dark = all(not np.any(sunlight[name]) for name in plan.model.solar_terms)
+    return Check(
+        f"physical interpretability: radiance comes in {len(plan.model.terms)} named terms, and the "
+        f"{len(plan.model.solar_terms)} of sunlight are 0 without sun",
+        dark and len(plan.model.terms) > 1,
+    )
+
+
+def _applies_widely() -> Check:
+    catalog = Catalog()
+    types = len(catalog.names("cloud_types", ".toml"))
+    airs = len(catalog.names("atmospheres", ".csv"))
+    bands = len(catalog.toml(catalog.find("bands", "", ".toml"))["bands"])
+    return Check(
+        f"applicability: {types} cloud types, {airs} model atmospheres and {bands} bands by name; the paper has "
+        f"{_CLOUD_TYPES}, 1 and {_BANDS}",
+        types >= _CLOUD_TYPES and airs > 1 and bands >= _BANDS,
+    )

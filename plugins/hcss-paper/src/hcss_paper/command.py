@@ -1,0 +1,72 @@
+"""``hcss reproduce``: the paper's tables and figures, computed again and laid beside what is printed."""
+
+from __future__ import annotations
+
+import json
+import sys
+from functools import partial
+from pathlib import Path
+
+import click
+
+from hcss_twin.cli.options import NEW_FILE, Stop, force_option, progress, require_writable, with_size, write_text
+from hcss_twin.core.errors import HcssError
+
+EXIT_FAILED = 1
+
+
+@click.command()
+@click.argument("items", metavar="[ITEM]...", nargs=-1)
+@click.option(
+    "-o", "--output", type=NEW_FILE, default="hcss-reproduction.html", show_default=True, help="Report to write."
+)
+@click.option("--json", "json_file", type=NEW_FILE, help="File for rows, checks and verdicts as JSON, keyed by item.")
+@click.option("--seed", default=1, show_default=True, type=click.IntRange(min=0), help="Seed of random clouds.")
+@force_option
+@click.option("--list", "only_list", is_flag=True, help="List the items and compute nothing.")
+@click.pass_context
+def reproduce(
+    context: click.Context,
+    items: tuple[str, ...],
+    output: Path,
+    json_file: Path | None,
+    seed: int,
+    force: bool,
+    only_list: bool,
+) -> None:
+    """Recompute the HCSS paper's tables and figures and write a report.
+
+    ITEM is table-4, figure-12, ...; default: all. The verdict of an item follows from its checks: reproduced,
+    reproduced with fitted inputs (listed), or not reproducible (with the reason). Exit code 1: an item could not be
+    computed.
+    """
+    from hcss_paper.index import chosen
+
+    try:
+        selected = chosen(items)
+    except HcssError as error:
+        raise click.BadParameter(str(error), context, param_hint="ITEM") from error
+    if only_list:
+        width = max(len(item.name) for item in selected) + 2
+        for item in selected:
+            click.echo(f"{item.name:<{width}}{item.title}")
+        return
+    require_writable((output, json_file), force, "give another name")
+    from hcss_paper.report import reproduction_page, worst_text
+    from hcss_paper.run import outcomes
+    from hcss_twin.core.environment import announce_compilation
+    from hcss_twin.report.page.page import write_page
+
+    with announce_compilation(partial(click.echo, err=True)):
+        stop = context.ensure_object(Stop)
+        results = list(progress(stop, outcomes(selected, seed), len(selected)))
+    width = max(len(item.name) for item in selected) + 2
+    for outcome in results:
+        click.echo(f"{outcome.item.name:<{width}}{outcome.verdict:<32}{outcome.error or worst_text(outcome)}")
+    write_page(output, reproduction_page(results, seed))
+    click.echo(with_size(output))
+    if json_file is not None:
+        write_text(json_file, json.dumps({each.item.name: each.as_dict() for each in results}, indent=1))
+        click.echo(str(json_file))
+    if any(outcome.result is None for outcome in results):
+        sys.exit(EXIT_FAILED)

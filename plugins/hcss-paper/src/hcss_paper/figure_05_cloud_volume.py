@@ -1,0 +1,131 @@
+"""Fig 5: the map from the fractal field to the thickness of a cloud, and the cloud in space."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_paper.figure_base import scenario_of
+from hcss_paper.inputs import CLOUD_HEIGHTS_KM, in_words
+from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.engine.simulate import simulate
+from hcss_twin.models.clouds.coverage import cloud_fraction_value
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.report.cloud_columns import CloudColumns
+from hcss_twin.report.cloud_volume import volume_figure
+from hcss_twin.scenario.cloud_types import load_cloud_type
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+TYPE = "cumulus"
+COVERAGE = 0.3
+SIDE_PIXELS = 400
+
+LARGEST_OFF_M = 0.05
+"""Single precision of the field leaves a centimetre of 2.9 km."""
+
+
+def eq_7(field: Array, cloudy: NDArray[np.bool_], thinnest_m: float, thickest_m: float) -> Array:
+    """Return eq 7 written out: thickness in metres, 0 where clear.
+
+    Parameters
+    ----------
+    field : ndarray (rows, columns)
+        V of eq 4.
+    cloudy : ndarray of bool (rows, columns)
+    thinnest_m, thickest_m : float
+        Th_min and Th_max.
+    """
+    p = cloud_fraction_value(field)
+    low, high = float(p[cloudy].min()), float(p[cloudy].max())
+    mapped: Array = np.where(cloudy, thinnest_m + (thickest_m - thinnest_m) * (p - low) / (high - low), 0.0)
+    return mapped
+
+
+def figure_5(seed: int) -> Reproduction:
+    """Return a cumulus sky in three dimensions, with eq 7 checked at every pixel."""
+    scenario = scenario_of(
+        TYPE,
+        "as-printed",
+        {
+            "title": "Cumulus of Table III",
+            "image": {"rows": SIDE_PIXELS, "columns": SIDE_PIXELS, "pixel_size": 20.0},
+            "clouds.coverage": COVERAGE,
+            "output.variables": ["cloud_thickness", "cloud_top_altitude"],
+            "seed": seed,
+        },
+    )
+    generator: Any = make_plan(scenario).generators[0]
+    every = slice(0, SIDE_PIXELS)
+    field: Array = generator.field(0.0, every, every).astype(np.float64)
+    columns = _columns(simulate(scenario))
+    cloudy = ~np.isnan(columns.top_m)
+    found = np.where(cloudy, columns.thickness_m, 0.0)
+    layer = load_cloud_type(TYPE, Catalog()).layer
+    # The paper's ends: the heights of Table III; its thinnest cloud is not printed.
+    base_km, top_km = CLOUD_HEIGHTS_KM[TYPE]
+    wanted = eq_7(field, cloudy, layer.thickness_min, 1e3 * (top_km - base_km))
+    off = float(np.max(np.abs(found - wanted)))
+    highest = _highest(field, COVERAGE)
+    base = columns.base_m[cloudy]
+    rows = [
+        Row("coverage", "1", None, float(cloudy.mean())),
+        Row("base", "km", base_km, float(np.median(base)) / 1e3),
+        Row("highest top", "km", top_km, float(np.nanmax(columns.top_m)) / 1e3),
+        Row("thinnest cloud", "m", None, float(found[cloudy].min())),
+        Row("thickest cloud", "m", 1e3 * (top_km - base_km), float(found.max())),
+        Row("mean thickness of the cloudy pixels", "m", None, float(found[cloudy].mean())),
+    ]
+    flat = float(np.ptp(base))
+    checks = (
+        Check(f"eq 7 at every pixel: {off:.1e} m off, at most {LARGEST_OFF_M} m", off < LARGEST_OFF_M),
+        Check("cloud is where the field is highest, by sorting", bool(np.array_equal(cloudy, highest))),
+        Check(
+            f"the base is flat: {flat:.1e} m between lowest and highest, at most {LARGEST_OFF_M} m",
+            flat < LARGEST_OFF_M,
+        ),
+    )
+    return judged(
+        rows,
+        checks,
+        holds="Thickness is eq 7 of the field at every pixel, between the heights of Table III.",
+        fails="Thickness is not that of eq 7.",
+        chosen=in_words(
+            f"type {TYPE}, coverage {COVERAGE:.0%}, {SIDE_PIXELS} x {SIDE_PIXELS} pixels of 20 m: not stated",
+            f"thinnest cloud {layer.thickness_min:g} m: Th_min is not printed",
+        ),
+        drawings=(
+            Drawing(
+                "Cumulus in space, in section, and by altitude",
+                volume_figure(columns),
+                "Steep heaps of cloud of many heights on a flat base over a blue sea; below, a section through them "
+                "and the share of the area that is cloud at each altitude.",
+            ),
+        ),
+    )
+
+
+def _highest(field: Array, coverage: float) -> NDArray[np.bool_]:
+    """Return the pixels with the highest values, by a plain sort."""
+    chosen = np.argsort(-field.ravel(), kind="stable")[: round(coverage * field.size)]
+    mask = np.zeros(field.size, dtype=np.bool_)
+    mask[chosen] = True
+    return mask.reshape(field.shape)
+
+
+def _columns(cube: xr.Dataset) -> CloudColumns:
+    frame = cube.isel(time=0)
+    thickness, top = (frame[name].to_numpy().astype(np.float64) for name in ("cloud_thickness", "cloud_top_altitude"))
+    cloudy = thickness > 0.0
+    base = np.where(cloudy, top - thickness, np.nan)
+    x, y = (cube[name].to_numpy().astype(np.float64) for name in ("x", "y"))
+    moment: Any = frame["time"].to_numpy().astype("datetime64[ms]")[()]
+    return CloudColumns(
+        str(cube.attrs["title"]), moment, 0, x, y, base, np.where(cloudy, top, np.nan), cloudy.astype(np.float64)
+    )

@@ -1,0 +1,173 @@
+"""Fig 10: four cloud types over the sea, and how high the sea is."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.special import ndtri
+
+from hcss_paper.figure_base import PANEL_PIXELS, blank, reduced, shades, simulated
+from hcss_paper.inputs import CLOUD_HEIGHTS_KM, in_words
+from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.sea.pierson_moskowitz import elevation_variance_m2, significant_wave_height_m, surface_elevation
+from hcss_twin.scenario.cloud_types import load_cloud_type
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+TYPES = ("cumulus", "stratocumulus", "cirrus", "simulated")
+COVERAGE = 0.5
+SIDE_PIXELS = 800
+PIXEL_M = 20.0
+WIND_M_S = 10.0
+WAVES = 200
+"""Components of the drawn sea."""
+
+LARGEST_M = 2.5
+"""Largest undulation of the sea in the text of Fig 10."""
+
+
+def thickness(kind: str, seed: int, size: int = SIDE_PIXELS) -> Array:
+    """Return one frame of geometric thickness (size, size) in metres; 20 m pixels."""
+    cube = simulated(
+        "stratus",
+        "as-printed",
+        {
+            "clouds.type": kind,
+            "clouds.coverage": COVERAGE,
+            "image": {"rows": size, "columns": size, "pixel_size": PIXEL_M},
+            "output.variables": ["cloud_thickness"],
+            "seed": seed,
+        },
+    )
+    values: Array = cube.cloud_thickness.isel(time=0).to_numpy().astype(np.float64)
+    return values
+
+
+def sea(seed: int, size: int = SIDE_PIXELS) -> Array:
+    """Return the elevation of the sea at the pixels (size, size), metres."""
+    places = PIXEL_M * np.arange(size, dtype=np.float64)
+    return surface_elevation(places[None, :], places[:, None], 0.0, WIND_M_S, 270.0, seed, components=WAVES)
+
+
+def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
+    """Return four types of cloud over the sea.
+
+    Parameters
+    ----------
+    seed : int
+    size : int
+        Pixels along a side; the paper has 800.
+    """
+    clouds = {kind: thickness(kind, seed, size) for kind in TYPES}
+    surface = sea(seed, size)
+    rows: list[Row] = [Row("pixels along a side", "1", 800.0, float(size)), Row("pixel", "m", 20.0, PIXEL_M)]
+    within, covered, catalog = True, True, Catalog()
+    for kind, values in clouds.items():
+        cloudy = values > 0.0
+        kept = load_cloud_type(kind, catalog).layer
+        base_km, top_km = CLOUD_HEIGHTS_KM.get(kind, (None, None))
+        rows += [
+            Row(f"{kind}, base", "km", base_km, kept.base / 1e3),
+            Row(f"{kind}, highest top", "km", top_km, (kept.base + float(values.max())) / 1e3),
+        ]
+        least = float(values[cloudy].min()) - kept.thickness_min
+        most = float(values.max()) - (kept.top - kept.base)
+        within &= max(abs(least), abs(most)) < 0.01
+        covered &= abs(float(cloudy.mean()) - COVERAGE) <= 0.5 / values.size
+    off = max(abs(row.difference or 0.0) for row in rows)
+    highest = float(np.max(np.abs(surface)))
+    expected = _expected_highest_m(surface.size)
+    rows += [
+        Row(f"largest undulation of the sea at {WIND_M_S:g} m/s", "m", LARGEST_M, highest),
+        Row("the same, expected of as many independent points", "m", LARGEST_M, expected),
+        Row("significant wave height", "m", None, significant_wave_height_m(WIND_M_S)),
+    ]
+    checks = (
+        Check(f"size and heights of Table III: largest difference {off:.1e}, at most 1e-5", off < 1e-5),
+        Check("thickness runs from the thinnest to the thickest of eq 7 in every type, within 1 cm", bool(within)),
+        Check(f"coverage {COVERAGE:.0%} in every type, to the pixel", bool(covered)),
+        Check(
+            f"largest undulation {highest:.2f} m, printed as around {LARGEST_M} m: within 15 %",
+            abs(highest / LARGEST_M - 1.0) < 0.15,
+        ),
+    )
+    return judged(
+        rows,
+        checks,
+        holds="Size, resolution and heights are the printed ones, and so is the largest undulation of the sea.",
+        fails="Size, heights, coverage or the height of the sea differ from the print.",
+        chosen=in_words(
+            f"coverage {COVERAGE:.0%}: not stated",
+            "stratocumulus has no row in Table III: gamma 3, H .333, L [2, 2], k 0-7, 600-1000 m from published "
+            "measurements (catalog)",
+        ),
+        notes=(
+            f"The significant wave height at 10 m/s is {significant_wave_height_m(WIND_M_S):.2f} m, sea state "
+            "4; the paper "
+            "says sea state 5 (2.5 to 4 m) and compares it with the largest undulation, which is another quantity.",
+            f"The sea of the picture has {WAVES} waves of eq 1; the pixels are farther apart than its waves are long.",
+        ),
+        drawings=(
+            Drawing(
+                "Four cloud types",
+                drawn(clouds),
+                "Four panels of cloud over dark sea: small heaps, a ragged layer, streaks, large smooth clouds.",
+            ),
+            Drawing(
+                "The sea beneath, 500 m of it in pixels of 2.5 m",
+                _drawn_sea(seed),
+                "Crests across the west wind, up to 2 m high.",
+            ),
+        ),
+    )
+
+
+def drawn(clouds: dict[str, Array], most: int = PANEL_PIXELS) -> Figure:
+    """Draw the thickness of four cloud types over a dark sea, with at most ``most`` pixels along a side."""
+    figure = blank(8.6, 7.6)
+    for letter, axis, (kind, values) in zip("abcd", figure.subplots(2, 2).ravel(), clouds.items(), strict=True):
+        side_km = PIXEL_M * values.shape[0] / 1e3
+        shown = np.ma.masked_equal(reduced(values, most), 0.0)
+        darkest = -0.3 * float(values.max())
+        image = axis.imshow(
+            shown,
+            origin="lower",
+            cmap=shades("bone"),
+            vmin=darkest,
+            vmax=values.max(),
+            extent=(0.0, side_km, 0.0, side_km),
+        )
+        axis.set_facecolor("#0b2a4a")
+        axis.set_title(f"({letter}) {kind}", fontsize=11)
+        axis.set_xlabel("x (km)")
+        axis.set_ylabel("y (km)")
+        bar = figure.colorbar(image, ax=axis, shrink=0.85, label="thickness (m)")
+        bar.ax.set_ylim(0.0, float(values.max()))
+    figure.suptitle(f"800 x 800 pixels of 20 m, coverage {COVERAGE:.0%}, parameters of the catalog", fontsize=10)
+    return figure
+
+
+def _drawn_sea(seed: int) -> Figure:
+    figure = blank(5.2, 4.2)
+    axis = figure.subplots()
+    places = 2.5 * np.arange(200, dtype=np.float64)
+    values = surface_elevation(places[None, :], places[:, None], 0.0, WIND_M_S, 270.0, seed, components=WAVES)
+    image = axis.imshow(values, origin="lower", cmap=shades("Blues_r"), extent=(0.0, 0.5, 0.0, 0.5))
+    axis.set(xlabel="x (km)", ylabel="y (km)", title=f"wind {WIND_M_S:g} m/s from the west")
+    figure.colorbar(image, ax=axis, label="elevation (m)")
+    return figure
+
+
+def _expected_highest_m(count: int) -> float:
+    """Return about the greatest absolute value of ``count`` independent normal numbers with the variance of eq 1.
+
+    The median of it: 2 (1 - Phi)(m) = 1 - 2^(-1/count).
+    """
+    quantile: Any = ndtri(1.0 - 0.5 * (1.0 - 0.5 ** (1.0 / count)))
+    return math.sqrt(elevation_variance_m2(WIND_M_S)) * float(quantile)

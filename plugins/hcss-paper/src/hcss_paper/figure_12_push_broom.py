@@ -1,0 +1,151 @@
+"""Fig 12: stratus in three bands while the footprint moves on by 50 pixels a second."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.signal import fftconvolve
+
+from hcss_paper.figure_base import BANDS, PHYSICAL_NOTE, Model, blank, image_panel, radiance_by_band, radiance_inputs
+from hcss_paper.inputs import in_words
+from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_twin.core.arrays import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+SECONDS = tuple(range(1, 9))
+SPEED_M_S = 1000.0
+PIXEL_M = 20.0
+SHIFT_PIXELS = (50, 0)
+"""Of the picture along x and y, each second."""
+
+REACH_PIXELS = 80
+SIDE_PIXELS = 800
+MIN_CORRELATION = 0.98
+
+
+def sequence(model: Model, seed: int, size: int = SIDE_PIXELS, frames: int = len(SECONDS)) -> dict[str, Array]:
+    """Return radiance (frames, rows, columns) by band, from 1 s on; the clouds change but do not drift."""
+    return radiance_by_band(
+        "stratus",
+        model,
+        {
+            "frames": {"first": SECONDS[0], "count": frames, "interval": 1.0},
+            "image": {"rows": size, "columns": size, "pixel_size": PIXEL_M},
+            "motion.platform_speed": SPEED_M_S,
+            "motion.wind_speed": 0.0,
+            "seed": seed,
+        },
+    )
+
+
+def shift_between(before: Array, after: Array, reach: int = REACH_PIXELS) -> tuple[int, int, float]:
+    """Return by how many pixels the footprint moved on along x and y, and how well the images then agree.
+
+    The middle of ``after`` is looked for in ``before``, at up to ``reach`` pixels in each direction,
+    by the coefficient of correlation.
+
+    Parameters
+    ----------
+    before, after : ndarray (rows, columns)
+        More than ``2 reach`` pixels along each side.
+    reach : int
+    """
+    mean = before.mean()
+    image, part = before - mean, after[reach:-reach, reach:-reach] - mean
+    part = part - part.mean()
+    ones = np.ones_like(part)
+    sums = fftconvolve(image, ones, "valid")
+    squares = fftconvolve(image**2, ones, "valid")
+    products = fftconvolve(image, part[::-1, ::-1], "valid")
+    spread = np.maximum(squares - sums**2 / part.size, 1e-300)
+    correlation = products / np.sqrt(spread * np.sum(part**2))
+    row, column = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
+    return int(column) - reach, int(row) - reach, float(correlation[row, column])
+
+
+def figure_12(seed: int) -> Reproduction:
+    """Return eight seconds of stratus in three bands, and how they move."""
+    found, corrected = sequence("as-printed", seed), sequence("physical", seed)
+    rows: list[Row] = []
+    checks: list[Check] = []
+    for band, name in BANDS.items():
+        more_rows, check = motion(name, found[band])
+        rows += more_rows
+        checks.append(check)
+    contrasts = {band: [_contrast(each[band]) for each in (found, corrected)] for band in BANDS}
+    for band, name in BANDS.items():
+        rows.append(Row(f"{name}, standard deviation over mean", "1", None, *contrasts[band]))
+    checks.append(
+        Check(
+            "8-14 um has less contrast than 3-5 um: "
+            f"{contrasts['lwir'][0]:.3f} against {contrasts['mwir'][0]:.3f} of the mean",
+            contrasts["lwir"][0] < contrasts["mwir"][0],
+        )
+    )
+    return judged(
+        rows,
+        checks,
+        holds="The picture moves on by the printed 50 pixels a second along x and none along y in all bands, "
+        "and 8-14 um has "
+        "the least contrast.",
+        fails="The picture does not move as printed, or its contrast is not as described.",
+        chosen=(
+            *in_words("coverage 50 %, no wind, evolution of the largest structures in 1800 s: not stated"),
+            *radiance_inputs(*BANDS),
+        ),
+        notes=(PHYSICAL_NOTE,),
+        drawings=(
+            Drawing(
+                "Stratus at T = 1 to 8 s, as-printed; each row has its own grey scale",
+                _drawn(found),
+                "Three rows of eight images: clouds, dark on a bright sea, move to the left from image to image.",
+            ),
+            Drawing(
+                "The same by the corrected physics",
+                _drawn(corrected),
+                "Three rows of eight images: clouds, dark beside the glint of the sea, move to the left.",
+            ),
+        ),
+    )
+
+
+def motion(name: str, frames: Array) -> tuple[list[Row], Check]:
+    """Return the shift of each second (rows), and whether all are the printed one."""
+    shifts = [shift_between(before, after) for before, after in itertools.pairwise(frames)]
+    rows = [
+        Row(
+            f"{name}, shift along {axis} each second, mean",
+            "pixel",
+            float(SHIFT_PIXELS[place]),
+            float(np.mean([s[place] for s in shifts])),
+        )
+        for place, axis in enumerate("xy")
+    ]
+    least = min(agreement for *_, agreement in shifts)
+    moved = all((x, y) == SHIFT_PIXELS for x, y, _ in shifts)
+    check = Check(
+        f"{name}: every second the picture moves by {SHIFT_PIXELS[0]} pixels along x and {SHIFT_PIXELS[1]} along y, by "
+        f"cross-correlation; the coefficient is then {least:.4f} or more, at least {MIN_CORRELATION}",
+        moved and least >= MIN_CORRELATION,
+    )
+    return rows, check
+
+
+def _contrast(frames: Array) -> float:
+    return float(np.mean(frames.std(axis=(1, 2)) / frames.mean(axis=(1, 2))))
+
+
+def _drawn(frames: dict[str, Array]) -> Figure:
+    figure = blank(10.0, 4.2)
+    axes = figure.subplots(len(BANDS), len(SECONDS))
+    for number, (row, band) in enumerate(zip(axes, BANDS, strict=True), 1):
+        limits = (float(frames[band].min()), float(frames[band].max()))
+        for axis, image, second in zip(row, frames[band], SECONDS, strict=True):
+            image_panel(axis, image, f"T = {second} s" if number == 1 else "", limits, most=100)
+        row[0].set_ylabel(f"({number})", rotation=0, labelpad=12)
+    return figure

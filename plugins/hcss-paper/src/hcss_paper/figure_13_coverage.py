@@ -1,0 +1,117 @@
+"""Fig 13: images with coverages of 10 to 50 %."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hcss_paper.figure_base import (
+    PHYSICAL_NOTE,
+    RADIANCE,
+    RADIANCE_SHOWN,
+    Model,
+    blank,
+    image_panel,
+    radiance_inputs,
+    simulated,
+)
+from hcss_paper.inputs import in_words, published
+from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
+from hcss_twin.core.arrays import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+BAND = "mwir"
+SIDE_PIXELS = 800
+
+
+def images(model: Model, coverages: list[float], seed: int, size: int = SIDE_PIXELS) -> tuple[Array, Array]:
+    """Return radiance (coverages, rows, columns) and the share of cloudy pixels (coverages,) of one sky."""
+    cubes = [
+        simulated(
+            "simulated",
+            model,
+            {
+                "bands": [BAND],
+                "clouds.coverage": coverage,
+                "image": {"rows": size, "columns": size, "pixel_size": 20.0},
+                "seed": seed,
+            },
+        )
+        for coverage in coverages
+    ]
+    radiance = np.stack([cube.radiance[0, 0].to_numpy().astype(np.float64) for cube in cubes])
+    return radiance, np.array([float((cube.cloud_mask[0] > 0).mean()) for cube in cubes])
+
+
+def figure_13(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
+    """Return five coverages of one sky with their mean radiance beside Table VII's."""
+    table = published()["table_7"]
+    coverages = [percent / 100.0 for percent in table["coverage_pct"]]
+    printed = np.array(table["radiance"], dtype=np.float64)
+    found, shares = images("as-printed", coverages, seed, size)
+    corrected, _ = images("physical", coverages, seed, size)
+    means, other = found.mean(axis=(1, 2)), corrected.mean(axis=(1, 2))
+    rows = [
+        Row(f"({letter}) coverage", "%", 100 * wanted, 100 * float(share))
+        for letter, wanted, share in zip("abcde", coverages, shares, strict=True)
+    ]
+    rows += [
+        Row(f"({letter}) mean radiance", RADIANCE, None, float(mean), float(physical))
+        for letter, mean, physical in zip("abcde", means, other, strict=True)
+    ]
+    falls = -np.polyfit(coverages, means, 1)[0], -np.polyfit(coverages, printed, 1)[0]
+    return judged(
+        rows,
+        checks_of(found, shares, coverages),
+        holds="The coverages are the captions', and mean radiance falls as they rise, as printed; but by "
+        f"{falls[0]:.2f} {RADIANCE} from clear to overcast where Table VII falls by {falls[1]:.2f}: its levels "
+        "are an item "
+        "of their own (table-7) and not reproduced.",
+        fails="A coverage is not the caption's, or radiance does not fall with coverage.",
+        chosen=(
+            *in_words("clouds of type simulated with the heights of Table III, each top at the temperature of the air"),
+            *radiance_inputs(BAND),
+        ),
+        notes=(
+            "Physical: clouds reflect sunlight, and yet radiance falls, because the glint that they hide is brighter.",
+            PHYSICAL_NOTE,
+        ),
+        drawings=(
+            Drawing(
+                "Coverage 10 to 50 %, 3-5 um: above as-printed, below physical",
+                _drawn([found, corrected], coverages),
+                "Two rows of five images with ever more dark cloud on a bright sea; thin edges are grey.",
+            ),
+        ),
+    )
+
+
+def checks_of(found: Array, shares: Array, coverages: list[float]) -> list[Check]:
+    """Return what captions and text state, for radiance (coverages, rows, columns)."""
+    off = float(np.max(np.abs(shares - coverages)))
+    pixel = 1.0 / found[0].size
+    means = found.mean(axis=(1, 2))
+    grows = all(np.all(more <= less * (1.0 + 2e-3)) for less, more in itertools.pairwise(found))
+    return [
+        Check(f"coverage to the pixel: {off:.1e} off, at most {0.5 * pixel:.1e}", off <= 0.51 * pixel),
+        Check(
+            f"mean radiance falls with every step, {means[0]:.3f} to {means[-1]:.3f} {RADIANCE}",
+            bool(np.all(np.diff(means) < 0)),
+        ),
+        Check("no pixel becomes brighter as the coverage of its sky grows", bool(grows)),
+    ]
+
+
+def _drawn(rows: list[Array], coverages: list[float]) -> Figure:
+    figure = blank(10.4, 4.6)
+    for axes, stack in zip(figure.subplots(len(rows), len(coverages)), rows, strict=True):
+        limits = (float(stack.min()), float(stack.max()))
+        for letter, axis, image, coverage in zip("abcde", axes, stack, coverages, strict=True):
+            shown = image_panel(axis, image, f"({letter}) {coverage:.0%}", limits, most=160)
+        figure.colorbar(shown, ax=list(axes), shrink=0.9, label=RADIANCE_SHOWN)
+    return figure

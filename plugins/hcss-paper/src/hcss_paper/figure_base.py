@@ -1,0 +1,160 @@
+"""What the figures share: simulations by both radiance models, and how pictures are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_paper.inputs import AssumedInput, assumed, fitted, in_words
+from hcss_twin.core.arrays import Array
+from hcss_twin.engine.simulate import simulate
+from hcss_twin.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Model = Literal["as-printed", "physical"]
+
+SHORT_WAVE = "swir-2.7-3.0"
+BANDS = {SHORT_WAVE: "2.7-3.0 um", "mwir": "3.0-5.0 um", "lwir": "8.0-14.0 um"}
+"""The paper's bands by their names in the catalog."""
+
+_PARTS: Mapping[Model, Mapping[str, Any]] = {
+    "as-printed": {
+        "optics": {"provider": "mie", "parameters": {"phase_function": "henyey-greenstein"}},
+        "sea.model": "cox-munk",
+    },
+    "physical": {
+        "radiance": {"model": "physical", "parameters": {}},
+        "optics": {"provider": "bulk", "parameters": {}},
+        "sea.model": "rough-sea",
+    },
+}
+
+_ACCURACY: Mapping[Model, float] = {"as-printed": 1e-3, "physical": 1e-2}
+"""Share of the radiance: what a picture shows, without waiting for more."""
+
+PHYSICAL_NOTE = (
+    "Physical: the same scene by the corrected physics, with all of the glint and with sunlight on the clouds, to 1 % "
+    "of the radiance."
+)
+
+
+def radiance_inputs(*bands: str) -> tuple[AssumedInput, ...]:
+    """Return the inputs that every picture of radiance in these bands takes, for a reproduction."""
+    scales = [_glint_name(band) for band in bands]
+    return (
+        *assumed(["sea temperature", *dict.fromkeys(scales)]),
+        *in_words(
+            "wind 10 m/s, and no sunlight on the cloud by as-printed: inputs of scenario baseline, which the fits hold"
+        ),
+    )
+
+
+def scenario_of(name: str, model: Model, overrides: Mapping[str, Any]) -> Scenario:
+    """Return a shipped scenario with one of the two models of radiance and further overrides.
+
+    The fitted factor on the glint is that of its first band.
+    """
+    common: dict[str, Any] = {
+        "frames.count": 1,
+        "accuracy": _ACCURACY[model],
+        "output.certificate": 0,
+        "sea.temperature": fitted("sea temperature"),
+        **_PARTS[model],
+    }
+    if model == "as-printed":
+        glint = fitted(_glint_name(next(iter(overrides.get("bands", ["mwir"])))))
+        common["radiance"] = {"model": model, "parameters": {"glint_scale": glint, "cloud_sun_scale": 0.0}}
+    return Scenario.load(name, {**common, **overrides})
+
+
+def simulated(name: str, model: Model, overrides: Mapping[str, Any]) -> xr.Dataset:
+    """Return the cube of :func:`scenario_of`."""
+    return simulate(scenario_of(name, model, overrides))
+
+
+def radiance_by_band(name: str, model: Model, overrides: Mapping[str, Any]) -> dict[str, Array]:
+    """Return radiance (frames, rows, columns) in the three bands, each with the glint fitted to it."""
+    # 8-14 um has next to no glint: it goes with 3-5 um.
+    groups: tuple[tuple[str, ...], ...] = ((SHORT_WAVE,), ("mwir", "lwir"))
+    if model == "physical":
+        groups = (tuple(BANDS),)
+    found: dict[str, Array] = {}
+    for bands in groups:
+        cube = simulated(name, model, {**overrides, "bands": list(bands)})
+        for band in bands:
+            found[band] = cube.radiance.sel(band=band).to_numpy().astype(np.float64)
+    return found
+
+
+def _glint_name(band: str) -> str:
+    return "short-wave glint scale" if band == SHORT_WAVE else "glint scale"
+
+
+RADIANCE = "W m-2 sr-1"
+RADIANCE_SHOWN = "W m$^{-2}$ sr$^{-1}$"
+
+PANEL_PIXELS = 200
+"""Most pixels along a side of a panel: larger images are shown by the means of blocks."""
+
+SHADES = 64
+"""Of grey: as many as the eye tells apart in a small picture, and a third fewer bytes than 256."""
+
+
+def blank(width: float, height: float) -> Figure:
+    """Return an empty figure of that size in inches, belonging to no window system."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def reduced(values: NDArray[Any], most: int = PANEL_PIXELS) -> NDArray[np.float64]:
+    """Return means over blocks, so that no side has more than ``most`` pixels; what is left over is cut off.
+
+    Parameters
+    ----------
+    values : ndarray (rows, columns)
+    most : int
+        At least 1.
+    """
+    image = np.asarray(values, dtype=np.float64)
+    step = -(-max(image.shape) // most)
+    rows, columns = (side // step for side in image.shape)
+    cut = image[: rows * step, : columns * step]
+    means: NDArray[np.float64] = cut.reshape(rows, step, columns, step).mean(axis=(1, 3))
+    return means
+
+
+def shades(name: str = "gray") -> Any:
+    """Return a colour map of matplotlib in :data:`SHADES` steps."""
+    from matplotlib import colormaps
+
+    return colormaps[name].resampled(SHADES)
+
+
+def image_panel(
+    axis: Axes,
+    values: NDArray[Any],
+    title: str = "",
+    limits: tuple[float, float] | None = None,
+    most: int = PANEL_PIXELS,
+) -> Any:
+    """Draw a grey image without ticks, north up, and return it for a colour bar."""
+    low, high = limits if limits is not None else (float(np.min(values)), float(np.max(values)))
+    drawn = axis.imshow(
+        reduced(values, most), origin="lower", cmap=shades(), vmin=low, vmax=high, interpolation="nearest"
+    )
+    axis.set_xticks([])
+    axis.set_yticks([])
+    if title:
+        axis.set_title(title, fontsize=9)
+    return drawn

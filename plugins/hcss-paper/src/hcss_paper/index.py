@@ -1,0 +1,100 @@
+"""All tables and figures that can be computed again, and how they are named."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hcss_twin.core.errors import HcssError, choose_from
+
+
+@dataclass(frozen=True)
+class Item:
+    """A table or figure of the paper that can be computed.
+
+    Attributes
+    ----------
+    name : str
+        ``table-2`` or ``figure-12``.
+    title : str
+        What the paper shows there.
+    target : str
+        ``"package.module:function"`` that takes the seed of random fields and returns a
+        :class:`~hcss_paper.reproduction.Reproduction`; imported when the item is computed.
+    """
+
+    name: str
+    title: str
+    target: str
+
+
+def _item(name: str, title: str, target: str) -> Item:
+    return Item(name, title, f"hcss_paper.{target}")
+
+
+TABLES: tuple[Item, ...] = (
+    _item("headline", "Errors claimed in the abstract", "claims:headline"),
+    _item("table-1", "Static scenes: bands and coverages", "tables_1_and_3:table_1"),
+    _item("table-2", "Radiance of static scenes over the view angle", "tables_2_and_4:table_2"),
+    _item("table-2-modtran", "MODTRAN's radiance beside Table II", "tables_2_and_4:table_2_modtran"),
+    _item("table-3", "Shape parameters and heights of cloud types", "tables_1_and_3:table_3"),
+    _item("table-4", "Radiance of dynamic scenes over the view angle, 3-5 and 8-14 um", "tables_2_and_4:table_4"),
+    _item("table-4-modtran", "MODTRAN's radiance beside Table IV, 3-5 and 8-14 um", "tables_2_and_4:table_4_modtran"),
+    _item(
+        "table-4-swir",
+        "Radiance of dynamic scenes and MODTRAN's over the view angle, 2.7-3.0 um",
+        "tables_2_and_4:table_4_short_wave",
+    ),
+    _item("table-5", "Sun angles and radiance at twenty places", "tables_5_to_7:table_5"),
+    _item("table-6", "Sun angles and radiance over the year", "tables_5_to_7:table_6"),
+    _item("table-7", "Radiance over cloud coverage", "tables_5_to_7:table_7"),
+    _item("table-8", "Measures of a simulated and a real cloud image: Den, DP, FD and RMSE", "tables_8_and_9:table_8"),
+    _item("table-8-ev", "Measures of the images of Table VIII: EV", "tables_8_and_9:table_8_entropy"),
+    _item("table-9", "Measures of cloud images of three coverages: DP, FD and RMSE", "tables_8_and_9:table_9"),
+    _item("table-9-ev", "Measures of the images of Table IX: EV and Den", "tables_8_and_9:table_9_entropy"),
+    _item("table-10", "Features of the method", "claims:table_10"),
+)
+
+FIGURES: tuple[Item, ...] = (
+    _item("figure-3", "Pierson-Moskowitz spectrum at several wind speeds", "figure_03_sea_spectrum:figure_3"),
+    _item("figure-4", "Fractal fields with different gamma, H, L and kmax", "figure_04_fractal_fields:figure_4"),
+    _item("figure-5", "A cloud in three dimensions", "figure_05_cloud_volume:figure_5"),
+    _item("figure-6", "Optical properties of cumulus, stratus and cirrus", "figure_06_cloud_optics:figure_6"),
+    _item("figure-9", "Static scenes of Table I over view angles", "figure_09_static_scenes:figure_9"),
+    _item("figure-10", "Four cloud types over the sea", "figure_10_cloud_types:figure_10"),
+    _item("figure-11", "One sky in pixels of 5, 20 and 50 m", "figure_11_resolutions:figure_11"),
+    _item("figure-12", "Stratus in three bands over eight seconds", "figure_12_push_broom:figure_12"),
+    _item("figure-13", "Coverage from 10 to 50 %", "figure_13_coverage:figure_13"),
+    _item("figure-14", "Real and simulated cloud image", "figure_14_cloud_images:figure_14"),
+    _item("figure-15", "Transmittance to the detector over wavelength and angle", "figure_15_transmittance:figure_15"),
+    _item("figure-16", "Mean transmittance to the detector over angle", "figure_15_transmittance:figure_16"),
+    _item("figure-17", "Degraded image of cirrus in 2.7-3.0 um", "figure_17_degraded_cirrus:figure_17"),
+)
+
+ITEMS: tuple[Item, ...] = TABLES + FIGURES
+
+_ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
+
+
+def chosen(names: Sequence[str]) -> tuple[Item, ...]:
+    """Return the items of these names in the order of :data:`ITEMS`; all where none is named.
+
+    Raises
+    ------
+    HcssError
+        If there is no item of a name; the message has the closest one.
+    """
+    known = {item.name: item for item in ITEMS}
+    for name in names:
+        if name not in known:
+            raise HcssError(f"no item '{name}'; {choose_from(name, known)}")
+    return tuple(item for item in ITEMS if not names or item.name in names)
+
+
+def heading(name: str) -> str:
+    """Return the name of an item as the paper writes it: ``Table IV, modtran``, ``Figure 12``."""
+    kind, *rest = name.split("-")
+    if not rest:
+        return kind.capitalize()
+    number = _ROMAN[int(rest[0])] if kind == "table" and rest[0].isdigit() else rest[0]
+    return ", ".join([f"{kind.capitalize()} {number}", *(word.upper() for word in rest[1:])])

@@ -1,0 +1,144 @@
+"""The numbers that the paper prints, and those it does not state, which are fitted to them or chosen."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.physics.sun import sun_position
+from hcss_twin.providers import Sun
+
+DATA = Path(__file__).parent / "data"
+FITTED_FILE = DATA / "fitted-inputs.json"
+
+FIT_COMMAND = "python -m hcss_paper.fits"
+"""Fits the inputs again and prints them; with ``--write`` it also writes :data:`FITTED_FILE`."""
+
+CLOUD_HEIGHTS_KM = {"stratus": (0.033, 1.0), "cumulus": (0.066, 3.0), "cirrus": (6.0, 10.0), "simulated": (0.333, 6.0)}
+"""Base and top by Table III."""
+
+LEAP_YEAR_MONTHS = 4
+"""Table VI prints 2019 throughout; its angles of January to April are those of 2024."""
+
+
+def published() -> dict[str, Any]:
+    """Return the numbers of Tables I to IX and of the baseline geometry (data/tables.json)."""
+    tables: dict[str, Any] = json.loads((DATA / "tables.json").read_text(encoding="utf-8"))
+    return tables
+
+
+def printed_row(table: str, row: str, column: str = "Ours") -> Array:
+    """Return one row of Table II or IV over the view zenith angles, (8,).
+
+    Parameters
+    ----------
+    table : {"table_2", "table_4"}
+    row : str
+        ``"Scenario3"``, ``"3.0-5.0"``.
+    column : {"Ours", "Modtran", "RE", "Ours/Modtran"}
+    """
+    return np.array(published()[table][row][column], dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class AssumedInput:
+    """An input or a reading that the paper does not state, and what is taken for it.
+
+    Attributes
+    ----------
+    text : str
+        One line for a report, with the value.
+    name : str or None
+        Of a fitted input; None for a choice in words.
+    value : float or None
+    unit : str or None
+        ``"1"`` for pure numbers.
+    """
+
+    text: str
+    name: str | None = None
+    value: float | None = None
+    unit: str | None = None
+
+
+def in_words(*texts: str) -> tuple[AssumedInput, ...]:
+    """Return choices that have no number of their own."""
+    return tuple(map(AssumedInput, texts))
+
+
+@dataclass(frozen=True)
+class FittedInput:
+    """An input that was fitted to the printed numbers: its unit, its meaning, and how it was fitted."""
+
+    name: str
+    value: float
+    unit: str
+    meaning: str
+    how: str
+
+    @property
+    def assumed(self) -> AssumedInput:
+        """The line of a report about it."""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return AssumedInput(f"{self.meaning}: {self.value:g}{unit}", self.name, self.value, self.unit)
+
+
+def fitted_inputs() -> dict[str, FittedInput]:
+    """Return all fitted inputs by name."""
+    entries = json.loads(FITTED_FILE.read_text(encoding="utf-8"))["inputs"]
+    return {name: FittedInput(name, **entry) for name, entry in entries.items()}
+
+
+def fitted(name: str) -> float:
+    """Return the value of a fitted input; raises CatalogError if there is none of that name."""
+    known = fitted_inputs()
+    if name not in known:
+        raise CatalogError(f"no fitted input '{name}'; {choose_from(name, known)}")
+    return known[name].value
+
+
+def assumed(names: Iterable[str]) -> tuple[AssumedInput, ...]:
+    """Return the fitted inputs of these names, for a reproduction."""
+    known = fitted_inputs()
+    return tuple(known[name].assumed for name in names)
+
+
+def origin(names: Iterable[str]) -> str:
+    """Return how inputs were fitted, for the notes of a report."""
+    known = fitted_inputs()
+    ways = dict.fromkeys(known[name].how for name in names)
+    return f"Inputs fitted: {'; '.join(ways)}. To fit them again: {FIT_COMMAND}"
+
+
+def suns_of_table_5() -> tuple[Sun, ...]:
+    """Return the suns of scenarios 19 to 38: 20 April 2019, 12:30 in the zone of round(longitude / 15) hours."""
+    return tuple(
+        _sun(datetime(2019, 4, 20, 12, 30), round(longitude / 15), latitude, longitude)
+        for _, latitude, longitude, *_ in published()["table_5"]["rows"]
+    )
+
+
+def suns_of_table_6() -> tuple[Sun, ...]:
+    """Return the suns of scenarios 7 to 18: 12:30 at UTC+10 over 35 N, 150 E."""
+    dates = [[int(part) for part in row[1].split(".")[1:]] for row in published()["table_6"]["rows"]]
+    return tuple(sun_at_baseline(2024 if month <= LEAP_YEAR_MONTHS else 2019, month, day) for month, day in dates)
+
+
+def sun_at_baseline(year: int, month: int, day: int) -> Sun:
+    """Return the sun of 12:30 at UTC+10 over the place of the baseline scene."""
+    place = published()["baseline_geometry"]
+    return _sun(datetime(year, month, day, 12, 30), 10, place["latitude"], place["longitude"])
+
+
+def _sun(clock: datetime, hours: int, latitude_deg: float, longitude_deg: float) -> Sun:
+    time = clock.replace(tzinfo=timezone(timedelta(hours=hours)))
+    zenith, azimuth, distance = sun_position([time], latitude_deg, longitude_deg)
+    return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))

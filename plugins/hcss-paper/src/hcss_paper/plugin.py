@@ -1,0 +1,9 @@
+"""What the package brings. Imported by ``hcss --help``: nothing heavy here."""
+
+from hcss_twin.core.commands import CommandSpec, hookimpl
+
+
+@hookimpl
+def hcss_commands() -> list[CommandSpec]:
+    """Return the command ``reproduce``."""
+    return [CommandSpec("reproduce", "hcss_paper.command:reproduce", "Recompute the HCSS paper's tables and figures.")]

@@ -1,0 +1,181 @@
+"""The report: published and computed side by side, in one HTML file."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from itertools import compress
+
+from hcss_paper.equations import TITLE
+from hcss_paper.index import heading
+from hcss_paper.reproduction import Check, Reproduction, Row
+from hcss_paper.run import Outcome, relative
+from hcss_twin.report.page.page import (
+    Markup,
+    Page,
+    Section,
+    Tone,
+    badge,
+    bullets,
+    element,
+    folded,
+    note,
+    paragraph,
+    table,
+)
+from hcss_twin.report.page.pictures import picture
+from hcss_twin.version import __version__
+
+_TONES: dict[str, Tone] = {
+    "reproduced": "good",
+    "reproduced with fitted inputs": "fair",
+    "not reproducible": "bad",
+    "failed": "bad",
+}
+
+_ROWS_SHOWN = 40
+"""More rows than these are folded."""
+
+
+def reproduction_page(outcomes: Sequence[Outcome], seed: int) -> Page:
+    """Return the report as a page.
+
+    Parameters
+    ----------
+    outcomes : sequence of Outcome
+    seed : int
+        Of the random fields.
+    """
+    return Page(
+        "Published and computed",
+        f"{TITLE}, computed again by hcss_twin {__version__}, seed {seed}",
+        [_summary(outcomes), *(_section(outcome) for outcome in outcomes)],
+    )
+
+
+def _summary(outcomes: Sequence[Outcome]) -> Section:
+    counts = Counter(outcome.verdict for outcome in outcomes)
+    rows = [
+        [
+            element("a", heading(outcome.item.name), href=f"#{_anchor(outcome)}"),
+            badge(outcome.verdict, _TONES[outcome.verdict]),
+            worst_text(outcome).partition(" (")[0],
+            outcome.item.title,
+        ]
+        for outcome in outcomes
+    ]
+    return Section(
+        "Summary",
+        [
+            paragraph(", ".join(f"{counts[name]} {name}" for name in _TONES if counts[name]) + "."),
+            table(["item", "verdict", "largest difference", "what it shows"], rows, text_columns=4),
+            folded(
+                "How to read this",
+                bullets(
+                    [
+                        "Published: as printed. Computed: by the paper's equations (as-printed), anew for this report.",
+                        "Physical: by the corrected physics, where it differs. It is fitted to no table.",
+                        "Reproduced: every check holds, without an input or a reading chosen to give the paper's "
+                        "numbers.",
+                        "Reproduced with fitted inputs: every check holds, with the inputs and readings listed, "
+                        "which the paper does not state. They are a fit and no proof of what the authors used.",
+                        "Not reproducible: a check fails, or what it would take is not published; the reason is given.",
+                        "Largest difference: of all rows, as a share of what is printed; of percentages, the "
+                        "difference itself.",
+                    ]
+                ),
+            ),
+        ],
+    )
+
+
+def _anchor(outcome: Outcome) -> str:
+    return Section(heading(outcome.item.name), ()).anchor
+
+
+def worst_text(outcome: Outcome) -> str:
+    """Return the largest relative difference of an item and where it is."""
+    row = outcome.worst
+    if row is None:
+        return "no published numbers"
+    share = abs(relative(row) or 0.0)
+    return f"{_percent(share)} ({row.label})" if share else "0 %"
+
+
+def _percent(share: float) -> str:
+    percent = 100 * share
+    decimals = max(0, 1 - math.floor(math.log10(percent)))
+    return f"{percent:.{min(decimals, 6)}f} %"
+
+
+def _section(outcome: Outcome) -> Section:
+    title = heading(outcome.item.name)
+    head = element("p", badge(outcome.verdict, _TONES[outcome.verdict]), Markup(" "), outcome.item.title)
+    if outcome.result is None:
+        return Section(title, [head, note(outcome.error, "bad")])
+    result = outcome.result
+    content = [head, note(result.reason, _TONES[result.verdict])]
+    content += _checks(result.checks)
+    content += _rows(result)
+    if outcome.worst is not None:
+        content.append(paragraph(f"Largest difference: {worst_text(outcome)}."))
+    if result.fitted_inputs:
+        content += [element("h3", "Fitted or chosen inputs"), bullets(each.text for each in result.fitted_inputs)]
+    if result.notes:
+        content += [element("h3", "Notes"), bullets(result.notes)]
+    for drawing, png in zip(result.drawings, outcome.pictures, strict=True):
+        content.append(picture(png, drawing.alternative, drawing.title))
+    return Section(title, content)
+
+
+def _checks(checks: Sequence[Check]) -> list[Markup]:
+    if not checks:
+        return []
+    rows = [[badge("holds", "good") if each.holds else badge("fails", "bad"), each.statement] for each in checks]
+    return [table(["check", "statement"], rows, text_columns=2)]
+
+
+def _rows(result: Reproduction) -> list[Markup]:
+    if not result.rows:
+        return []
+    # A column without any number is left out.
+    names = ["published", "computed", "difference", "physical"]
+    used = [any(getattr(row, name) is not None for row in result.rows) for name in names]
+    header = ["", "unit", *compress(names, used)]
+    rows = [[row.label, row.unit, *compress(_numbers(row, _decimals(row, result.rows)), used)] for row in result.rows]
+    shown = table(header, rows, text_columns=2)
+    return [folded(f"All {len(rows)} rows", shown)] if len(rows) > _ROWS_SHOWN else [shown]
+
+
+def _numbers(row: Row, decimals: int) -> list[str]:
+    """Return the cells of a row: the printed number with its decimals, the others with one more."""
+    same = row.difference is not None and abs(row.difference) < 1e-12
+    finer = decimals if same else decimals + 1
+    return [
+        "" if row.published is None else f"{row.published:.{decimals}f}",
+        "" if row.computed is None else f"{row.computed:.{finer}f}",
+        "" if row.difference is None else "0" if same else f"{row.difference:+z.{finer}f}",
+        "" if row.physical is None else f"{row.physical:.{finer}f}",
+    ]
+
+
+def _decimals(row: Row, rows: Sequence[Row]) -> int:
+    """Return how many decimals a number is printed with: the most among rows of its unit and size (0.45 is 0.450)."""
+    size = _size(row)
+    alike = [each for each in rows if each.unit == row.unit and abs(_size(each) - size) <= 2.0]
+    printed = [_printed_decimals(each.published) for each in alike if each.published is not None]
+    if row.difference is not None and abs(row.difference) < 1e-12 and row.published is not None:
+        return _printed_decimals(row.published)
+    return max(printed) if printed else max(0, 2 - math.floor(size))
+
+
+def _size(row: Row) -> float:
+    """Order of magnitude; 0 for nothing."""
+    numbers = (row.published, row.computed, row.physical)
+    value = next((abs(each) for each in numbers if each and math.isfinite(each)), 1.0)
+    return math.log10(value)
+
+
+def _printed_decimals(value: float) -> int:
+    return len(f"{value:.6f}".rstrip("0").partition(".")[2])

@@ -1,0 +1,99 @@
+"""Computing items one after the other: one that fails does not keep the others from being computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from typing import Any
+
+from hcss_paper.index import Item
+from hcss_paper.reproduction import Reproduction, Row, settled
+from hcss_twin.core.json_numbers import json_number
+from hcss_twin.report.page.pictures import small_png
+from hcss_twin.version import __version__
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """An item and its result.
+
+    Attributes
+    ----------
+    item : Item
+    result : Reproduction or None
+        None where it failed.
+    error : str
+        Type and message of the exception; empty where there was none.
+    seed : int
+        Of random fields.
+    pictures : sequence of bytes
+        Its drawings as PNG.
+    """
+
+    item: Item
+    result: Reproduction | None
+    error: str
+    seed: int
+    pictures: Sequence[bytes] = ()
+
+    @property
+    def verdict(self) -> str:
+        """One of the three, or "failed"."""
+        return "failed" if self.result is None else self.result.verdict
+
+    @property
+    def worst(self) -> Row | None:
+        """The row with the largest relative difference; None where nothing is compared."""
+        rows = () if self.result is None else self.result.rows
+        return max(
+            (row for row in rows if relative(row) is not None), key=lambda row: abs(relative(row) or 0.0), default=None
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the content of the JSON file."""
+        head = {"title": self.item.title, "hcss_twin": __version__, "seed": self.seed, "verdict": self.verdict}
+        if self.result is None:
+            return {**head, "error": self.error}
+        columns = ("published", "computed", "difference", "physical")
+        return {
+            **head,
+            "reason": self.result.reason,
+            "rows": [
+                {"label": row.label, "unit": row.unit, **{name: json_number(getattr(row, name)) for name in columns}}
+                for row in self.result.rows
+            ],
+            "checks": [{"statement": each.statement, "holds": bool(each.holds)} for each in self.result.checks],
+            "fitted_inputs": [asdict(each) for each in self.result.fitted_inputs],
+            "notes": list(self.result.notes),
+        }
+
+
+def relative(row: Row) -> float | None:
+    """Return a row's difference as a share of the published number; None where there is no such share.
+
+    Percentages are shares already: for them it is the difference itself.
+    """
+    if row.difference is None or row.published is None:
+        return None
+    if row.unit == "%":
+        return row.difference / 100.0
+    if row.published == 0.0:
+        return 0.0 if row.difference == 0.0 else None
+    share = row.difference / abs(row.published)
+    return share if math.isfinite(share) else None
+
+
+def outcomes(items: Iterable[Item], seed: int) -> Iterator[Outcome]:
+    """Compute items one by one; ``seed`` is that of random fields."""
+    for item in items:
+        module, _, function = item.target.partition(":")
+        try:
+            result = settled(getattr(import_module(module), function)(seed))
+            # Drawn here, because a figure may fail only when it is drawn.
+            pictures = tuple(small_png(drawing.figure) for drawing in result.drawings)
+        except Exception as cause:  # whatever one item raises, the others are still computed
+            yield Outcome(item, None, f"{type(cause).__name__}: {cause}", seed)
+        else:
+            yield Outcome(item, result, "", seed, pictures)

@@ -1,0 +1,85 @@
+"""Tables I and III, which are inputs: bands and coverages of the static scenes, and the cloud types."""
+
+from __future__ import annotations
+
+from hcss_paper.inputs import published
+from hcss_paper.reproduction import Check, Reproduction, Row, judged
+from hcss_paper.scene import BANDS
+from hcss_paper.tables_8_and_9 import cloud_mask
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.scenario.bands import spectral_band
+
+_HALF_A_PIXEL = 0.5 / 800**2
+
+
+def table_1(seed: int) -> Reproduction:
+    """Return the printed bands and coverages beside those a scene gets."""
+    catalog = Catalog()
+    bands = {spectral_band(name, catalog).name: spectral_band(name, catalog) for name in BANDS.values()}
+    limits = {tuple(map(float, text.split("-"))): name for text, name in BANDS.items()}
+    rows, cover_errors = [], []
+    for number, _, (low, high), coverage in published()["table_1"]["rows"]:
+        band = bands[limits[low, high]]
+        found = float(cloud_mask("simulated", coverage, seed).mean())
+        cover_errors.append(abs(found - coverage))
+        label = f"Scenario{number}"
+        rows += [
+            Row(f"{label}, shortest wavelength", "um", low, band.lower_um),
+            Row(f"{label}, longest wavelength", "um", high, band.upper_um),
+            Row(f"{label}, coverage", "1", coverage, found),
+        ]
+    same = all(row.difference == 0.0 for row in rows if row.unit == "um")
+    checks = (
+        Check("the catalog has the three bands with the printed limits", same),
+        Check(
+            f"800 x 800 pixels have the coverage asked for: largest difference {max(cover_errors):.1g}, at most "
+            f"half a pixel, {_HALF_A_PIXEL:.1g}",
+            max(cover_errors) <= _HALF_A_PIXEL,
+        ),
+    )
+    return judged(
+        rows,
+        checks,
+        holds="These are inputs: the bands are in the catalog, and a scene gets exactly the coverage it asks for.",
+        fails="A band or a coverage is not what the table says.",
+        notes=(
+            "The two satellite images are not published. Coverages are of clouds of type simulated; an image of "
+            "one's own becomes a scene with `hcss clouds`.",
+            "The radiance of Table II does not follow from these coverages: it fits effective covers of opaque "
+            "cloud, which are listed there.",
+        ),
+    )
+
+
+def table_3(seed: int) -> Reproduction:
+    """Return the printed parameters beside those of the catalog's cloud types."""
+    del seed  # nothing is drawn
+    catalog = Catalog()
+    rows = []
+    for name, printed in published()["table_3"]["rows"].items():
+        gamma, hurst, cells, octaves, heights_km = printed
+        kept = catalog.toml(catalog.find(name.lower(), "cloud_types", ".toml"))
+        shape, layer = kept["fractal"], kept["layer"]
+        rows += [
+            Row(f"{name}, gamma", "1", gamma, float(shape["gamma"])),
+            Row(f"{name}, H", "1", hurst, float(shape["H"])),
+            Row(f"{name}, L along x", "1", cells[0], float(shape["L"][0])),
+            Row(f"{name}, L along y", "1", cells[1], float(shape["L"][1])),
+            Row(f"{name}, first k", "1", octaves[0], float(shape["k"][0])),
+            Row(f"{name}, last k", "1", octaves[1], float(shape["k"][1])),
+            Row(f"{name}, base", "km", heights_km[0], 1e-3 * float(layer["base"])),
+            Row(f"{name}, top", "km", heights_km[1], 1e-3 * float(layer["top"])),
+        ]
+    largest = max(abs(row.difference or 0.0) for row in rows)
+    return judged(
+        rows,
+        [Check(f"cloud types of the catalog: largest difference {largest:.1g}, at most 1e-12", largest <= 1e-12)],
+        holds="These are inputs, and the catalog's cloud types have them.",
+        fails="A cloud type of the catalog differs from the table.",
+        notes=(
+            "L, the interpolation resolution, is ambiguous in print. It is read as lattice cells per 16 km, which "
+            "gives the density of Table VIII; pixels per cell does not.",
+            "The paper shows stratocumulus (Fig 10) without a row here; the catalog's has published measurements "
+            "instead.",
+        ),
+    )

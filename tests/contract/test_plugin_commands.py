@@ -1,0 +1,147 @@
+"""A stranger's package adds commands to ``hcss``: listed without importing their code, and harmless when broken."""
+
+import json
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from hcss_twin.cli.main import cli
+from hcss_twin.core.commands import CommandSpec
+from hcss_twin.core.errors import HcssError
+
+HOOK = """
+from hcss_twin.core.commands import CommandSpec, hookimpl
+
+@hookimpl
+def hcss_commands():
+    return [{specs}]
+"""
+CODE = """
+import click
+
+@click.command()
+@click.argument("name")
+def greet(name):
+    \"\"\"Greet NAME.\"\"\"
+    click.echo(f"hello {name}")
+
+not_a_command = 3
+"""
+
+
+@pytest.fixture
+def install(tmp_path, monkeypatch):
+    """Return a function that installs a distribution whose hook module, of its own name, has this source."""
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "stranger_code.py").write_text(CODE)
+    modules = {"stranger_code"}
+
+    def install(distribution, source, group="hcss_twin.commands"):
+        module = distribution.replace("-", "_")
+        info = tmp_path / f"{module}-1.2.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.2\n")
+        (info / "entry_points.txt").write_text(f"[{group}]\n{distribution} = {module}\n")
+        (tmp_path / f"{module}.py").write_text(source)
+        modules.add(module)
+
+    yield install
+    for module in modules:
+        sys.modules.pop(module, None)
+
+
+def specs(*names, target="stranger_code:greet"):
+    return HOOK.format(specs=", ".join(f'CommandSpec("{name}", "{target}", "Greet somebody.")' for name in names))
+
+
+def hcss(*arguments):
+    return CliRunner().invoke(cli, arguments)
+
+
+def broken():
+    return {each["distribution"]: each["error"] for each in json.loads(hcss("plugins", "--json").output)["broken"]}
+
+
+def test_help_lists_a_command_without_importing_its_code_and_it_runs(install):
+    install("stranger", specs("greet"))
+    helped = hcss("--help").output
+    assert "Of plugins:\n  greet" in helped
+    assert "Greet somebody." in helped
+    assert "stranger_code" not in sys.modules
+    assert hcss("greet", "you").output == "hello you\n"
+    assert "Greet NAME." in hcss("greet", "--help").output
+    [listed] = [each for each in json.loads(hcss("plugins", "--json").output)["commands"] if each["name"] == "greet"]
+    assert listed == {"name": "greet", "summary": "Greet somebody.", "distribution": "stranger"}
+    assert "greet" in hcss("plugins").output
+
+
+@pytest.mark.parametrize(
+    ("source", "error"),
+    [
+        ("raise RuntimeError('no licence')", "RuntimeError: no licence"),
+        ("import sys; sys.exit('no display')", "SystemExit: no display"),
+        ("import no_such_module_anywhere", "no_such_module_anywhere"),
+        ("x = 1", "no hook hcss_commands found"),
+        (specs("greet").replace("hcss_commands", "hcss_command"), "'hcss_command' is misspelt"),
+        (specs("greet").replace("@hookimpl", ""), "lacks the @hookimpl mark"),
+        (specs("greet").replace("return [", "return None and ["), "returned None; expected a list of CommandSpec"),
+        (HOOK.format(specs="'greet'"), "expected a list of CommandSpec"),
+        (specs("greet", target="stranger_code"), "must look like 'package.module:Class'"),
+        (specs("Greet!"), "lower-case letters"),
+    ],
+)
+def test_a_broken_plugin_is_listed_with_its_error_and_the_others_work(install, source, error):
+    install("broken-stranger", source)
+    install("good", specs("wave"))
+    assert error in broken()["broken-stranger"]
+    helped = hcss("--help").output
+    assert "wave" in helped
+    assert "1 broken: see hcss plugins" in helped
+    assert hcss("wave", "you").output == "hello you\n"
+    assert hcss("scenarios").exit_code == 0
+    unknown = hcss("greet")
+    assert unknown.exit_code == 2
+    assert "broken-stranger 1.2" in unknown.output
+
+
+@pytest.mark.parametrize("target", ["stranger_code:no_name", "no_such_module:greet", "stranger_code:not_a_command"])
+def test_a_command_that_cannot_be_imported_fails_alone_when_it_is_run(install, target):
+    install("stranger", specs("greet", target=target))
+    install("good", specs("wave"))
+    assert "greet" in hcss("--help").output
+    error = hcss("greet", "you").exception
+    assert isinstance(error, HcssError)
+    assert "command 'greet' of stranger 1.2" in str(error)
+    assert target in str(error)
+    assert hcss("wave", "you").output == "hello you\n"
+
+
+def test_a_name_of_the_core_is_refused_and_the_other_commands_of_the_plugin_remain(install):
+    install("stranger", specs("run", "greet"))
+    assert broken()["stranger"] == "command 'run' is also brought by hcss-twin"
+    assert "SCENARIO" in hcss("run", "--help").output
+    assert hcss("greet", "you").output == "hello you\n"
+
+
+def test_a_name_of_two_plugins_is_refused_with_both_named(install):
+    install("first", specs("greet"))
+    install("second", specs("greet", "wave"))
+    assert broken()["first"] == "command 'greet' is also brought by second 1.2"
+    assert broken()["second"] == "command 'greet' is also brought by first 1.2"
+    unknown = hcss("greet", "you")
+    assert unknown.exit_code == 2
+    assert "first 1.2" in unknown.output
+    assert "second 1.2" in unknown.output
+    assert hcss("wave", "you").output == "hello you\n"
+
+
+def test_a_hook_in_the_group_of_providers_alone_is_told_its_group(install):
+    install("stranger", specs("greet"), group="hcss_twin")
+    assert "entry point group hcss_twin.commands" in broken()["stranger"]
+
+
+@pytest.mark.parametrize("change", [{"name": "a b"}, {"target": "a.b"}, {"summary": "two\nlines"}])
+def test_a_malformed_spec_is_refused(change):
+    with pytest.raises(ValueError, match=next(iter(change))):
+        CommandSpec(**({"name": "greet", "target": "a:b", "summary": "Greet."} | change))
