@@ -117,7 +117,7 @@ def import_command(
     NAME.png of the detected clouds; check it before you use the entry.
     """
     from hcss_twin.analysis.cloud_import import ImportOptions, import_image
-    from hcss_twin.models.clouds.database import SUFFIX, write_entry
+    from hcss_twin.models.clouds.database import SUFFIX, valid_entry_name, write_entry
     from hcss_twin.models.clouds.segmentation import Cleaning
     from hcss_twin.report.image_preview import draw_entry
 
