@@ -42,19 +42,21 @@ def test_between_cells_and_months_it_is_the_mean():
     cells = [(35, 149), (35, 151), (37, 149), (37, 151)]
     expected = np.mean([stored("sea_surface_temperature", m, *cell) for cell in cells for m in (4, 5)])
     time = middle_of(4) + (middle_of(5) - middle_of(4)) / 2
-    assert CLIMATE.sea_surface_temperature_K(36, 150, time) == pytest.approx(expected, abs=1e-6)
+    assert CLIMATE.look_up("sea_surface_temperature", 36, 150, time).value == pytest.approx(expected, abs=1e-6)
 
 
 @given(latitude=st.floats(-35, 35), longitude=st.floats(170, 190), turns=st.integers(-1, 0))
 def test_longitude_is_a_circle(latitude, longitude, turns):
     time = middle_of(7)
-    one = CLIMATE.sea_surface_temperature_K(latitude, longitude, time)
-    assert CLIMATE.sea_surface_temperature_K(latitude, longitude + 360 * turns, time) == pytest.approx(one, abs=1e-8)
+    one = CLIMATE.look_up("sea_surface_temperature", latitude, longitude, time).value
+    assert CLIMATE.look_up("sea_surface_temperature", latitude, longitude + 360 * turns, time).value == pytest.approx(
+        one, abs=1e-8
+    )
 
 
 @pytest.mark.parametrize("longitude", [0.0, 180.0, 1.0, 359.9999])
 def test_no_step_where_the_file_begins(longitude):
-    values = [CLIMATE.wind_speed_m_s(-30.5, longitude + d, middle_of(3)) for d in (-1e-6, 0, 1e-6)]
+    values = [CLIMATE.look_up("wind_speed", -30.5, longitude + d, middle_of(3)).value for d in (-1e-6, 0, 1e-6)]
     assert np.ptp(values) < 1e-5
 
 
@@ -62,29 +64,32 @@ def test_no_step_where_the_file_begins(longitude):
 def test_no_step_in_time_not_even_at_new_year(start):
     start = start.replace(tzinfo=UTC)
     for instant in (start, datetime(start.year, 1, 1, tzinfo=UTC)):
-        before = CLIMATE.sea_surface_temperature_K(40, -40, instant - timedelta(minutes=5))
-        after = CLIMATE.sea_surface_temperature_K(40, -40, instant + timedelta(minutes=5))
+        before = CLIMATE.look_up("sea_surface_temperature", 40, -40, instant - timedelta(minutes=5)).value
+        after = CLIMATE.look_up("sea_surface_temperature", 40, -40, instant + timedelta(minutes=5)).value
         assert abs(after - before) < 0.003
 
 
 def test_the_zone_of_the_time_does_not_matter():
     utc = datetime(2024, 4, 20, 2, 30, tzinfo=UTC)
     local = utc.astimezone(timezone(timedelta(hours=10)))
-    assert CLIMATE.air_temperature_K(35, 150, utc) == CLIMATE.air_temperature_K(35, 150, local)
+    assert (
+        CLIMATE.look_up("air_temperature", 35, 150, utc).value
+        == CLIMATE.look_up("air_temperature", 35, 150, local).value
+    )
 
 
 @pytest.mark.parametrize("place", [(52.5, 13.4), (40, -100), (-25, 135), (0, 25), (-85, 0)])
 def test_land_is_told(place):
     assert CLIMATE.is_land(*place)
     with pytest.raises(CatalogError, match="on land"):
-        CLIMATE.sea_surface_temperature_K(*place, middle_of(6))
+        CLIMATE.look_up("sea_surface_temperature", *place, middle_of(6))
 
 
 @pytest.mark.parametrize("place", [(43.3, 5.3), (21.3, -157.9), (1.3, 103.8), (-33.9, 18.4), (54.3, 10.3)])
 def test_coasts_are_sea(place):
     """Marseille, Honolulu, Singapore, Cape Town, Kiel."""
     assert not CLIMATE.is_land(*place)
-    assert 273 < CLIMATE.sea_surface_temperature_K(*place, middle_of(6)) < 304
+    assert 273 < CLIMATE.look_up("sea_surface_temperature", *place, middle_of(6)).value < 304
 
 
 def test_where_no_ship_was_the_nearest_reports_are_used_and_their_distance_is_said():
@@ -111,9 +116,9 @@ def test_where_no_ship_was_the_nearest_reports_are_used_and_their_distance_is_sa
 
 def test_ice_and_empty_seas_are_told():
     with pytest.raises(CatalogError, match=r"no sea surface temperature within 500 km of 86 N 0 E in month"):
-        CLIMATE.sea_surface_temperature_K(86, 0, middle_of(1))
+        CLIMATE.look_up("sea_surface_temperature", 86, 0, middle_of(1))
     with pytest.raises(ValueError, match="latitude_deg 91"):
-        CLIMATE.wind_speed_m_s(91, 0, middle_of(1))
+        CLIMATE.look_up("wind_speed", 91, 0, middle_of(1))
 
 
 def test_the_file_is_small_and_says_what_it_is():

@@ -73,6 +73,12 @@ def test_layers_without_meaning_are_refused(change, message) -> None:
         solve_layers(**(layer | change))
 
 
+def test_a_zeroth_moment_that_differs_from_1_by_rounding_counts_as_1() -> None:
+    layer = {"optical_thickness": [[1.0]], "albedo": [0.9], "mu_extra": [1.0], "streams": 4}
+    exact, rounded = (solve_layers(moments=np.array([[first], [0.8]]), **layer) for first in (1.0, 1.0 - 2**-52))
+    np.testing.assert_array_equal(rounded.reflection, exact.reflection)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

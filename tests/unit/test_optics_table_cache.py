@@ -162,7 +162,7 @@ def test_the_cache_lies_where_the_user_says(monkeypatch, tmp_path) -> None:
 
 
 def test_progress_is_shown_on_a_terminal_only(index, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(table_store, "_WORTH_A_BAR", 1)
+    monkeypatch.setattr(table_store, "_MIN_FOR_PROGRESS", 1)
     completed(index)
     assert capsys.readouterr().err == ""
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)

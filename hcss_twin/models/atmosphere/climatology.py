@@ -16,6 +16,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.files import open_format
 
 NAME = "COADS 1946-1989"
 MAX_DISTANCE_KM = 500.0
@@ -55,22 +56,6 @@ class Climatology:
 
     def __init__(self, catalog: Catalog) -> None:
         self._catalog = catalog
-
-    def sea_surface_temperature_K(self, latitude_deg: float, longitude_deg: float, time: datetime) -> float:
-        """Temperature of the sea as ships measure it, in the upper metres; raises CatalogError."""
-        return self.look_up("sea_surface_temperature", latitude_deg, longitude_deg, time).value
-
-    def air_temperature_K(self, latitude_deg: float, longitude_deg: float, time: datetime) -> float:
-        """Temperature of the air on deck; raises CatalogError."""
-        return self.look_up("air_temperature", latitude_deg, longitude_deg, time).value
-
-    def wind_speed_m_s(self, latitude_deg: float, longitude_deg: float, time: datetime) -> float:
-        """Mean of the wind speed (not the speed of the mean wind); raises CatalogError."""
-        return self.look_up("wind_speed", latitude_deg, longitude_deg, time).value
-
-    def specific_humidity_kg_kg(self, latitude_deg: float, longitude_deg: float, time: datetime) -> float:
-        """Water vapour per mass of moist air on deck; raises CatalogError."""
-        return 1e-3 * self.look_up("specific_humidity", latitude_deg, longitude_deg, time).value
 
     def look_up(self, quantity: str, latitude_deg: float, longitude_deg: float, time: datetime) -> Climate:
         """Interpolate one quantity of the file, in the file's unit.
@@ -134,13 +119,7 @@ class Climatology:
 
     @cached_property
     def _fields(self) -> dict[str, Array]:
-        import netCDF4
-
-        path = self._catalog.find("coads-monthly", "climatology", ".nc")
-        with netCDF4.Dataset(path) as dataset:
-            file_format = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
-            if file_format != _FORMAT:
-                raise CatalogError(f"{path.name}: format {file_format}; expected {_FORMAT}")
+        with open_format(self._catalog.find("coads-monthly", "climatology", ".nc"), *_FORMAT) as dataset:
             return {
                 name: np.ma.filled(variable[:].astype(np.float64), np.nan)
                 for name, variable in dataset.variables.items()

@@ -33,13 +33,13 @@ class Sounding:
     Attributes
     ----------
     name : str
-        What the user calls the file.
+        The user's name of the file, for messages.
     where : tuple of str (L,)
         Where each level stands in the file, for messages: ``line 12`` or ``level 3``.
     columns : mapping of str to ndarray (L,)
         ProfileQuantity (``profile_columns``) to values; every value finite and within its physical limits.
     notes : tuple of str
-        What was left aside.
+        Columns that are not used.
     """
 
     name: str
@@ -161,7 +161,7 @@ def _read_netcdf(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Arra
         listed = ", ".join(f"{label} {size}" for label, size in sizes.items())
         raise CatalogError(f"{name}: the variables have different numbers of levels: {listed}")
     if not sizes:
-        return (), {}  # the caller says what is missing
+        return (), {}  # the caller reports what is missing
     levels = next(iter(sizes.values()))
     if not 2 <= levels <= MAX_LEVELS:
         raise CatalogError(f"{name}: {levels} levels; at least 2 are needed and {MAX_LEVELS} are allowed")
@@ -207,7 +207,7 @@ def _in_si(
 
 
 def _set_aside(columns: dict[str, Array], name: str) -> list[str]:
-    """Keep one way of giving humidity and one of giving height; say what is not used."""
+    """Delete all but one column of humidity and one of height; return a note on the others."""
     present = [each for each in HUMIDITIES if each in columns]
     if not present:
         listed = ", ".join(HUMIDITIES)

@@ -25,7 +25,7 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import AtmosphereInputs, Declares
 from hcss_twin.providers.common import Note
 
-# Bounds of -ln T kept in the logarithm: T from 1e-30 to 1 - 1e-7.
+# Limits of T in ln(-ln T), which is infinite at 0 and 1.
 _MIN_TRANSMITTANCE = 1e-30
 _MAX_TRANSMITTANCE = 1.0 - 1e-7
 
@@ -33,7 +33,7 @@ PROVIDER = "atmosphere table"
 """How messages call this provider."""
 
 CATALOG_PROFILES = {"us-standard-1976-lowtran7": "us-standard-1976"}
-"""Profiles, by catalog name, that shipped tables were computed with; other tables bring their levels alone."""
+"""Profiles of shipped tables by catalog name; other tables have their levels alone."""
 
 
 class TableTransmittance:
@@ -197,7 +197,7 @@ class TableTransmittance:
 
 
 def _unverified(table: AtmosphereTable) -> tuple[str, ...]:
-    """Say that nobody knows what interpolation costs, where the file does not."""
+    """Return a note on the unknown error of interpolation, where the file does not state it."""
     if table.interpolation_error is not None:
         return ()
     heights, angles = table.target_altitude_m.size, table.zenith_deg.size

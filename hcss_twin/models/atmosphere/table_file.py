@@ -1,11 +1,7 @@
-"""Reader of the ``hcss-atmosphere-table`` format (catalogs/atmospheres/README.md).
-
-Writer of the ``hcss-atmosphere-table`` format.
-"""
+"""Reader and writer of the ``hcss-atmosphere-table`` format (catalogs/atmospheres/README.md)."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +10,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.files import open_format
+from hcss_twin.core.files import atomic_write, open_format
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile
 from hcss_twin.version import __version__
 
@@ -40,7 +36,7 @@ class AtmosphereTable:
     resolution_cm1 : float
     source : str
     interpolation_error : float or None
-        Largest measured error of transmittance between the nodes; None where nobody measured it.
+        Largest measured error of transmittance between the nodes; None where it was not measured.
     """
 
     target_altitude_m: Array
@@ -150,37 +146,31 @@ def write_atmosphere_table(path: Path, table: AtmosphereTable, attributes: Mappi
         "level_pressure_Pa": table.profile.pressure_Pa,
         "level_temperature_K": table.profile.temperature_K,
     }
-    draft = path.with_name(f".{path.name}.draft")
-    try:
-        with netCDF4.Dataset(draft, "w", format="NETCDF4") as file:
-            file.setncatts(
-                {
-                    "format": FORMAT,
-                    "format_version": FORMAT_VERSION,
-                    "title": "imported atmosphere",
-                    "source": table.source,
-                    "origin": "imported from files of another code",
-                    "license": "that of the code's output",
-                    "created_with": f"hcss-twin {__version__}",
-                    "resolution_cm1": table.resolution_cm1,
-                    "aerosol": "as in the imported runs",
-                    "two_way_solar_transmittance": "not stored",
-                    "earth_radius_m": EARTH_RADIUS_M,
-                    **attributes,
-                }
-            )
-            for name, values in coordinates.items():
-                file.createDimension(name, values.size)
-            file.createDimension("level", table.profile.altitude_m.size)
-            for name, values in {**coordinates, **levels}.items():
-                dimension = name if name in coordinates else "level"
-                variable = file.createVariable(name, "f8", (dimension,))
-                variable.setncatts({"units": _UNITS[name][0], "long_name": _UNITS[name][1]})
-                variable[:] = values
-            for name, values in (("transmittance", table.transmittance), ("path_radiance", table.path_radiance)):
-                variable = file.createVariable(name, "f4", DIMENSIONS, compression="zlib", shuffle=True)
-                variable.setncatts({"units": _UNITS[name][0], "long_name": _UNITS[name][1]})
-                variable[:] = values
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
+    with atomic_write(path, CatalogError) as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as file:
+        file.setncatts(
+            {
+                "format": FORMAT,
+                "format_version": FORMAT_VERSION,
+                "title": "imported atmosphere",
+                "source": table.source,
+                "origin": "imported from files of another code",
+                "license": "that of the code's output",
+                "created_with": f"hcss-twin {__version__}",
+                "resolution_cm1": table.resolution_cm1,
+                "aerosol": "as in the imported runs",
+                "two_way_solar_transmittance": "not stored",
+                "earth_radius_m": EARTH_RADIUS_M,
+                **attributes,
+            }
+        )
+        for name, values in coordinates.items():
+            file.createDimension(name, values.size)
+        file.createDimension("level", table.profile.altitude_m.size)
+        for name, values in {**coordinates, **levels}.items():
+            variable = file.createVariable(name, "f8", (name if name in coordinates else "level",))
+            variable.units, variable.long_name = _UNITS[name]
+            variable[:] = values
+        for name, values in (("transmittance", table.transmittance), ("path_radiance", table.path_radiance)):
+            variable = file.createVariable(name, "f4", DIMENSIONS, compression="zlib", shuffle=True)
+            variable.units, variable.long_name = _UNITS[name]
+            variable[:] = values

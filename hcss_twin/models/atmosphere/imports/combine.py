@@ -31,14 +31,7 @@ _ROUNDING = 2e-4
 
 @dataclass(frozen=True)
 class Combined:
-    """A table and the checks it passed.
-
-    Attributes
-    ----------
-    table : AtmosphereTable
-    checks : tuple of str
-        One line per check, for a terminal.
-    """
+    """An atmosphere table, and the checks that it passed, one line each for a terminal."""
 
     table: AtmosphereTable
     checks: tuple[str, ...]

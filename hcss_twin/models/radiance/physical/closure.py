@@ -14,7 +14,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights, LegView
-from hcss_twin.models.radiance.physical.columns import CloudColumns
+from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
 from hcss_twin.models.radiance.physical.directions import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS, VIEW
 from hcss_twin.physics.paths import Leg, Path
@@ -58,7 +58,7 @@ class FrozenLegs:
     sun_sea: Array
 
 
-def close(columns: CloudColumns) -> Closure:
+def close(columns: SceneColumns) -> Closure:
     """Solve u = P u + S for the radiances along the streams in all gaps."""
     frozen = _freeze(columns)
     gaps, count = len(columns.slabs) + 1, columns.directions.count
@@ -106,7 +106,7 @@ def _behind(leg: LegView, beyond: Array) -> Array:
 
 
 def _looking_down(
-    columns: CloudColumns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
+    columns: SceneColumns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
     leg = frozen.down[gap - 1]
     row = 2 * gap - 1
@@ -125,7 +125,7 @@ def _looking_down(
 
 
 def _looking_up(
-    columns: CloudColumns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
+    columns: SceneColumns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
     leg = frozen.up[gap]
     row = 2 * gap
@@ -142,7 +142,7 @@ def _looking_up(
 
 
 def _pass_through(
-    columns: CloudColumns,
+    columns: SceneColumns,
     index: int,
     streams: list[int],
     leg: LegView,
@@ -160,7 +160,7 @@ def _pass_through(
     source[:, SCATTERED_AIR] += leg.transmittance * np.einsum("kjv,jv->kv", kernel, inside.emission)
 
 
-def _freeze(columns: CloudColumns) -> FrozenLegs:
+def _freeze(columns: SceneColumns) -> FrozenLegs:
     air, where = columns.air, columns.directions
     view = where.zenith_deg[VIEW]
     zeniths = [where.zenith_deg[index] for index in where.stream_indices]

@@ -22,7 +22,7 @@ from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 
 
 @dataclass(frozen=True)
-class CloudColumns:
+class SceneColumns:
     """C columns with the same layers: everything that emits, reflects and transmits.
 
     Gap m is the air above cloud m (counted from the top, from 0) or above the sea.

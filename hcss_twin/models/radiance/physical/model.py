@@ -1,6 +1,6 @@
 """Radiance models ``physical`` and ``physical-two-stream``: clouds that scatter many times over a rough, emissive sea.
 
-One column at a time: :class:`~hcss_twin.models.radiance.physical.columns.CloudColumns` stacks air, clouds and sea,
+One column at a time: :class:`~hcss_twin.models.radiance.physical.columns.SceneColumns` stacks air, clouds and sea,
 :mod:`~hcss_twin.models.radiance.physical.tracing` follows rays from the sensor into them, and
 :mod:`~hcss_twin.models.radiance.physical.closure` sums the reflections that remain.
 """
@@ -18,7 +18,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, SlabSolver, side_by_side, turned_modes
-from hcss_twin.models.radiance.physical.columns import CloudColumns
+from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.directions import (
     AIR_SUN,
     CLOUD_SUN,
@@ -62,7 +62,7 @@ class _Scene:
     Attributes
     ----------
     air, directions, sea
-        As in :class:`CloudColumns`.
+        As in :class:`SceneColumns`.
     received : ndarray (V,)
         Solar irradiance on a horizontal plane outside the atmosphere, mu0 E0; 0 without a sun.
     modes : callable
@@ -242,10 +242,10 @@ class Physical:
         solved = solver.solve(layer, thickness, top, base)
         return {float(h): slab for h, slab in zip(thickness, solved, strict=True)}
 
-    def _columns(self, scene: _Scene, slabs: tuple[CloudSlab, ...], count: int) -> CloudColumns:
+    def _columns(self, scene: _Scene, slabs: tuple[CloudSlab, ...], count: int) -> SceneColumns:
         space = self._parameters.space_temperature
         black = scene.air.black_body
-        return CloudColumns(
+        return SceneColumns(
             count=count,
             air=scene.air,
             directions=scene.directions,
@@ -256,7 +256,7 @@ class Physical:
             received=np.tile(scene.received, count),
         )
 
-    def _terms(self, scene: _Scene, columns: CloudColumns) -> dict[str, Array]:
+    def _terms(self, scene: _Scene, columns: SceneColumns) -> dict[str, Array]:
         by_source = Tracer(columns, self._parameters.closure_order).radiance()
         by_source[AIR_SUN] += _seen_scattered(columns, scene.scattered)
         modes = scene.modes() if len(columns.slabs) == 1 else None
@@ -296,7 +296,7 @@ def _rows_by_layers(thickness_m: Array, slabs: list[dict[float, CloudSlab]]) -> 
     return rows
 
 
-def _seen_scattered(columns: CloudColumns, scattered: Callable[[float], Array]) -> Array:
+def _seen_scattered(columns: SceneColumns, scattered: Callable[[float], Array]) -> Array:
     """Sunlight (S,) that the air scatters once into the view; below a cloud it passes the cloud directly, twice."""
     result = np.zeros_like(columns.received)
     if columns.directions.sun is None:

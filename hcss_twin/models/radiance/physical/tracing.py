@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.closure import Closure, close
-from hcss_twin.models.radiance.physical.columns import CloudColumns
+from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
 from hcss_twin.models.radiance.physical.directions import (
     AIR,
@@ -60,12 +60,12 @@ class Tracer:
 
     Parameters
     ----------
-    columns : CloudColumns
+    columns : SceneColumns
     order : int
         Changes of direction with exact gas, 0 or more.
     """
 
-    def __init__(self, columns: CloudColumns, order: int) -> None:
+    def __init__(self, columns: SceneColumns, order: int) -> None:
         self._columns = columns
         self._order = order
 

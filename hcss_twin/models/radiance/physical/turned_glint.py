@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.physical.columns import CloudColumns
+from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.providers import SeaModel
@@ -78,7 +78,7 @@ def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array,
     return result
 
 
-def turned_glint(columns: CloudColumns, modes: SeaModes) -> tuple[Array, Array]:
+def turned_glint(columns: SceneColumns, modes: SeaModes) -> tuple[Array, Array]:
     """Return the sunlight to be added to that of the cloud and of the sea, both (S,), in columns with one cloud.
 
     By the cloud: what it scatters on the way down; by the sea: what reaches it directly. ``modes`` (..., S) are those
