@@ -286,18 +286,8 @@ def _check(path: Path, entry: CloudEntry, mask: NDArray[Any]) -> None:
 class ListedEntry:
     """One file of a folder of entries.
 
-    Attributes
-    ----------
-    name : str
-        File name without its suffix.
-    path : Path
-        The file.
-    facts : EntryFacts or None
-        None where the file is not an entry.
-    shape : (int, int)
-        Rows and columns; (0, 0) without facts.
-    trouble : str
-        Why there are no facts, else empty.
+    ``name`` is the file's without its suffix, ``shape`` rows and columns. Where the file is not an entry, ``facts`` are
+    None, ``shape`` is (0, 0), and ``trouble`` is the reason.
     """
 
     name: str
