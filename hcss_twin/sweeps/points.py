@@ -28,14 +28,10 @@ _MAX_RANGES = 5
 
 @dataclass(frozen=True)
 class SweepPoint:
-    """One scenario of a sweep.
+    """One scenario of a sweep, with its number from 0 in the order of the design.
 
-    Attributes
-    ----------
-    number : int
-        From 0, in the order of the design.
-    values : mapping
-        The swept keys with their values as the scenario has them: SI numbers, text, or what JSON has for others.
+    ``values`` are the swept keys with their values as the scenario has them: SI numbers, text, or what JSON has for
+    others.
     """
 
     number: int

@@ -35,15 +35,7 @@ _SMALLEST, _LARGEST = 1e-7, 1.8
 
 @dataclass(frozen=True)
 class Structure:
-    """Semivariances along both axes.
-
-    Attributes
-    ----------
-    lags : ndarray of int64 (N,)
-        Pixels.
-    along_x, along_y : ndarray (N,)
-        Half the mean square differences.
-    """
+    """Semivariances (half the mean square differences) along both axes (N,) at lags in pixels (N,)."""
 
     lags: NDArray[np.int64]
     along_x: Array

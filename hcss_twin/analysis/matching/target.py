@@ -42,8 +42,7 @@ class ImageChoice:
     Attributes
     ----------
     variable, window_pixels, cloud_is, missing, row_origin, column_origin
-        As the parameters of the imagery generator
-        (:class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`).
+        As :class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`.
     method : {"auto", "otsu", "local", "coverage", "valid"}
         How cloudy pixels are found. ``valid``, for products that have values in cloud only, takes every pixel that has
         one; ``auto`` is ``valid`` for variables that are called cloud top something and have missing pixels, ``otsu``

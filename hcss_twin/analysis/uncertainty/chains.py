@@ -82,20 +82,11 @@ LARGEST_R_HAT = 1.02
 
 @dataclass(frozen=True)
 class Convergence:
-    """Measures of chains after their burn-in.
+    """Measures of chains of ``steps`` per walker after their burn-in.
 
-    Attributes
-    ----------
-    autocorrelation_time : ndarray (D,)
-        Integrated, steps (J. Goodman and J. Weare, Commun. Appl. Math. Comput. Sci. 5, 65 (2010)).
-    effective_size : ndarray (D,)
-        Steps of all walkers over it.
-    split_r_hat : ndarray (D,)
-        Of halves of walkers.
-    steps : int
-        Per walker, after the burn-in.
-    wanted : float
-        Effective size asked for.
+    The integrated autocorrelation time (D,) is in steps (J. Goodman and J. Weare, Commun. Appl. Math. Comput. Sci. 5,
+    65 (2010)); the effective size (D,), of which ``wanted`` is asked for, is the steps of all walkers over it; split
+    R-hat (D,) is of halves of walkers.
     """
 
     autocorrelation_time: Array

@@ -167,18 +167,8 @@ _FEWEST_PIXELS = 100
 class ImageData:
     """Measured statistics of one image.
 
-    Attributes
-    ----------
-    rows, columns : int
-        Size.
-    pixel_size_m : float
-        Side of a pixel.
-    cloudy : int
-        Cloudy pixels.
-    lags : ndarray of int64 (M,)
-        Pixels.
-    variogram : ndarray (2 M,)
-        Semivariances of normal scores along x, then along y.
+    ``cloudy`` is the number of cloudy pixels; ``variogram`` (2 M,) has the semivariances of normal scores along x, then
+    along y, at ``lags`` (M,) in pixels.
     """
 
     rows: int

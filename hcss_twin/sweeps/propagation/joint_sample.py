@@ -7,7 +7,6 @@ Physics Communications 181 (2010) 259-270: whatever is computed has each input f
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -142,23 +141,9 @@ def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: 
     return tuple(notes)
 
 
-def images_of(draws: PosteriorDraws) -> Any:
-    """Return what the posterior was made from, as its file says: names and hashes; None where it does not say."""
-    text = draws.about.get("inputs")
-    return None if text is None else json.loads(text)
-
-
 @dataclass(frozen=True)
 class UncertainKey:
-    """A key of a scenario and the distribution of its value.
-
-    Attributes
-    ----------
-    key : str
-        Dotted.
-    distribution : mapping
-        As in ``[sweep]``, without ``samples`` and ``seed``.
-    """
+    """A dotted key and the distribution of its value, as in ``[sweep]`` without ``samples`` and ``seed``."""
 
     key: str
     distribution: Mapping[str, Any]
@@ -208,18 +193,10 @@ class Mixture:
 class JointSample:
     """Draws of all inputs.
 
-    Attributes
-    ----------
-    layer : str
-        Part of the scenario that the posterior's parameters belong to.
-    rows : ndarray (2, draw, parameter)
-        Of the posterior, in A and B; no columns without one.
-    values : mapping of str to tuple
-        Of each uncertain key, those of A followed by those of B, as a scenario file has them.
-    seeds : ndarray of int64 (2, draw)
-        Of the scene.
-    mixtures : tuple of Mixture
-        In the order in which they are kept: the draws, the same with other seeds, and what pick-freeze needs.
+    ``rows`` (2, draw, parameter) are those of the posterior in A and B, without columns if there is none; its
+    parameters belong to ``layer`` of the scenario. ``values`` has for each uncertain key those of A followed by those
+    of B, as a scenario file has them. ``seeds`` (2, draw) are of the scenes. ``mixtures`` are the draws, the same with
+    other seeds, and what pick-freeze needs.
     """
 
     posterior: PosteriorDraws | None
