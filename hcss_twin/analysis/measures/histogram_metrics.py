@@ -95,7 +95,7 @@ def histogram_metrics(
 def joint_histogram(
     grey: NDArray[np.uint8], levels: int = 256, valid: NDArray[np.bool_] | None = None
 ) -> NDArray[np.int64]:
-    """Count the pairs f(x, y) = g, f(x + 1, y) = g' of horizontal neighbours: G(g, g') of eqs 21 to 23, (levels, levels).
+    """Count the pairs f(x, y) = g, f(x + 1, y) = g' of neighbours along x: G(g, g') of eqs 21 to 23, (levels, levels).
 
     ``grey`` (rows, columns), at least two columns, has levels below ``levels``, 2 to 256; x runs along columns. A pair
     counts if both its pixels are ``valid`` (all, by default). Raises ImageError if an argument is not as described.

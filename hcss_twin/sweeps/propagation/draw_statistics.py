@@ -75,10 +75,7 @@ def class_names(layers: int) -> tuple[str, ...]:
 
 
 def require_room(plan: Plan) -> None:
-    """Refuse scenes whose frames do not fit into memory together.
-
-    Raises ScenarioError naming the image.
-    """
+    """Refuse scenes whose frames do not fit into memory together, with a ScenarioError."""
     rows, columns = plan.pixels
     pixels, frames = rows * columns, plan.frame_times_s.size
     if pixels * frames > MAX_PIXELS:

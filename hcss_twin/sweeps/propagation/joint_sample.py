@@ -173,13 +173,7 @@ _SEED_KEY = {"posterior": 1, "scene": 2, "bootstrap": 3}
 
 @dataclass(frozen=True)
 class Mixture:
-    """What is computed for each draw.
-
-    Attributes
-    ----------
-    exchanged : frozenset of str
-        Independent inputs that come from B; the others come from A.
-    """
+    """What is computed for each draw: independent inputs in ``exchanged`` come from B, the others from A."""
 
     name: str
     exchanged: frozenset[str]
