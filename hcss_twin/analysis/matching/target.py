@@ -27,7 +27,7 @@ from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import Grid
 
-# Larger images are cut to this many rows and columns unless told otherwise: the paper's frame.
+# Larger images are cut to this many rows and columns by default: the paper's frame.
 LARGEST_SIDE = 800
 Method = Literal["auto", "otsu", "local", "coverage", "valid"]
 

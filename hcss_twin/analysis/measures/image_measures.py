@@ -72,9 +72,9 @@ def measure_image(values: Array, level: NDArray[np.float32], known: NDArray[np.b
         ("box counting, raw", lambda: box_counting_dimension(full, calibrated=False)),
     )
     for name, estimate in estimators:
-        found = _or_reason(estimate, f"dimension by {name}", left_out)
-        if found is not None:
-            dimensions[name] = found
+        dimension = _or_reason(estimate, f"dimension by {name}", left_out)
+        if dimension is not None:
+            dimensions[name] = dimension
     return ImageMeasures(
         morphology=shape,
         equal_neighbours=shape.diagonal_peak * (GREY_LEVELS - 1) / pairs,

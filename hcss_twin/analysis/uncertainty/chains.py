@@ -51,8 +51,8 @@ class SingleModel:
         possible = np.isfinite(total)
         total[~possible] = -np.inf
         if possible.any():
-            found = self.likelihood(self.space.complete(position[possible]))
-            total[possible] += np.where(np.isnan(found), -np.inf, found)
+            likelihood = self.likelihood(self.space.complete(position[possible]))
+            total[possible] += np.where(np.isnan(likelihood), -np.inf, likelihood)
         return total
 
     def moves(self) -> list[tuple[Any, float]]:
@@ -139,7 +139,7 @@ def judge(chain: Array, wanted: float) -> Convergence:
     # A walker that never moved has no autocorrelation: NaN, which is no convergence.
     with np.errstate(invalid="ignore", divide="ignore"):
         tau = np.asarray(integrated_time(chain, tol=0), dtype=np.float64)
-    # Less than a step cannot be told from one.
+    # Less than a step is not resolved.
     tau = np.maximum(tau, 1.0)
     return Convergence(tau, steps * walkers / tau, split_r_hat(chain), steps, wanted)
 
@@ -176,7 +176,7 @@ class MarkovChains:
     random_state: tuple[Any, ...]
 
     @property
-    def kept(self) -> slice:
+    def after_burn_in(self) -> slice:
         """Steps after the burn-in."""
         return slice(int(BURN_IN * self.positions.shape[0]), None)
 
@@ -222,7 +222,7 @@ def converge(
     """
     while True:
         done = chains.positions.shape[0]
-        convergence = judge(chains.positions[chains.kept], wanted) if done >= _FIRST else None
+        convergence = judge(chains.positions[chains.after_burn_in], wanted) if done >= _FIRST else None
         after_block(chains, convergence)
         if convergence is not None and (convergence.has_converged or done >= most_steps):
             return chains, convergence

@@ -77,8 +77,8 @@ def score_variogram(scores: NDArray[np.float32], lags: NDArray[np.int64]) -> Arr
 
     Raises ImageError if the image does not vary along an axis.
     """
-    found = semivariances(scores, lags.tolist())
-    both = np.concatenate([found.along_x, found.along_y])
+    measured = semivariances(scores, lags.tolist())
+    both = np.concatenate([measured.along_x, measured.along_y])
     if not np.all(both > 0.0):
         raise ImageError("image: constant along rows or columns, allowed: clouds that vary along both")
     return both

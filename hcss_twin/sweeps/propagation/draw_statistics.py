@@ -131,7 +131,7 @@ def _moments(
 
 
 def _levels(values: NDArray[np.float32], kind: NDArray[np.int8], number: int) -> NDArray[np.float32]:
-    found = np.full((values.shape[0], number + 1, LEVELS.size), np.nan, dtype=np.float32)
+    levels = np.full((values.shape[0], number + 1, LEVELS.size), np.nan, dtype=np.float32)
     for place in range(number + 1):
         own = values if place == 0 else values[:, kind == place - 1]
         if own.shape[1] == 0:
@@ -141,8 +141,8 @@ def _levels(values: NDArray[np.float32], kind: NDArray[np.int8], number: int) ->
         low = np.clip(np.floor(position).astype(np.int64), 0, own.shape[1] - 1)
         high = np.minimum(low + 1, own.shape[1] - 1)
         weight = np.clip(position - low, 0.0, 1.0)
-        found[:, place] = ordered[:, low] * (1.0 - weight) + ordered[:, high] * weight
-    return found
+        levels[:, place] = ordered[:, low] * (1.0 - weight) + ordered[:, high] * weight
+    return levels
 
 
 def _metrics(thickness_m: NDArray[np.float32], cloudy: NDArray[np.bool_]) -> list[float]:

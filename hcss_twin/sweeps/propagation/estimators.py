@@ -145,5 +145,5 @@ def bootstrap_error(estimate: Callable[[NDArray[np.intp]], Array], count: int, s
     ``seed`` fixes the samples; all estimates with the same one are resampled alike.
     """
     generator = np.random.default_rng(seed)
-    found = np.stack([estimate(generator.integers(count, size=count)) for _ in range(RESAMPLES)])
-    return np.asarray(found.std(axis=0, ddof=1))
+    estimates = np.stack([estimate(generator.integers(count, size=count)) for _ in range(RESAMPLES)])
+    return np.asarray(estimates.std(axis=0, ddof=1))

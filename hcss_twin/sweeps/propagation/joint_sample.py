@@ -81,14 +81,14 @@ class PosteriorDraws:
     def overrides(self, layer: str, row: Array) -> dict[str, Any]:
         """Return the keys of a scenario with the values of one draw (parameter,)."""
         value = {**self.fixed, **dict(zip(self.names, map(float, row), strict=True))}
-        found: dict[str, Any] = {f"{layer}.parameters.{name}": value[name] for name in ("H", "gamma") if name in value}
+        keys: dict[str, Any] = {f"{layer}.parameters.{name}": value[name] for name in ("H", "gamma") if name in value}
         if "Lx" in value:
-            found[f"{layer}.parameters.L"] = [value["Lx"], value["Ly"]]
+            keys[f"{layer}.parameters.L"] = [value["Lx"], value["Ly"]]
         if self.octaves is not None:
-            found[f"{layer}.parameters.k"] = list(self.octaves)
+            keys[f"{layer}.parameters.k"] = list(self.octaves)
         if "coverage" in value:
-            found[f"{layer}.coverage"] = value["coverage"]
-        return found
+            keys[f"{layer}.coverage"] = value["coverage"]
+        return keys
 
 
 def _columns(posterior: Posterior, path: Path) -> tuple[tuple[str, ...], Array, int]:
@@ -214,14 +214,14 @@ class JointSample:
 
     def overrides(self, mixture: Mixture, draw: int) -> dict[str, Any]:
         """Return the keys of the scenario of one draw, with their values."""
-        found: dict[str, Any] = {}
+        keys: dict[str, Any] = {}
         if self.posterior is not None:
             row = self.rows[mixture.source(POSTERIOR), draw]
-            found.update(self.posterior.overrides(self.layer, row))
+            keys.update(self.posterior.overrides(self.layer, row))
         for each in self.keys:
-            found[each.key] = self.values[each.key][mixture.source(each.key) * self.count + draw]
-        found[SEED] = int(self.seeds[mixture.source(SEED), draw])
-        return found
+            keys[each.key] = self.values[each.key][mixture.source(each.key) * self.count + draw]
+        keys[SEED] = int(self.seeds[mixture.source(SEED), draw])
+        return keys
 
 
 def joint_sample(
