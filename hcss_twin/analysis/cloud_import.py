@@ -94,9 +94,9 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         except ValueError as error:
             raise CatalogError(f"{path}: {error}") from error
         cloudy = level > threshold
-    found = segment(cloudy, missing, options.cleaning)
-    mask = found.labels > 0
-    if not found.clouds:
+    segments = segment(cloudy, missing, options.cleaning)
+    mask = segments.labels > 0
+    if not segments.clouds:
         raise CatalogError(
             f"{path}: no cloud of {options.cleaning.min_area} or more pixels among {np.count_nonzero(cloudy)} "
             "cloudy ones; allowed: another method, a smaller min_area, or no opening"
@@ -128,11 +128,11 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         opening=options.cleaning.opening,
         largest_hole=options.cleaning.largest_hole,
         min_area=options.cleaning.min_area,
-        holes_filled=found.holes,
-        hole_pixels=found.hole_pixels,
-        clouds_dropped=found.dropped,
+        holes_filled=segments.holes,
+        hole_pixels=segments.hole_pixels,
+        clouds_dropped=segments.dropped,
         coverage=float(np.count_nonzero(mask)) / mask.size,
-        clouds=found.clouds,
+        clouds=segments.clouds,
         missing_pixels=int(np.count_nonzero(missing)),
         fractal_dimension=surface.dimension,
         fractal_dimension_error=surface.standard_error,
@@ -143,7 +143,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         created_with=f"hcss-twin {__version__}",
     )
-    return CloudEntry(grey, found.labels, missing, _shown(level), facts)
+    return CloudEntry(grey, segments.labels, missing, _shown(level), facts)
 
 
 def _check(path: Path, options: ImportOptions) -> None:

@@ -24,12 +24,9 @@ _WITH_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]
 
 @dataclass(frozen=True)
 class Span:
-    """Two or more given values as plain numbers, and the way back.
+    """Two or more given values as plain numbers; ``value`` turns a number into what a scenario takes.
 
-    Attributes
-    ----------
-    value : callable
-        What a scenario takes for a number: a number, text with the unit, or an instant.
+    That is a number, text with the unit, or an instant.
     """
 
     numbers: tuple[float, ...]

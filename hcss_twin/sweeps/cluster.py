@@ -6,6 +6,7 @@ Import it where Dask is installed only.
 from __future__ import annotations
 
 import logging
+import os
 import re
 import secrets
 import signal
@@ -126,7 +127,7 @@ class Cluster:
                 raise SweepError(
                     f"the worker at {address} has other versions, which may round otherwise: {'; '.join(other)}"
                 )
-        for address, sees in self._client.run(_sees, str(folder)).items():
+        for address, sees in self._client.run(os.path.isdir, str(folder)).items():
             if not sees:
                 raise SweepError(
                     f"the worker at {address} does not see the folder {folder}; allowed: a folder that this machine "
@@ -228,7 +229,3 @@ def _outcome(future: Any, task: PointTask) -> PointOutcome | None:
     if isinstance(error, KilledWorker):
         return None
     return PointOutcome(task.point, error=f"{type(error).__name__}: {error}")
-
-
-def _sees(folder: str) -> bool:
-    return Path(folder).is_dir()

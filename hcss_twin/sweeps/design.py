@@ -82,18 +82,11 @@ class Design:
         overrides: Mapping[str, Any] | None = None,
         over: Mapping[str, Any] | None = None,
     ) -> Self:
-        """Read a sweep.
+        """Read a sweep: a shipped sweep or scenario by name, a ``.toml`` or ``.json`` file, its keys, or a scenario.
 
-        Raises ScenarioError with everything that is wrong with the section; points are not looked at.
-
-        Parameters
-        ----------
-        source : str, Path, mapping or Scenario
-            Name of a shipped sweep or scenario, a ``.toml`` or ``.json`` file, its keys, or a scenario.
-        overrides : mapping, optional
-            Dotted key to value, the same in all points.
-        over : mapping, optional
-            Swept keys and their values, as in ``[sweep]``, whose keys of the same name they replace.
+        ``overrides`` (dotted key to value) are the same in all points; ``over`` has swept keys and their values as in
+        ``[sweep]``, whose keys of the same name they replace. Raises ScenarioError with everything that is wrong with
+        the section; points are not checked.
         """
         raw, base, origin = read_keys(source, "sweep", FOLDERS)
         return cls._checked(raw, dict(overrides or {}), dict(over or {}), base, origin)

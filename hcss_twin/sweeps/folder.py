@@ -21,20 +21,10 @@ PointState = Literal["pending", "done", "failed"]
 
 @dataclass(frozen=True)
 class PointRecord:
-    """One row of the index.
+    """One row of the index: the number of a point, its state, and its swept keys with values as JSON has them.
 
-    Attributes
-    ----------
-    point : int
-        Number, from 0.
-    values : mapping
-        The swept keys with their values, SI numbers or what JSON has for others.
-    file, bytes, sha256 : str, int, str or None
-        Of the cube in the sweep's folder; one whose certificate failed stays there.
-    seconds : float or None
-        Time to compute the point.
-    error : str or None
-        Why it failed.
+    ``file``, ``bytes`` and ``sha256`` are of the cube in the sweep's folder; one whose certificate failed stays there.
+    ``seconds`` is the time to compute the point, ``error`` why it failed.
     """
 
     point: int
@@ -231,7 +221,8 @@ class SweepFolder:
             if 0 <= record.point < len(self.records):
                 self.records[record.point] = record
         for number, record in enumerate(self.records):
-            if record.file is not None and not _has_size(self.path / record.file, record.bytes):
+            cube = None if record.file is None else self.path / record.file
+            if cube is not None and not (cube.is_file() and cube.stat().st_size == record.bytes):
                 self.records[number] = PointRecord(number, record.values)
 
     def _adopt_cubes(self) -> None:
@@ -242,10 +233,6 @@ class SweepFolder:
                 error = _certificate_error(path)
                 outcome = PointOutcome(point.number, path.name, path.stat().st_size, sha256_of(path), None, error)
                 self.note(outcome)
-
-
-def _has_size(path: Path, size: int | None) -> bool:
-    return path.is_file() and path.stat().st_size == size
 
 
 def _is_cube_of(path: Path, point: SweepPoint) -> bool:

@@ -28,14 +28,10 @@ _MAX_RANGES = 5
 
 @dataclass(frozen=True)
 class SweepPoint:
-    """One scenario of a sweep.
+    """One scenario of a sweep, with its number from 0 in the order of the design.
 
-    Attributes
-    ----------
-    number : int
-        From 0, in the order of the design.
-    values : mapping
-        The swept keys with their values as the scenario has them: SI numbers, text, or what JSON has for others.
+    ``values`` are the swept keys with their values as the scenario has them: SI numbers, text, or what JSON has for
+    others.
     """
 
     number: int
@@ -44,10 +40,7 @@ class SweepPoint:
 
 
 def points_of(design: Design) -> tuple[SweepPoint, ...]:
-    """Make and check every point.
-
-    Raises ScenarioError with the problems of all points, each once, with the points that have it.
-    """
+    """Make and check every point; ScenarioError has all problems, each once, with the points that have it."""
     points: list[SweepPoint] = []
     wrong: dict[Problem, list[int]] = {}
     typed: list[Mapping[str, Any]] = []
@@ -118,10 +111,7 @@ OF_ALL_POINTS = ("image.rows", "image.columns", "image.pixel_size", "frames", "b
 
 
 def require_one_layout(design: Design, points: Sequence[SweepPoint]) -> None:
-    """Check, before any point is computed, that all of them fit into one dataset.
-
-    Raises ScenarioError naming the key that separates them.
-    """
+    """Check that all points fit into one dataset; ScenarioError names the key that separates them."""
     if design.combine != "product":
         message = "a dataset needs a dimension for each key; allowed: combine = 'product', or no dataset"
         raise ScenarioError([Problem(f"{SWEEP}.combine", message)], design.origin)

@@ -125,7 +125,10 @@ def sweep(
     wanted = Path(dataset) if dataset is not None else path / design.dataset if design.dataset else None
     if wanted is not None:
         require_one_layout(design, points)
-    _require_workers(workers, scheduler, design.origin)
+    if workers < 1:
+        raise SweepError(f"workers = {workers}; allowed: 1 or more")
+    if scheduler is not None and workers != 1:
+        raise SweepError(f"{workers} workers beside the scheduler {scheduler}, which has its own; allowed: one of both")
     digest = digest_of(points)
     about = {
         "title": design.title,
@@ -133,44 +136,33 @@ def sweep(
         "combine": design.combine,
         "shape": list(design.shape),
     }
-    kept = SweepFolder(path, digest, about, points)
+    sweep_folder = SweepFolder(path, digest, about, points)
     if wanted is not None:
         from hcss_twin.sweeps.dataset import require_replaceable
 
         require_replaceable(wanted, path, digest, force)
     computed: list[int] = []
-    with kept.open(versions(), force):
-        missing = [point for point in points if not kept.records[point.number].is_settled]
-        schedule = _schedule(kept, points, missing)
+    with sweep_folder.open(versions(), force):
+        missing = [point for point in points if not sweep_folder.records[point.number].is_settled]
+        schedule = _schedule(sweep_folder, points, missing)
         # Closed before the folder is, so that no worker still writes to it then.
         with closing(_outcomes(schedule, workers, scheduler, path, len(missing))) as outcomes:
             for outcome in outcomes if progress is None else progress(outcomes, len(missing)):
-                kept.note(outcome)
+                sweep_folder.note(outcome)
                 computed.append(outcome.point)
         if wanted is not None:
             from hcss_twin.sweeps.dataset import write_dataset
 
-            write_dataset(wanted, design, digest, path, kept.records)
-    return SweepResult(path, tuple(kept.records), tuple(sorted(computed)), wanted)
+            write_dataset(wanted, design, digest, path, sweep_folder.records)
+    return SweepResult(path, tuple(sweep_folder.records), tuple(sorted(computed)), wanted)
 
 
-def _require_workers(workers: int, scheduler: str | None, origin: str) -> None:
-    if workers < 1:
-        raise SweepError(f"workers = {workers}; allowed: 1 or more")
-    if scheduler is not None and workers != 1:
-        raise SweepError(f"{workers} workers beside the scheduler {scheduler}, which has its own; allowed: one of both")
-
-
-def _schedule(kept: SweepFolder, points: Iterable[SweepPoint], missing: list[SweepPoint]) -> Schedule[PointTask]:
+def _schedule(folder: SweepFolder, points: Iterable[SweepPoint], missing: list[SweepPoint]) -> Schedule[PointTask]:
     groups = {point.number: shared_tables(point.scenario) for point in points}
-    compiled = {groups[record.point] for record in kept.records if record.state == "done"}
-    date = os.environ.get(DATE)
-    tasks = [
-        PointTask(
-            point.number, point.scenario, str((kept.path / cube_name(point.number, len(kept.records))).resolve()), date
-        )
-        for point in missing
-    ]
+    compiled = {groups[record.point] for record in folder.records if record.state == "done"}
+    date, count = os.environ.get(DATE), len(folder.records)
+    paths = [str((folder.path / cube_name(point.number, count)).resolve()) for point in missing]
+    tasks = [PointTask(each.number, each.scenario, path, date) for each, path in zip(missing, paths, strict=True)]
     return Schedule(tasks, lambda task: groups[task.point], compiled)
 
 

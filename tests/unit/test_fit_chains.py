@@ -75,7 +75,7 @@ def test_a_walker_that_is_stuck_is_seen():
 def test_chains_have_mean_and_covariance_of_their_target():
     chains, found = converge(NORMAL, start(), 2000, 20_000, lambda *_: None)
     assert found.has_converged
-    drawn = chains.positions[chains.kept].reshape(-1, 2)
+    drawn = chains.positions[chains.after_burn_in].reshape(-1, 2)
     error = np.sqrt(np.diag(COVARIANCE) / found.effective_size)
     assert np.all(np.abs(drawn.mean(axis=0) - MEAN) < 4 * error)
     np.testing.assert_allclose(np.cov(drawn.T), COVARIANCE, rtol=0.1)

@@ -107,8 +107,8 @@ def _compared(
         mode: errors_of_frames(real, sim, partners, mode, notes) for mode in MODES
     }
     distributions = distances_of_frames(sides, measured, partners)
-    low = min(float(np.nanmin(side.kept)) for side in measured)
-    high = max(float(np.nanmax(side.kept)) for side in measured)
+    low = min(float(np.nanmin(side.values)) for side in measured)
+    high = max(float(np.nanmax(side.values)) for side in measured)
     edges = np.linspace(low, high, BINS + 1)
     shown = typical_frame(errors["as-printed"], len(sim.frames))
     shown_real = partners[shown] if partners[shown] is not None else 0
@@ -150,7 +150,7 @@ def _side(side: ComparedSide, measured: SideMeasures, edges: Array, shown: int) 
             f"{100 * share:.2f} % of the pixels are missing: excluded from pairs, coverage and histograms; boxes and "
             "spectra use the largest rectangle without missing pixels."
         )
-    empty = float(np.mean(np.isnan(measured.kept)))
+    empty = float(np.mean(np.isnan(measured.values)))
     if footage.method == "valid" and empty > 0.0 and not missing:
         notes.append(f"{100 * empty:.2f} % of the pixels have no value: they are clear, and not in the histogram.")
     for reason in dict.fromkeys(reason for frame in measured.frames for reason in frame.measures.left_out):
@@ -163,7 +163,7 @@ def _side(side: ComparedSide, measured: SideMeasures, edges: Array, shown: int) 
     spectrum = mean_spectrum(spectra)
     if spectra and spectrum is None:
         notes.append("No mean spectrum: missing pixels leave parts of different sizes in different frames.")
-    counts, _ = np.histogram(measured.kept, bins=edges.astype(np.float64))
+    counts, _ = np.histogram(measured.values, bins=edges.astype(np.float64))
     temporal = correlation_over_time(measured, notes)
     return Side(
         name=footage.name,

@@ -51,10 +51,7 @@ class EvaluationChoice:
     pixel_size_m: float | None = None
 
     def check(self) -> None:
-        """Refuse options that contradict each other: none is ignored.
-
-        Raises ImageOptionError naming the option.
-        """
+        """Raise ImageOptionError for options that contradict each other: none is ignored."""
         if (self.coverage is None) is (self.method == "coverage"):
             raise ImageOptionError("coverage: goes with the method 'coverage', and only with it")
         if self.coverage is not None and not 0.0 < self.coverage <= 1.0:

@@ -156,18 +156,10 @@ def build_metrics(
     same_pixels: bool,
     same_count: bool,
 ) -> tuple[Metric, ...]:
-    """Return all metrics of both sides, in the order in which reports list them.
+    """Return all metrics of the real and the simulated side, in the order in which reports list them.
 
-    Parameters
-    ----------
-    frames, spectra, temporal : tuple
-        Of the real and of the simulated side.
-    unit : str
-        Of the values.
-    same_pixels : bool
-        Whether both sides are known to have pixels of one size.
-    same_count : bool
-        Whether both have as many pixels.
+    ``unit`` is that of the values; ``same_pixels`` says whether both sides are known to have pixels of one size,
+    ``same_count`` whether both have as many pixels.
     """
     comparable = {_ANY: True, _PIXEL: same_pixels, _PIXELS: same_pixels and same_count}
 

@@ -154,13 +154,13 @@ def distances_of_frames(
     sides: tuple[ComparedSide, ComparedSide], measured: tuple[SideMeasures, SideMeasures], partners: list[int | None]
 ) -> tuple[DistributionDistance, ...]:
     """Return the distance of each simulated frame's values from those of its partner, or of all real frames."""
-    found = []
-    last: tuple[int | None, NDArray[np.floating]] = (None, measured[0].kept)
+    distances = []
+    last: tuple[int | None, NDArray[np.floating]] = (None, measured[0].values)
     for number, partner in zip(measured[1].numbers, partners, strict=True):
         if partner is not None and last[0] != partner:
             last = (partner, sides[0].frame(measured[0].numbers[partner]).values)
-        found.append(distribution_distance(last[1], sides[1].frame(number).values))
-    return tuple(found)
+        distances.append(distribution_distance(last[1], sides[1].frame(number).values))
+    return tuple(distances)
 
 
 def typical_frame(errors: Sequence[MorphologyErrors], count: int) -> int:

@@ -264,8 +264,8 @@ class Evaluation:
 
     def rmse(self, mode: Mode) -> float:
         """Return the mean over frames of eq 24's RMSE, as a fraction; NaN where it cannot be had."""
-        found = self.errors[mode]
-        return float(np.mean([each.rmse for each in found])) if found else math.nan
+        errors = self.errors[mode]
+        return float(np.mean([each.rmse for each in errors])) if errors else math.nan
 
     def rmse_compares(self, mode: Mode) -> bool:
         """Whether both sides have in common all that the terms of eq 24's RMSE depend on."""
@@ -304,15 +304,15 @@ class Evaluation:
         }
 
     def _eq_24(self, mode: Mode) -> dict[str, Any]:
-        found = self.errors[mode]
+        errors = self.errors[mode]
         names = {"EV": "entropy", "Den": "density", "DP": "diagonal_peak", "FD": "fractal_dimension", "RMSE": "rmse"}
         return {
             **{
-                name: json_number(float(np.mean([getattr(each, field) for each in found]))) if found else None
+                name: json_number(float(np.mean([getattr(each, field) for each in errors]))) if errors else None
                 for name, field in names.items()
             },
-            "RMSE_spread": float(np.std([each.rmse for each in found])) if found else None,
-            "RMSE_of_frames": [each.rmse for each in found],
+            "RMSE_spread": float(np.std([each.rmse for each in errors])) if errors else None,
+            "RMSE_of_frames": [each.rmse for each in errors],
         }
 
 

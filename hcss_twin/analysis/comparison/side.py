@@ -75,7 +75,7 @@ ComparedAs = Literal["kelvin", "unit", "grey levels"]
 MAX_VALUES = 2**25
 """Values held for histograms and the correlation over time; of more, every n-th row and column."""
 
-# Relative range of values in which nothing can be told from the error of the radiance tables, a cube's usual accuracy.
+# Relative range of values below which nothing stands out from the error of the radiance tables.
 _INVISIBLE = 1e-3
 
 
@@ -139,13 +139,13 @@ class ComparedSide:
 class SideMeasures:
     """Measures of the frames of one side, with their numbers; labels of the others, and why they were excluded.
 
-    ``kept`` (T, rows, columns) holds the values, thinned by ``step`` along both axes.
+    ``values`` (T, rows, columns) holds the values, thinned by ``step`` along both axes.
     """
 
     frames: tuple[FrameResult, ...]
     numbers: tuple[int, ...]
     left_out: tuple[tuple[str, str], ...]
-    kept: NDArray[np.float32]
+    values: NDArray[np.float32]
     step: int
 
 
@@ -157,7 +157,7 @@ def measure_side(side: ComparedSide, progress: Progress | None = None) -> SideMe
     footage = side.footage
     rows, columns = side.shape
     step = math.ceil(math.sqrt(max(1.0, footage.count * rows * columns / MAX_VALUES)))
-    frames, numbers, left_out, kept = [], [], [], []
+    frames, numbers, left_out, thinned = [], [], [], []
     every: Iterable[int] = range(footage.count)
     for number in every if progress is None else progress(every, footage.count):
         label = footage.labels[number]
@@ -178,12 +178,12 @@ def measure_side(side: ComparedSide, progress: Progress | None = None) -> SideMe
             )
         )
         numbers.append(number)
-        kept.append(frame.values[::step, ::step].astype(np.float32))
+        thinned.append(frame.values[::step, ::step].astype(np.float32))
     if not frames:
         label, why = left_out[0]
         which = "" if footage.count == 1 else f", frame {label}"
         raise ImageError(f"{side.title} {footage.name}{which}: {_without_contrast(side) or why}")
-    return SideMeasures(tuple(frames), tuple(numbers), tuple(left_out), np.stack(kept), step)
+    return SideMeasures(tuple(frames), tuple(numbers), tuple(left_out), np.stack(thinned), step)
 
 
 def _without_contrast(side: ComparedSide) -> str:
@@ -227,17 +227,17 @@ def correlation_over_time(measured: SideMeasures, notes: list[str]) -> TemporalA
             f"{len(measured.frames)} frames."
         )
     try:
-        found = temporal_autocorrelation(measured.kept, None if np.isnan(seconds).any() else seconds)
+        correlation = temporal_autocorrelation(measured.values, None if np.isnan(seconds).any() else seconds)
     except ImageError as error:
         notes.append(f"No correlation over time: {error}.")
         return None
-    if found.is_unresolved:
-        after = "" if np.isnan(seconds).any() else f", {found.lag_s[1]:g} s later"
+    if correlation.is_unresolved:
+        after = "" if np.isnan(seconds).any() else f", {correlation.lag_s[1]:g} s later"
         notes.append(
             f"Decorrelation is faster than the interval between frames: in the next frame{after}, the correlation is "
-            f"{found.correlation[1]:.2g}, below 1/e."
+            f"{correlation.correlation[1]:.2g}, below 1/e."
         )
-    return found
+    return correlation
 
 
 def pictured(side: ComparedSide, number: int) -> Pictured:

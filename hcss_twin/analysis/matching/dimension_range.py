@@ -105,15 +105,15 @@ def match_dimension(
     reached: list[float] = []
     for factor in _FACTORS:
         tried = sorted({*_HURST, min(max(start.H, _HURST[0]), _HURST[-1])})
-        found = {hurst: mean(factor, hurst) for hurst in tried}
-        reached += found.values()
+        means = {hurst: mean(factor, hurst) for hurst in tried}
+        reached += means.values()
         for left, right in pairwise(tried):
-            if (found[left] - middle) * (found[right] - middle) < 0.0:
-                crossing = _bisect(partial(mean, factor), middle, left, right, found[left])
-                found[crossing] = mean(factor, crossing)
+            if (means[left] - middle) * (means[right] - middle) < 0.0:
+                crossing = _bisect(partial(mean, factor), middle, left, right, means[left])
+                means[crossing] = mean(factor, crossing)
         # The middle half of the range first, so that not only the mean but most images lie in it.
         for margin in (0.25 * (high - low), 0.0):
-            inside = [hurst for hurst, value in found.items() if low + margin <= value <= high - margin]
+            inside = [hurst for hurst, value in means.items() if low + margin <= value <= high - margin]
             if not inside:
                 continue
             parameters = with_changes(min(inside, key=lambda each: abs(each - start_hurst)), factor)
@@ -152,12 +152,12 @@ def _bisect(function: Callable[[float], float], level: float, left: float, right
     return 0.5 * (left + right)
 
 
-def _changes(start: FractalParameters, found: FractalParameters) -> str:
+def _changes(start: FractalParameters, changed: FractalParameters) -> str:
     parts = []
-    if found.H != start.H:
-        parts.append(f"H from {start.H:g} to {found.H:g}")
-    if found.L != start.L:
-        parts.append(f"L from {list(start.L or ())} to {list(found.L or ())}")
+    if changed.H != start.H:
+        parts.append(f"H from {start.H:g} to {changed.H:g}")
+    if changed.L != start.L:
+        parts.append(f"L from {list(start.L or ())} to {list(changed.L or ())}")
     return " and ".join(parts) or "nothing"
 
 
@@ -183,18 +183,18 @@ def empty_frame(rows: int = SIDE, columns: int = SIDE, pixel_size_m: float = PIX
 
 
 def dimension_fragment(
-    found: DimensionMatch, coverage: float, like: CloudImage, started_from: str, cloud_type: str
+    match: DimensionMatch, coverage: float, like: CloudImage, started_from: str, cloud_type: str
 ) -> str:
     """Return TOML as :func:`match_fragment`, for a range of the fractal dimension.
 
     ``started_from`` says whose parameters were changed.
     """
-    low, high = found.wanted
-    mean = sum(found.dimensions) / len(found.dimensions)
+    low, high = match.wanted
+    mean = sum(match.dimensions) / len(match.dimensions)
     comments = [
-        f"Clouds with a {found.dimension} dimension of {low:g} to {high:g}, found by hcss match from the "
-        f"parameters of {started_from}; changed: {found.changed}.",
-        f"Over {len(found.seeds)} seeds that the search had not seen it is {mean:.3f} ({min(found.dimensions):.3f} "
-        f"to {max(found.dimensions):.3f}); {found.inside:.0%} of them lie in the range.",
+        f"Clouds with a {match.dimension} dimension of {low:g} to {high:g}, found by hcss match from the "
+        f"parameters of {started_from}; changed: {match.changed}.",
+        f"Over {len(match.seeds)} seeds that the search had not seen it is {mean:.3f} ({min(match.dimensions):.3f} "
+        f"to {max(match.dimensions):.3f}); {match.inside:.0%} of them lie in the range.",
     ]
-    return clouds_fragment(found.parameters, coverage, like, cloud_type, comments)
+    return clouds_fragment(match.parameters, coverage, like, cloud_type, comments)

@@ -110,19 +110,10 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
     """Find parameters of the fractal generator for an image.
 
     The variogram of the normal field under the image gives gamma, H, L and k without any simulation; simulations then
-    refine H, L and the brightness exponent. Coverage is exact by construction. Raises ImageError if the image has too
-    little cloud to be measured, or the budget or the seed is negative.
-
-    Parameters
-    ----------
-    target : Target
-        From :func:`hcss_twin.analysis.matching.target.read_target`.
-    seed : int
-        The search uses this seed and the five after it; the judgement, ten from 1000 later on.
-    budget : int
-        Images that the search may simulate; 0 keeps the start.
-    progress : callable, optional
-        Called after each step with the number of images that it simulated.
+    refine H, L and the brightness exponent. Coverage is exact by construction. The search uses the seed and the five
+    after it and may simulate ``budget`` images, 0 keeps the start; the judgement uses ten seeds from 1000 later on.
+    ``progress`` is called after each step with the number of images that it simulated. Raises ImageError if the image
+    has too little cloud to be measured, or the budget or the seed is negative.
     """
     if seed < 0 or budget < 0:
         raise ImageError(f"seed, budget: {seed} and {budget} given, allowed: 0 or more")

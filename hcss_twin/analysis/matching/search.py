@@ -106,12 +106,12 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
         # Octaves with more cells than pixels are white noise, of which one is enough.
         useful = math.ceil(math.log(max(rows, columns)) / math.log(gamma)) + 1
         for last in range(min(_MAX_OCTAVES, useful) + 1):
-            found = least_squares(
+            solution = least_squares(
                 residuals, unknowns, bounds=(low, high), args=(gamma, last), xtol=1e-4, ftol=1e-4, max_nfev=60
             )
-            if np.all(np.isfinite(found.fun)):
-                misfit = float(np.sqrt(np.mean(found.fun**2) / np.mean(weight**2)))
-                fits.append(VariogramFit(_parameters(found.x, gamma, last, image), misfit))
+            if np.all(np.isfinite(solution.fun)):
+                misfit = float(np.sqrt(np.mean(solution.fun**2) / np.mean(weight**2)))
+                fits.append(VariogramFit(_parameters(solution.x, gamma, last, image), misfit))
     if not fits:
         raise ImageError("image: no fractal field has a variogram like it")
     best = min(fit.misfit for fit in fits)

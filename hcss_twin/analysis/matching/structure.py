@@ -35,15 +35,7 @@ _SMALLEST, _LARGEST = 1e-7, 1.8
 
 @dataclass(frozen=True)
 class Structure:
-    """Semivariances along both axes.
-
-    Attributes
-    ----------
-    lags : ndarray of int64 (N,)
-        Pixels.
-    along_x, along_y : ndarray (N,)
-        Half the mean square differences.
-    """
+    """Semivariances (half the mean square differences) along both axes (N,) at lags in pixels (N,)."""
 
     lags: NDArray[np.int64]
     along_x: Array
@@ -75,10 +67,10 @@ def image_structure(level: NDArray[Any], lags: list[int]) -> Structure:
 
     Raises ImageError if the image does not vary at some lag.
     """
-    found = semivariances(level, lags)
-    if not (np.all(found.along_x > 0.0) and np.all(found.along_y > 0.0)):
+    measured = semivariances(level, lags)
+    if not (np.all(measured.along_x > 0.0) and np.all(measured.along_y > 0.0)):
         raise ImageError("image: constant along rows or columns, allowed: clouds that vary along both")
-    return Structure(found.lags, found.along_x, found.along_y)
+    return Structure(measured.lags, measured.along_x, measured.along_y)
 
 
 def underlying_structure(level: NDArray[Any], measured: Structure) -> Structure:

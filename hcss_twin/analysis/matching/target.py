@@ -27,7 +27,7 @@ from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
 from hcss_twin.providers import Grid
 
-# Larger images are cut to this many rows and columns unless told otherwise: the paper's frame.
+# Larger images are cut to this many rows and columns by default: the paper's frame.
 LARGEST_SIDE = 800
 Method = Literal["auto", "otsu", "local", "coverage", "valid"]
 
@@ -42,8 +42,7 @@ class ImageChoice:
     Attributes
     ----------
     variable, window_pixels, cloud_is, missing, row_origin, column_origin
-        As the parameters of the imagery generator
-        (:class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`).
+        As :class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`.
     method : {"auto", "otsu", "local", "coverage", "valid"}
         How cloudy pixels are found. ``valid``, for products that have values in cloud only, takes every pixel that has
         one; ``auto`` is ``valid`` for variables that are called cloud top something and have missing pixels, ``otsu``

@@ -194,21 +194,21 @@ def variogram_dimension(
         Only pairs with both pixels in it count; all, by default. Other pixels may be NaN.
     """
     pixels = checked_image("image", image)
-    found = semivariances(pixels, lags, mask)
-    if np.unique(found.lags).size < 2:
+    variogram = semivariances(pixels, lags, mask)
+    if np.unique(variogram.lags).size < 2:
         raise ImageError(f"lags: {tuple(lags)} given, allowed: two or more different ones; closest is (1, 2)")
-    pairs = found.pairs_x + found.pairs_y
+    pairs = variogram.pairs_x + variogram.pairs_y
     if pairs.min() < _FEWEST_PAIRS:
-        lag = found.lags[pairs.argmin()]
+        lag = variogram.lags[pairs.argmin()]
         raise ImageError(f"mask: {pairs.min()} pairs of pixels at lag {lag}, allowed: {_FEWEST_PAIRS} or more")
-    pooled = found.pooled
+    pooled = variogram.pooled
     if not np.all(pooled > 0.0):
-        lag = found.lags[np.argmin(pooled > 0.0)]
+        lag = variogram.lags[np.argmin(pooled > 0.0)]
         raise ImageError(f"image: semivariance 0 at lag {lag}, allowed: values that vary")
-    slope = np.polyfit(np.log(found.lags.astype(np.float64)), np.log(pooled), 1)[0]
-    listed = ", ".join(str(lag) for lag in found.lags)
+    slope = np.polyfit(np.log(variogram.lags.astype(np.float64)), np.log(pooled), 1)[0]
+    listed = ", ".join(str(lag) for lag in variogram.lags)
     dimension = float(3.0 - slope / 2.0)
-    if tuple(found.lags) == (1, 2):
+    if tuple(variogram.lags) == (1, 2):
         error = estimator_calibration().standard_error("variogram", dimension, math.sqrt(float(pairs.min()) / 2.0))
     else:
         error = math.nan

@@ -37,21 +37,11 @@ class HistogramMetrics:
 def to_grey_levels(
     values: NDArray[Any], low: float, high: float, levels: int = 256, mask: NDArray[np.bool_] | None = None
 ) -> NDArray[np.uint8]:
-    """Quantise an image: cloudy pixels to 1 .. levels - 1, clear ones to 0.
+    """Quantise an image (rows, columns) of any unit: cloudy pixels to 1 .. levels - 1, clear ones to 0.
 
-    Raises ImageError if a cloudy value is not finite or outside ``low`` to ``high``, or an argument is not as
-    described.
-
-    Parameters
-    ----------
-    values : ndarray of float32, float64 or integers (rows, columns)
-        Any unit; clear pixels may be anything, NaN included.
-    low, high : float
-        Limits of the levels - 1 equal steps; a value of ``high`` belongs to the last.
-    levels : int
-        Grey levels W, 3 to 256.
-    mask : ndarray of bool (rows, columns), optional
-        Cloudy pixels; all, by default.
+    ``low`` and ``high`` limit the levels - 1 equal steps; a value of ``high`` belongs to the last. Pixels outside
+    ``mask`` (none, by default) are clear and may be anything, NaN included. ``levels`` is 3 to 256. Raises ImageError
+    if a cloudy value is not finite or outside ``low`` to ``high``, or an argument is not as described.
     """
     pixels = checked_image("values", values, smallest=1)
     checked_levels(levels, 3)
@@ -105,22 +95,10 @@ def histogram_metrics(
 def joint_histogram(
     grey: NDArray[np.uint8], levels: int = 256, valid: NDArray[np.bool_] | None = None
 ) -> NDArray[np.int64]:
-    """Count the pairs f(x, y) = g, f(x + 1, y) = g' of horizontal neighbours: G(g, g') of eqs 21 to 23.
+    """Count the pairs f(x, y) = g, f(x + 1, y) = g' of neighbours along x: G(g, g') of eqs 21 to 23, (levels, levels).
 
-    Raises ImageError if the type, the shape, a level or ``levels`` is not as described.
-
-    Parameters
-    ----------
-    grey : ndarray of uint8 (rows, columns)
-        Grey levels below ``levels``; x runs along columns. At least two columns.
-    levels : int
-        Grey levels W, 2 to 256.
-    valid : ndarray of bool (rows, columns), optional
-        A pair counts if both its pixels are valid; all, by default.
-
-    Returns
-    -------
-    ndarray of int64 (levels, levels)
+    ``grey`` (rows, columns), at least two columns, has levels below ``levels``, 2 to 256; x runs along columns. A pair
+    counts if both its pixels are ``valid`` (all, by default). Raises ImageError if an argument is not as described.
     """
     image = np.asarray(grey)
     if image.dtype != np.uint8:

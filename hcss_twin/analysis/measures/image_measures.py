@@ -72,9 +72,9 @@ def measure_image(values: Array, level: NDArray[np.float32], known: NDArray[np.b
         ("box counting, raw", lambda: box_counting_dimension(full, calibrated=False)),
     )
     for name, estimate in estimators:
-        found = _or_reason(estimate, f"dimension by {name}", left_out)
-        if found is not None:
-            dimensions[name] = found
+        dimension = _or_reason(estimate, f"dimension by {name}", left_out)
+        if dimension is not None:
+            dimensions[name] = dimension
     return ImageMeasures(
         morphology=shape,
         equal_neighbours=shape.diagonal_peak * (GREY_LEVELS - 1) / pairs,
@@ -100,18 +100,9 @@ def _or_reason(measure: Callable[[], Any], name: str, left_out: list[str]) -> An
 class TemporalAutocorrelation:
     """Correlation of images that lie some frames apart.
 
-    Attributes
-    ----------
-    lag : ndarray of int64 (L,)
-        Frames: 0, 1, 2, ...
-    lag_s : ndarray (L,)
-        Mean time between them, seconds; NaN where times are not known.
-    correlation : ndarray (L,)
-        Mean correlation over all pairs of images this far apart.
-    pairs : ndarray of int64 (L,)
-        Number of these pairs: one image is one sample, so that long lags say little.
-    pixels : int
-        Pixels that were followed.
+    For each ``lag`` in frames (L,), 0, 1, 2, ...: the mean time between them in seconds, NaN where times are not known;
+    the mean correlation over all pairs of images this far apart; and the number of these pairs: one image is one
+    sample, so that long lags say little. ``pixels`` is the number of pixels that were followed.
     """
 
     lag: NDArray[np.int64]
@@ -144,18 +135,11 @@ class TemporalAutocorrelation:
 
 
 def temporal_autocorrelation(frames: NDArray[Any], seconds: Array | None = None) -> TemporalAutocorrelation:
-    """Correlate images with later ones at fixed pixels.
+    """Correlate images (T, rows, columns) with later ones at fixed pixels; ``seconds`` (T,) are their times, ascending.
 
-    The correlation of two images is that of their pixels, each image less its own mean. Whatever moves through the
-    field of view (wind, platform) takes correlation away as change does. Raises ImageError if there are fewer than two
-    images, no pixel has values in all, or an image is constant.
-
-    Parameters
-    ----------
-    frames : ndarray of real numbers (T, rows, columns)
-        Two or more images; pixels that are NaN in one of them do not count.
-    seconds : ndarray (T,), optional
-        Times, ascending.
+    The correlation of two images is that of their pixels, each image less its own mean; pixels that are NaN in one of
+    them do not count. Whatever moves through the field of view (wind, platform) takes correlation away as change does.
+    Raises ImageError if there are fewer than two images, no pixel has values in all, or an image is constant.
     """
     count = frames.shape[0]
     if frames.ndim != 3 or count < 2:

@@ -166,20 +166,21 @@ def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, fl
     lags = [1, 2]
     while 2 * lags[-1] <= min(values.shape) // 8:
         lags.append(2 * lags[-1])
-    found = semivariances(values, lags, cloudy)
-    pairs = np.minimum(found.pairs_x, found.pairs_y)
+    measured = semivariances(values, lags, cloudy)
+    pairs = np.minimum(measured.pairs_x, measured.pairs_y)
     short = slice(0, _SHORT_LAGS)
     if pairs[short].min() < _FEWEST_PAIRS:
         raise ImageError(
             f"mask: {pairs[short].min()} pairs of cloudy pixels along an axis, allowed: {_FEWEST_PAIRS} or more"
         )
-    if min(found.along_x[short].min(), found.along_y[short].min()) <= 0.0:
+    if min(measured.along_x[short].min(), measured.along_y[short].min()) <= 0.0:
         raise ImageError("values: cloudy values do not vary along an axis, allowed: values that vary along both")
     along_x, along_y = (
-        np.log(axis[: np.argmin(np.append(pairs >= _FEWEST_PAIRS, False))]) for axis in (found.along_x, found.along_y)
+        np.log(axis[: np.argmin(np.append(pairs >= _FEWEST_PAIRS, False))])
+        for axis in (measured.along_x, measured.along_y)
     )
     ratio = math.exp(float(np.mean(along_y[short] - along_x[short])))
-    first, second = np.log(found.pooled[short])
+    first, second = np.log(measured.pooled[short])
     dimension = 3.0 - 0.5 * float(second - first) / math.log(2.0)
     return dimension, ratio, _ratio_of_lengths(along_x, along_y)
 

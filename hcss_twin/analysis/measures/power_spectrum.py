@@ -119,8 +119,8 @@ def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
     along_y, along_x = fftfreq(rows)[:, None], rfftfreq(columns)[None, :]
     wavenumber = np.hypot(along_y, along_x)
     # Of waves along y both the wave and its opposite are stored; one of them counts.
-    kept = (along_x > 0.0) | (along_y > 0.0)
-    inside = np.flatnonzero((kept & (wavenumber < _HIGHEST)).ravel())
+    counted = (along_x > 0.0) | (along_y > 0.0)
+    inside = np.flatnonzero((counted & (wavenumber < _HIGHEST)).ravel())
     k, power = wavenumber.ravel()[inside], density.ravel()[inside]
     angle = np.arctan2(np.broadcast_to(along_y, density.shape), along_x).ravel()[inside]
     lowest = 1.0 / max(rows, columns)

@@ -60,19 +60,11 @@ def _mean(total: Array, pairs: NDArray[np.int64]) -> Array:
 def semivariances(
     image: NDArray[Any], lags: Sequence[int] = (1, 2), mask: NDArray[np.bool_] | None = None
 ) -> Semivariances:
-    """Measure the variogram along both axes, in one pass per lag.
+    """Measure the variogram of an image (rows, columns), any unit, along both axes, in one pass per lag.
 
-    Raises ImageError if a counting pixel or the square of a difference is not finite, or image, mask or lags are not as
-    described.
-
-    Parameters
-    ----------
-    image : ndarray of float32, float64 or integers (rows, columns)
-        Any unit; pixels outside ``mask`` may be anything, NaN included.
-    lags : sequence of int
-        Distances in pixels, each at least 1 and shorter than the longer side.
-    mask : ndarray of bool (rows, columns), optional
-        Pixels that count: a pair counts if both its pixels do. All, by default.
+    Lags are in pixels, each at least 1 and shorter than the longer side. A pair counts if both its pixels are in
+    ``mask`` (all, by default); others may be anything, NaN included. Raises ImageError if a counting pixel or the
+    square of a difference is not finite, or image, mask or lags are not as described.
     """
     pixels = checked_image("image", image, smallest=2)
     if pixels.dtype == np.uint8:

@@ -51,8 +51,8 @@ class SingleModel:
         possible = np.isfinite(total)
         total[~possible] = -np.inf
         if possible.any():
-            found = self.likelihood(self.space.complete(position[possible]))
-            total[possible] += np.where(np.isnan(found), -np.inf, found)
+            likelihood = self.likelihood(self.space.complete(position[possible]))
+            total[possible] += np.where(np.isnan(likelihood), -np.inf, likelihood)
         return total
 
     def moves(self) -> list[tuple[Any, float]]:
@@ -82,20 +82,11 @@ LARGEST_R_HAT = 1.02
 
 @dataclass(frozen=True)
 class Convergence:
-    """Measures of chains after their burn-in.
+    """Measures of chains of ``steps`` per walker after their burn-in.
 
-    Attributes
-    ----------
-    autocorrelation_time : ndarray (D,)
-        Integrated, steps (J. Goodman and J. Weare, Commun. Appl. Math. Comput. Sci. 5, 65 (2010)).
-    effective_size : ndarray (D,)
-        Steps of all walkers over it.
-    split_r_hat : ndarray (D,)
-        Of halves of walkers.
-    steps : int
-        Per walker, after the burn-in.
-    wanted : float
-        Effective size asked for.
+    The integrated autocorrelation time (D,) is in steps (J. Goodman and J. Weare, Commun. Appl. Math. Comput. Sci. 5,
+    65 (2010)); the effective size (D,), of which ``wanted`` is asked for, is the steps of all walkers over it; split
+    R-hat (D,) is of halves of walkers.
     """
 
     autocorrelation_time: Array
@@ -148,7 +139,7 @@ def judge(chain: Array, wanted: float) -> Convergence:
     # A walker that never moved has no autocorrelation: NaN, which is no convergence.
     with np.errstate(invalid="ignore", divide="ignore"):
         tau = np.asarray(integrated_time(chain, tol=0), dtype=np.float64)
-    # Less than a step cannot be told from one.
+    # Less than a step is not resolved.
     tau = np.maximum(tau, 1.0)
     return Convergence(tau, steps * walkers / tau, split_r_hat(chain), steps, wanted)
 
@@ -185,7 +176,7 @@ class MarkovChains:
     random_state: tuple[Any, ...]
 
     @property
-    def kept(self) -> slice:
+    def after_burn_in(self) -> slice:
         """Steps after the burn-in."""
         return slice(int(BURN_IN * self.positions.shape[0]), None)
 
@@ -231,7 +222,7 @@ def converge(
     """
     while True:
         done = chains.positions.shape[0]
-        convergence = judge(chains.positions[chains.kept], wanted) if done >= _FIRST else None
+        convergence = judge(chains.positions[chains.after_burn_in], wanted) if done >= _FIRST else None
         after_block(chains, convergence)
         if convergence is not None and (convergence.has_converged or done >= most_steps):
             return chains, convergence

@@ -55,7 +55,7 @@ class EstimatorNoise:
         Inverse of the Cholesky factor of the mean's regression: the square of its product with features is what the
         mean's uncertainty adds to a variance of 1.
     basis : ndarray (S, S)
-        From residuals to the numbers of which all this is told: see :func:`contrasts`.
+        From residuals to the numbers that all this describes: see :func:`contrasts`.
     freedom : float
         Degrees of freedom of the multivariate t: how heavy tails are.
     """

@@ -77,8 +77,8 @@ def score_variogram(scores: NDArray[np.float32], lags: NDArray[np.int64]) -> Arr
 
     Raises ImageError if the image does not vary along an axis.
     """
-    found = semivariances(scores, lags.tolist())
-    both = np.concatenate([found.along_x, found.along_y])
+    measured = semivariances(scores, lags.tolist())
+    both = np.concatenate([measured.along_x, measured.along_y])
     if not np.all(both > 0.0):
         raise ImageError("image: constant along rows or columns, allowed: clouds that vary along both")
     return both
@@ -167,18 +167,8 @@ _FEWEST_PIXELS = 100
 class ImageData:
     """Measured statistics of one image.
 
-    Attributes
-    ----------
-    rows, columns : int
-        Size.
-    pixel_size_m : float
-        Side of a pixel.
-    cloudy : int
-        Cloudy pixels.
-    lags : ndarray of int64 (M,)
-        Pixels.
-    variogram : ndarray (2 M,)
-        Semivariances of normal scores along x, then along y.
+    ``cloudy`` is the number of cloudy pixels; ``variogram`` (2 M,) has the semivariances of normal scores along x, then
+    along y, at ``lags`` (M,) in pixels.
     """
 
     rows: int

@@ -268,16 +268,16 @@ class Space:
 
     def log_priors(self, position: Array) -> Array:
         """Return ln of the prior density of each parameter, up to a constant, at positions (N, free), as those."""
-        found = np.zeros_like(position)
+        density = np.zeros_like(position)
         for column, (name, prior) in enumerate(self.priors.items()):
             scale, at = KINDS[name].scale, position[:, column]
             if (scale.kind, prior.kind) in _FLAT:
                 # What most priors are: a constant, without functions that take as long as the likelihood.
                 low, high = self.limits[0][column], self.limits[1][column]
-                found[(at <= low) | (at >= high), column] = -np.inf
+                density[(at <= low) | (at >= high), column] = -np.inf
             else:
-                found[:, column] = prior.log_density(scale.back(at)) + scale.log_slope(at)
-        return found
+                density[:, column] = prior.log_density(scale.back(at)) + scale.log_slope(at)
+        return density
 
     def draw(self, rng: np.random.Generator, count: int) -> Array:
         """Draw positions (count, free) from the priors."""

@@ -82,11 +82,11 @@ class PopulationModel:
 
     def log_likelihood(self, image: int, own: Array, wanted: NDArray[np.bool_]) -> Array:
         """Return ln of an image's likelihood (N,) of its parameters (N, P) where it is wanted, else -inf."""
-        found = np.full(own.shape[0], -np.inf)
+        total = np.full(own.shape[0], -np.inf)
         if wanted.any():
             computed = self.likelihoods[image](self.space.complete(own[wanted]))
-            found[wanted] = np.where(np.isnan(computed), -np.inf, computed)
-        return found
+            total[wanted] = np.where(np.isnan(computed), -np.inf, computed)
+        return total
 
     def moves(self) -> list[tuple[Any, float]]:
         """Return the sweep over images and population."""
@@ -94,14 +94,14 @@ class PopulationModel:
 
     def values(self, position: Array) -> dict[str, Array]:
         """Return means and spreads (...) and the parameters of images (..., image) at positions (..., D)."""
-        found: dict[str, Array] = {}
+        values: dict[str, Array] = {}
         count = len(self.space.names)
         for column, name in enumerate(self.space.names):
             scale = KINDS[name].scale
-            found[f"mean_{name}"] = scale.back(position[..., column])
-            found[f"spread_{name}"] = np.exp(position[..., count + column])
-            found[name] = scale.back(position[..., 2 * count + column :: count])
-        return found
+            values[f"mean_{name}"] = scale.back(position[..., column])
+            values[f"spread_{name}"] = np.exp(position[..., count + column])
+            values[name] = scale.back(position[..., 2 * count + column :: count])
+        return values
 
     def start(self, rng: np.random.Generator, each: Sequence[Array]) -> Array:
         """Return where walkers start (N, D): at positions (N, free) of each image, fitted alone."""
@@ -203,10 +203,10 @@ class _WalkerSet:
             step = _BEST / np.sqrt(count) * within * random.standard_normal((walkers, count))
         proposed = self.own[:, image] + step
         gain = self._given(proposed[:, None]) - self._given(self.own[:, image, None])
-        found = self._model.log_likelihood(image, proposed, np.isfinite(gain.sum(axis=(1, 2))))
-        taken = _taken(gain.sum(axis=(1, 2)) + found - self.likelihood[:, image], random)
+        likelihood = self._model.log_likelihood(image, proposed, np.isfinite(gain.sum(axis=(1, 2))))
+        taken = _taken(gain.sum(axis=(1, 2)) + likelihood - self.likelihood[:, image], random)
         self.own[taken, image] = proposed[taken]
-        self.likelihood[taken, image] = found[taken]
+        self.likelihood[taken, image] = likelihood[taken]
 
     def move_population(self, random: Any) -> None:
         """Move each mean and each spread by itself, as far as images so many and so far apart let it."""
@@ -222,11 +222,11 @@ class _WalkerSet:
 
     def _take_population(self, mean: Array, log_spread: Array, density: Array, random: Any) -> Array:
         """Take or leave each mean and spread; return ln of the densities (N, P) of what is there then."""
-        found = self._hyper(mean, log_spread)
-        taken = _taken(found - density, random)
+        proposed = self._hyper(mean, log_spread)
+        taken = _taken(proposed - density, random)
         self.mean = np.where(taken, mean, self.mean)
         self.log_spread = np.where(taken, log_spread, self.log_spread)
-        return np.where(taken, found, density)
+        return np.where(taken, proposed, density)
 
     def move_together(self, others: Array, random: Any) -> None:
         """Move one parameter of all images with its mean, or stretch it about its mean with its spread.
@@ -256,11 +256,11 @@ class _WalkerSet:
             model.log_hyperprior(mean, log_spread) + model.log_given(own, mean, log_spread).sum(axis=1), axis=1
         )
         possible = np.isfinite(after)
-        found = np.stack([model.log_likelihood(i, own[:, i], possible) for i in range(images)], axis=1)
-        gain = after - before + volume + found.sum(axis=1) - self.likelihood.sum(axis=1)
+        likelihood = np.stack([model.log_likelihood(i, own[:, i], possible) for i in range(images)], axis=1)
+        gain = after - before + volume + likelihood.sum(axis=1) - self.likelihood.sum(axis=1)
         taken = _taken(gain, random)
         self.mean[taken], self.log_spread[taken] = mean[taken], log_spread[taken]
-        self.own[taken], self.likelihood[taken] = own[taken], found[taken]
+        self.own[taken], self.likelihood[taken] = own[taken], likelihood[taken]
 
     def _given(self, own: Array) -> Array:
         return self._model.log_given(own, self.mean, self.log_spread)

@@ -46,18 +46,11 @@ class Diagnostic:
 
 @dataclass(frozen=True)
 class VariogramCheck:
-    """Observed and predicted variogram of normal scores, lags in pixels; NaN where an image has no such lag.
+    """Observed and predicted variogram of normal scores at lags in pixels; NaN where an image has no such lag.
 
-    Attributes
-    ----------
-    lags : ndarray of int64 (lag,)
-        Pixels.
-    observed, error : ndarray (lag, 2) or (image, lag, 2)
-        Along x and y; the error is one standard deviation of the estimate at the posterior's mean.
-    quantiles : ndarray (quantile,)
-        Between 0 and 1.
-    predicted : ndarray (quantile, lag, 2) or (quantile, image, lag, 2)
-        Quantiles of images yet to be seen: of the posterior and the scatter of an image together.
+    Observed values and errors are along x and y (lag, 2), of several images (image, lag, 2); the error is one standard
+    deviation of the estimate at the posterior's mean. ``predicted`` (quantile, lag, 2) or (quantile, image, lag, 2) has
+    quantiles of images yet to be seen: of the posterior and the scatter of an image together.
     """
 
     lags: NDArray[np.int64]

@@ -97,9 +97,9 @@ def write_result(
     Raises PosteriorError if the file cannot be written.
     """
     every = math.ceil(float(np.max(convergence.autocorrelation_time)))
-    kept = chains.positions[chains.kept][::every].swapaxes(0, 1)
-    density = chains.log_probability[chains.kept][::every].T
-    values = model.values(kept)
+    draws = chains.positions[chains.after_burn_in][::every].swapaxes(0, 1)
+    density = chains.log_probability[chains.after_burn_in][::every].T
+    values = model.values(draws)
     priors = json.loads(about["priors"])
     more = {name: value for name, value in about.items() if name != "priors"}
     lines = list(notes)
@@ -107,7 +107,7 @@ def write_result(
     if likelihoods:
         rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
         drawn = [
-            space.complete(_position(model, kept, image)).reshape(-1, len(KINDS)) for image in range(len(likelihoods))
+            space.complete(_position(model, draws, image)).reshape(-1, len(KINDS)) for image in range(len(likelihoods))
         ]
         variogram, p_values = predictive_check(likelihoods, drawn, rng)
         more["predictive_p_value"] = p_values
@@ -141,16 +141,16 @@ def write_result(
         seed=seed,
         trace=(names, np.stack(rows)),
         variogram=variogram,
-        attributes=more | {"thinned_steps": every, "burn_in_steps": chains.kept.start},
+        attributes=more | {"thinned_steps": every, "burn_in_steps": chains.after_burn_in.start},
     )
 
 
-def _position(model: SingleModel | PopulationModel, kept: Array, image: int) -> Array:
+def _position(model: SingleModel | PopulationModel, positions: Array, image: int) -> Array:
     """Return positions of one image's own parameters."""
     if isinstance(model, SingleModel):
-        return kept
+        return positions
     count = len(model.space.names)
-    return kept[..., (2 + image) * count : (3 + image) * count]
+    return positions[..., (2 + image) * count : (3 + image) * count]
 
 
 def _diagnostics(

@@ -14,7 +14,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PropagationError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.sweeps.propagation.draw_statistics import LEVELS, METRICS, DrawStatistics
-from hcss_twin.sweeps.propagation.joint_sample import JointSample, images_of
+from hcss_twin.sweeps.propagation.joint_sample import JointSample
 from hcss_twin.sweeps.propagation.summary import pooled_pixels, summarise
 
 if TYPE_CHECKING:
@@ -25,15 +25,12 @@ VERSION_ATTRIBUTE = "hcss_propagation_version"
 VERSION = 2
 """From 2 on, moments are of all scenes that have an output; before, of draws whose scenes all had it."""
 
-_RADIANCE, _KELVIN = "W m-2 sr-1", "K"
+_SPREAD = "standard deviation over the pixels of a class of"
 _PER_DRAW = {
-    "radiance": ("mean radiance of the pixels of a class", _RADIANCE),
-    "radiance_spread": ("standard deviation over the pixels of a class of radiance", _RADIANCE),
-    "brightness_temperature": ("mean brightness temperature of the pixels of a class", _KELVIN),
-    "brightness_temperature_spread": (
-        "standard deviation over the pixels of a class of brightness temperature",
-        _KELVIN,
-    ),
+    "radiance": ("mean radiance of the pixels of a class", "W m-2 sr-1"),
+    "radiance_spread": (f"{_SPREAD} radiance", "W m-2 sr-1"),
+    "brightness_temperature": ("mean brightness temperature of the pixels of a class", "K"),
+    "brightness_temperature_spread": (f"{_SPREAD} brightness temperature", "K"),
 }
 _METRICS = "mean over frames of a metric of the clouds: cloudy part of pixels, EV, Den, DP and FD of their thickness"
 
@@ -60,63 +57,40 @@ def drawn_dataset(
     def stacked(name: str) -> NDArray[Any]:
         return np.stack([np.stack([getattr(one, name) for one in row]) for row in each])
 
-    full = ("mixture", "draw", "band", "class")
-    data: dict[str, Any] = {
-        name: (full, stacked(name), {"long_name": meaning, "units": units})
-        for name, (meaning, units) in _PER_DRAW.items()
-    }
-    pixels = stacked("pixels")
-    data["class_pixels"] = (
-        ("mixture", "draw", "class"),
-        pixels,
-        {"long_name": "pixels of a class in all frames", "units": "1"},
-    )
-    data["class_fraction"] = (
-        ("mixture", "draw", "class"),
-        pixels / pixels[..., :1],
-        {"long_name": "part of the pixels that is of a class", "units": "1"},
-    )
-    data["metric"] = (("mixture", "draw", "metric_name"), stacked("metrics"), {"long_name": _METRICS, "units": "1"})
+    data: dict[str, Any] = {}
+
+    def add(name: str, dims: tuple[str, ...], values: NDArray[Any], long_name: str, units: str | None = None) -> None:
+        data[name] = (dims, values, {"long_name": long_name} | ({} if units is None else {"units": units}))
+
+    for name, (meaning, units) in _PER_DRAW.items():
+        add(name, ("mixture", "draw", "band", "class"), stacked(name), meaning, units)
+    of_class, pixels = ("mixture", "draw", "class"), stacked("pixels")
+    add("class_pixels", of_class, pixels, "pixels of a class in all frames", "1")
+    add("class_fraction", of_class, pixels / pixels[..., :1], "part of the pixels that is of a class", "1")
+    add("metric", ("mixture", "draw", "metric_name"), stacked("metrics"), _METRICS, "1")
     levels = np.stack([one.levels for one in statistics[mixtures[0]] if one.levels is not None])
     for name, array in (("radiance", levels), ("brightness_temperature", kelvin_levels)):
-        data[f"{name}_level"] = (
-            ("draw", "band", "class", "level"),
-            array,
-            {
-                "long_name": f"{name.replace('_', ' ')} below which a share of the pixels of a class lies",
-                "units": _PER_DRAW[name][1],
-            },
-        )
-    data["input_value"] = (
-        ("draw", "input"),
-        inputs,
-        {"long_name": "value of an input in the draws, SI; instants in seconds since 1970"},
-    )
-    data["scene_seed"] = (
-        ("sample", "draw"),
-        sample.seeds,
-        {"long_name": "seed of the scene, of the draws and with other seeds"},
-    )
-    names = sample.inputs
+        meaning = f"{name.replace('_', ' ')} below which a share of the pixels of a class lies"
+        add(f"{name}_level", ("draw", "band", "class", "level"), array, meaning, _PER_DRAW[name][1])
+    meaning = "value of an input in the draws, SI; instants in seconds since 1970"
+    add("input_value", ("draw", "input"), inputs, meaning)
+    add("scene_seed", ("sample", "draw"), sample.seeds, "seed of the scene, of the draws and with other seeds")
     keys = {each.key for each in sample.keys}
+    kinds = ["key" if name in keys else "posterior" for name in sample.inputs]
     coords = {
         "mixture": ("mixture", mixtures, {"long_name": "which inputs come from the second sample"}),
         "band": ("band", list(bands), {"long_name": "band"}),
         "class": ("class", list(classes), {"long_name": "kind of pixel"}),
         "metric_name": ("metric_name", list(METRICS), {"long_name": "metric of the clouds of an image"}),
         "level": ("level", LEVELS, {"long_name": "share of pixels below", "units": "1"}),
-        "input": ("input", list(names), {"long_name": "uncertain input"}),
-        "input_kind": (
-            "input",
-            ["key" if name in keys else "posterior" for name in names],
-            {"long_name": "where its distribution comes from"},
-        ),
+        "input": ("input", list(sample.inputs), {"long_name": "uncertain input"}),
+        "input_kind": ("input", kinds, {"long_name": "where its distribution comes from"}),
     }
     return xr.Dataset(data, coords, dict(attributes))
 
 
 def with_summary(drawn: xr.Dataset) -> xr.Dataset:
-    """Add what the draws say; what is there already is made anew."""
+    """Add the summary of the draws, in place of an earlier one."""
     import xarray as xr
 
     summary = summarise(drawn)
@@ -127,20 +101,22 @@ def with_summary(drawn: xr.Dataset) -> xr.Dataset:
 
 def sample_attributes(sample: JointSample) -> dict[str, Any]:
     """Return what the file says about where its draws come from."""
-    found: dict[str, Any] = {
+    attributes: dict[str, Any] = {
         "uncertain": json.dumps({each.key: dict(each.distribution) for each in sample.keys}, default=str),
         "independence": "inputs are drawn independently of each other; the parameters of a posterior together",
     }
-    if sample.posterior is not None:
-        found["posterior"] = sample.posterior.file
-        found["posterior_sha256"] = sample.posterior.sha256
-        found["posterior_inputs"] = json.dumps(images_of(sample.posterior))
-        found["posterior_layer"] = sample.layer
-        if sample.posterior.octaves is not None:
-            found["posterior_octaves"] = np.array(sample.posterior.octaves, dtype=np.int64)
-        found["posterior_fixed"] = json.dumps(dict(sample.posterior.fixed))
-        found["posterior_draws"] = np.int64(sample.posterior.samples.shape[0])
-    return found
+    posterior = sample.posterior
+    if posterior is not None:
+        inputs = posterior.about.get("inputs")  # names and hashes of images
+        attributes["posterior"] = posterior.file
+        attributes["posterior_sha256"] = posterior.sha256
+        attributes["posterior_inputs"] = json.dumps(None if inputs is None else json.loads(inputs))
+        attributes["posterior_layer"] = sample.layer
+        if posterior.octaves is not None:
+            attributes["posterior_octaves"] = np.array(posterior.octaves, dtype=np.int64)
+        attributes["posterior_fixed"] = json.dumps(dict(posterior.fixed))
+        attributes["posterior_draws"] = np.int64(posterior.samples.shape[0])
+    return attributes
 
 
 def write_propagation(dataset: xr.Dataset, path: Path) -> None:

@@ -40,19 +40,11 @@ MAX_PIXELS = 2**25
 
 @dataclass(frozen=True)
 class DrawStatistics:
-    """Of all frames of one scene together; NaN where no pixel is of the class.
+    """Statistics of all frames of one scene together; NaN where no pixel is of the class.
 
-    Attributes
-    ----------
-    radiance, radiance_spread : ndarray (band, class)
-        Mean over the pixels of a class, and their standard deviation, W m-2 sr-1.
-    brightness_temperature, brightness_temperature_spread : ndarray (band, class)
-        The same of brightness temperature, K.
-    pixels : ndarray of int64 (class,)
-    metrics : ndarray (metric,)
-        Mean over the frames that have them.
-    levels : ndarray of float32 (band, class, level) or None
-        Radiance below which the shares ``LEVELS`` of the pixels lie.
+    Means over the pixels of a class and their standard deviations (band, class), radiance in W m-2 sr-1 and brightness
+    temperature in K; ``pixels`` (class,); ``metrics`` (metric,), mean over the frames that have them; and ``levels``
+    (band, class, level), the radiance below which the shares ``LEVELS`` of the pixels lie, if wanted.
     """
 
     radiance: Array
@@ -65,16 +57,16 @@ class DrawStatistics:
 
 
 class _Classes:
-    """Looks at the thickness of each window as frames are made, and remembers what kind each pixel is."""
+    """Observes the thickness of each window as frames are computed, and records the class of each pixel."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
-        self.found = np.zeros(plan.pixels, dtype=np.int8)
+        self.kinds = np.zeros(plan.pixels, dtype=np.int8)
 
     def observe(self, window: Window, thickness_m: Sequence[Thickness], shaded: NDArray[np.bool_] | None) -> None:
         """Take a window, in pixels of the part, which here is the whole image."""
         shape = length(window[0]), length(window[1])
-        self.found[window] = strata(self._plan.layers, thickness_m, shape, self._plan.samples_per_pixel)
+        self.kinds[window] = strata(self._plan.layers, thickness_m, shape, self._plan.samples_per_pixel)
 
 
 def class_names(layers: int) -> tuple[str, ...]:
@@ -83,18 +75,15 @@ def class_names(layers: int) -> tuple[str, ...]:
 
 
 def require_room(plan: Plan) -> None:
-    """Refuse scenes whose frames do not fit into memory together.
-
-    Raises ScenarioError naming the image.
-    """
+    """Refuse scenes whose frames do not fit into memory together, with a ScenarioError."""
     rows, columns = plan.pixels
     pixels, frames = rows * columns, plan.frame_times_s.size
     if pixels * frames > MAX_PIXELS:
-        told = (
+        message = (
             f"{rows} x {columns} pixels in {frames} frames; allowed for propagation: {MAX_PIXELS} pixels in all "
             "frames together (fewer frames, or image.window)"
         )
-        raise ScenarioError([Problem("image", told)], plan.scenario.origin)
+        raise ScenarioError([Problem("image", message)], plan.scenario.origin)
 
 
 def statistics_of(
@@ -110,7 +99,7 @@ def statistics_of(
     for index in range(plan.frame_times_s.size):
         classes = _Classes(plan)
         frame, _ = maker.part(index, plan.extent, classes)
-        kinds.append(classes.found.ravel())
+        kinds.append(classes.kinds.ravel())
         radiance.append(frame["radiance"].reshape(len(plan.bands), -1))
         kelvin.append(temperature(frame["radiance"]).reshape(len(plan.bands), -1))
         metrics.append(_metrics(frame["cloud_thickness"], frame["cloud_mask"] > 0))
@@ -142,7 +131,7 @@ def _moments(
 
 
 def _levels(values: NDArray[np.float32], kind: NDArray[np.int8], number: int) -> NDArray[np.float32]:
-    found = np.full((values.shape[0], number + 1, LEVELS.size), np.nan, dtype=np.float32)
+    levels = np.full((values.shape[0], number + 1, LEVELS.size), np.nan, dtype=np.float32)
     for place in range(number + 1):
         own = values if place == 0 else values[:, kind == place - 1]
         if own.shape[1] == 0:
@@ -152,8 +141,8 @@ def _levels(values: NDArray[np.float32], kind: NDArray[np.int8], number: int) ->
         low = np.clip(np.floor(position).astype(np.int64), 0, own.shape[1] - 1)
         high = np.minimum(low + 1, own.shape[1] - 1)
         weight = np.clip(position - low, 0.0, 1.0)
-        found[:, place] = ordered[:, low] * (1.0 - weight) + ordered[:, high] * weight
-    return found
+        levels[:, place] = ordered[:, low] * (1.0 - weight) + ordered[:, high] * weight
+    return levels
 
 
 def _metrics(thickness_m: NDArray[np.float32], cloudy: NDArray[np.bool_]) -> list[float]:

@@ -69,14 +69,9 @@ _KEYS = 'allowed: keys of a scenario, for example "sea.temperature"'
 
 
 def uncertain_keys(given: Mapping[str, Any], section: str = UNCERTAIN) -> tuple[UncertainKey, ...]:
-    """Check what stands in ``[uncertain]`` or behind ``--uncertain``.
+    """Check ``[uncertain]`` or ``--uncertain``: keys, dotted or in nested tables, and their distributions.
 
-    Raises ScenarioError with everything that is wrong.
-
-    Parameters
-    ----------
-    given : mapping
-        Key, dotted or in nested tables, to a distribution: a table, or text in the short form.
+    A distribution is a table, or text in the short form. Raises ScenarioError with everything that is wrong.
     """
     problems: list[Problem] = []
     keys: list[UncertainKey] = []

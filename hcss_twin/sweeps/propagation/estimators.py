@@ -101,10 +101,7 @@ def first_by_regression(x: Array, y: Array) -> Array:
 def first_by_pick_freeze(y: Array, other: int, exchanged: int) -> Array:
     """First-order share of an input, (output,): Saltelli et al. (2010), table 2, row b.
 
-    Parameters
-    ----------
-    other, exchanged : int
-        Mixtures: that with all inputs of B, and that of A with one input of B.
+    ``other`` is the mixture with all inputs of B, ``exchanged`` that of A with one input of B.
     """
     level = y.mean(axis=(0, 1))
     return _share(np.mean((y[other] - level) * (y[exchanged] - y[0]), axis=0), y, other)
@@ -123,19 +120,10 @@ def _share(part: Array, y: Array, other: int | None = None) -> Array:
 
 
 def terms_of(values: Array, count: int) -> Array | None:
-    """Return what an output is regressed on: powers of one input, or a quadratic form of several.
+    """Return what an output is regressed on: powers of one input, or a quadratic form of several, (draw, term).
 
-    Parameters
-    ----------
-    values : ndarray (draw, input)
-        Inputs; one, or several that belong together.
-    count : int
-        Draws that the regression has, which its terms must suit.
-
-    Returns
-    -------
-    ndarray (draw, term) or None
-        None where there are too few draws.
+    ``values`` (draw, input) are inputs; one, or several that belong together. The terms suit a regression on ``count``
+    draws; None where there are too few.
     """
     if count < LINEAR_FROM:
         return None
@@ -153,13 +141,9 @@ def terms_of(values: Array, count: int) -> Array | None:
 def bootstrap_error(estimate: Callable[[NDArray[np.intp]], Array], count: int, seed: np.random.SeedSequence) -> Array:
     """Return the standard error of an estimate: its standard deviation over samples of the draws with replacement.
 
-    Parameters
-    ----------
-    estimate : callable
-        Given the numbers of draws (count,), some of them more than once, returns an array of any shape.
-    seed : SeedSequence
-        Fixes the samples; all estimates with the same one are resampled alike.
+    ``estimate``, given the numbers of draws (count,), some of them more than once, returns an array of any shape.
+    ``seed`` fixes the samples; all estimates with the same one are resampled alike.
     """
     generator = np.random.default_rng(seed)
-    found = np.stack([estimate(generator.integers(count, size=count)) for _ in range(RESAMPLES)])
-    return np.asarray(found.std(axis=0, ddof=1))
+    estimates = np.stack([estimate(generator.integers(count, size=count)) for _ in range(RESAMPLES)])
+    return np.asarray(estimates.std(axis=0, ddof=1))

@@ -7,7 +7,6 @@ Physics Communications 181 (2010) 259-270: whatever is computed has each input f
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,14 +81,14 @@ class PosteriorDraws:
     def overrides(self, layer: str, row: Array) -> dict[str, Any]:
         """Return the keys of a scenario with the values of one draw (parameter,)."""
         value = {**self.fixed, **dict(zip(self.names, map(float, row), strict=True))}
-        found: dict[str, Any] = {f"{layer}.parameters.{name}": value[name] for name in ("H", "gamma") if name in value}
+        keys: dict[str, Any] = {f"{layer}.parameters.{name}": value[name] for name in ("H", "gamma") if name in value}
         if "Lx" in value:
-            found[f"{layer}.parameters.L"] = [value["Lx"], value["Ly"]]
+            keys[f"{layer}.parameters.L"] = [value["Lx"], value["Ly"]]
         if self.octaves is not None:
-            found[f"{layer}.parameters.k"] = list(self.octaves)
+            keys[f"{layer}.parameters.k"] = list(self.octaves)
         if "coverage" in value:
-            found[f"{layer}.coverage"] = value["coverage"]
-        return found
+            keys[f"{layer}.coverage"] = value["coverage"]
+        return keys
 
 
 def _columns(posterior: Posterior, path: Path) -> tuple[tuple[str, ...], Array, int]:
@@ -142,23 +141,9 @@ def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: 
     return tuple(notes)
 
 
-def images_of(draws: PosteriorDraws) -> Any:
-    """Return what the posterior was made from, as its file says: names and hashes; None where it does not say."""
-    text = draws.about.get("inputs")
-    return None if text is None else json.loads(text)
-
-
 @dataclass(frozen=True)
 class UncertainKey:
-    """A key of a scenario and the distribution of its value.
-
-    Attributes
-    ----------
-    key : str
-        Dotted.
-    distribution : mapping
-        As in ``[sweep]``, without ``samples`` and ``seed``.
-    """
+    """A dotted key and the distribution of its value, as in ``[sweep]`` without ``samples`` and ``seed``."""
 
     key: str
     distribution: Mapping[str, Any]
@@ -188,13 +173,7 @@ _SEED_KEY = {"posterior": 1, "scene": 2, "bootstrap": 3}
 
 @dataclass(frozen=True)
 class Mixture:
-    """What is computed for each draw.
-
-    Attributes
-    ----------
-    exchanged : frozenset of str
-        Independent inputs that come from B; the others come from A.
-    """
+    """What is computed for each draw: independent inputs in ``exchanged`` come from B, the others from A."""
 
     name: str
     exchanged: frozenset[str]
@@ -208,18 +187,10 @@ class Mixture:
 class JointSample:
     """Draws of all inputs.
 
-    Attributes
-    ----------
-    layer : str
-        Part of the scenario that the posterior's parameters belong to.
-    rows : ndarray (2, draw, parameter)
-        Of the posterior, in A and B; no columns without one.
-    values : mapping of str to tuple
-        Of each uncertain key, those of A followed by those of B, as a scenario file has them.
-    seeds : ndarray of int64 (2, draw)
-        Of the scene.
-    mixtures : tuple of Mixture
-        In the order in which they are kept: the draws, the same with other seeds, and what pick-freeze needs.
+    ``rows`` (2, draw, parameter) are those of the posterior in A and B, without columns if there is none; its
+    parameters belong to ``layer`` of the scenario. ``values`` has for each uncertain key those of A followed by those
+    of B, as a scenario file has them. ``seeds`` (2, draw) are of the scenes. ``mixtures`` are the draws, the same with
+    other seeds, and what pick-freeze needs.
     """
 
     posterior: PosteriorDraws | None
@@ -243,14 +214,14 @@ class JointSample:
 
     def overrides(self, mixture: Mixture, draw: int) -> dict[str, Any]:
         """Return the keys of the scenario of one draw, with their values."""
-        found: dict[str, Any] = {}
+        keys: dict[str, Any] = {}
         if self.posterior is not None:
             row = self.rows[mixture.source(POSTERIOR), draw]
-            found.update(self.posterior.overrides(self.layer, row))
+            keys.update(self.posterior.overrides(self.layer, row))
         for each in self.keys:
-            found[each.key] = self.values[each.key][mixture.source(each.key) * self.count + draw]
-        found[SEED] = int(self.seeds[mixture.source(SEED), draw])
-        return found
+            keys[each.key] = self.values[each.key][mixture.source(each.key) * self.count + draw]
+        keys[SEED] = int(self.seeds[mixture.source(SEED), draw])
+        return keys
 
 
 def joint_sample(

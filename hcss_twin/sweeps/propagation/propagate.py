@@ -6,7 +6,7 @@ import json
 import logging
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -86,7 +86,7 @@ class Propagation:
     path: Path | None
     tables: TableCount
     cubes: tuple[Path, ...] = ()
-    certificates: tuple[Certificate, ...] = field(default=())
+    certificates: tuple[Certificate, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -149,31 +149,31 @@ def propagate(
     """
     path = None if output is None else Path(output)
     _check(draws, shares, cubes_of, path)
-    taken = UncertainScenario.load(source, overrides)
-    keys = uncertain_keys({**taken.uncertain, **(uncertain or {})})
-    scenario = taken.scenario()
+    uncertain_scenario = UncertainScenario.load(source, overrides)
+    keys = uncertain_keys({**uncertain_scenario.uncertain, **(uncertain or {})})
+    scenario = uncertain_scenario.scenario()
     drawn = None if posterior is None else PosteriorDraws.read(posterior)
     if drawn is None and not keys:
-        told = "nothing is uncertain; allowed: a posterior, a section [uncertain], or --uncertain KEY=DISTRIBUTION"
-        raise PropagationOptionError(told)
-    part = "clouds" if drawn is None else layer_of(scenario, layer, taken.origin)
+        message = "nothing is uncertain; allowed: a posterior, a section [uncertain], or --uncertain KEY=DISTRIBUTION"
+        raise PropagationOptionError(message)
+    part = "clouds" if drawn is None else layer_of(scenario, layer, uncertain_scenario.origin)
     posterior_keys = () if drawn is None else drawn.keys(part)
-    problems = list(overlap_problems(taken, [each.key for each in keys], posterior_keys))
+    problems = list(overlap_problems(uncertain_scenario, [each.key for each in keys], posterior_keys))
     if problems:
-        raise ScenarioError(problems, taken.origin)
+        raise ScenarioError(problems, uncertain_scenario.origin)
     sample = joint_sample(drawn, part, keys, draws, scenario.seed, pick_freeze=shares == "pick-freeze")
-    scenarios = scenarios_of(taken, sample)
+    scenarios = scenarios_of(uncertain_scenario, sample)
     notes = [] if drawn is None else list(notes_of(drawn, scenario, part, draws))
     if draws < FEW_DRAWS:
         notes.append(f"{draws} draws say little about shares of the variance: {FEW_DRAWS} or more are better")
     if scenario.sensor is not None:
         notes.append("radiance is that which reaches the sensor; what it measures is in cubes of draws")
     with announce_compilation(logging.getLogger(__name__).warning):
-        made = _Scenes(sample, taken.cache)
-        made.compute(scenarios, progress)
+        scenes = _Scenes(sample, uncertain_scenario.cache)
+        scenes.compute(scenarios, progress)
         attributes = {
             VERSION_ATTRIBUTE: np.int32(VERSION),
-            "title": f"Propagated uncertainty: {scenario.title or taken.origin}",
+            "title": f"Propagated uncertainty: {scenario.title or uncertain_scenario.origin}",
             "scenario": scenario.to_json(),
             "seed": np.int64(scenario.seed),
             "shares": shares,
@@ -181,12 +181,14 @@ def propagate(
             "notes": json.dumps(notes),
             "hcss_versions": json.dumps(versions()),
         }
-        dataset = with_summary(made.dataset(numbers_of(sample, scenarios[DRAWS]), attributes))
+        dataset = with_summary(scenes.dataset(numbers_of(sample, scenarios[DRAWS]), attributes))
         if path is not None:
             write_propagation(dataset, path)
-        found: list[Certificate] = []
-        cubes = [_cube(taken, sample, number, path, found) for number in cubes_of if path is not None]
-    return Propagation(dataset, path, made.tables.count, tuple(cubes), tuple(found))
+        certificates: list[Certificate] = []
+        draw_cubes = [
+            _cube(uncertain_scenario, sample, number, path, certificates) for number in cubes_of if path is not None
+        ]
+    return Propagation(dataset, path, scenes.tables.count, tuple(draw_cubes), tuple(certificates))
 
 
 def cube_path(output: Path, draw: int) -> Path:
@@ -196,12 +198,12 @@ def cube_path(output: Path, draw: int) -> Path:
 
 
 class _Scenes:
-    """Computes the scenes of all draws, one after the other, and keeps what is kept of each."""
+    """Computes the scenes of all draws, one after the other, and holds the statistics of each."""
 
     def __init__(self, sample: JointSample, cache: ResultCache) -> None:
-        self._sample, self._shelf = sample, cache
+        self._sample, self._cache = sample, cache
         self.tables = SharedTables()
-        self._found: dict[str, list[DrawStatistics]] = {each.name: [] for each in sample.mixtures}
+        self._statistics: dict[str, list[DrawStatistics]] = {each.name: [] for each in sample.mixtures}
         self._kelvin: list[NDArray[np.float32]] = []
         self._names: tuple[tuple[str, ...], tuple[str, ...]] | None = None
 
@@ -216,15 +218,16 @@ class _Scenes:
                     raise with_draw(error, self._sample, mixture, draw) from error
 
     def _one(self, mixture: Mixture, scenario: Scenario) -> None:
-        plan = make_plan(scenario, shelf=self._shelf)
+        plan = make_plan(scenario, shelf=self._cache)
         self._require_same(plan)
         temperature = self.tables.temperature(plan)
         first = mixture.name == DRAWS
-        found = statistics_of(plan, self.tables.of(plan), temperature, with_levels=first)
-        self._found[mixture.name].append(found)
-        if first and found.levels is not None:
-            levels = found.levels.reshape(found.levels.shape[0], -1).astype(np.float64)
-            self._kelvin.append(temperature.where_known(levels).reshape(found.levels.shape).astype(np.float32))
+        statistics = statistics_of(plan, self.tables.of(plan), temperature, with_levels=first)
+        self._statistics[mixture.name].append(statistics)
+        if statistics.levels is not None:
+            shape = statistics.levels.shape
+            levels = statistics.levels.reshape(shape[0], -1).astype(np.float64)
+            self._kelvin.append(temperature.where_known(levels).reshape(shape).astype(np.float32))
 
     def _require_same(self, plan: Plan) -> None:
         names = tuple(band.name for band in plan.bands), class_names(len(plan.layers))
@@ -237,33 +240,26 @@ class _Scenes:
     def dataset(self, inputs: NDArray[np.float64], attributes: Mapping[str, Any]) -> xr.Dataset:
         """Return the values of all draws."""
         assert self._names is not None
+        count = self.tables.count
+        counts = {"table_sets": np.int64(count.sets), "scenes": np.int64(count.scenes)}
+        kelvin_levels = np.stack(self._kelvin)
         return drawn_dataset(
-            self._found,
-            self._sample,
-            inputs,
-            *self._names,
-            np.stack(self._kelvin),
-            {
-                **attributes,
-                "table_sets": np.int64(self.tables.count.sets),
-                "scenes": np.int64(self.tables.count.scenes),
-            },
+            self._statistics, self._sample, inputs, *self._names, kelvin_levels, {**attributes, **counts}
         )
 
 
-def _cube(source: UncertainScenario, sample: JointSample, draw: int, path: Path, found: list[Certificate]) -> Path:
+def _cube(
+    source: UncertainScenario, sample: JointSample, draw: int, path: Path, certificates: list[Certificate]
+) -> Path:
     """Write the cube of a draw, with all that the scenario asks for."""
-    scenario = source.scenario(sample.overrides(sample.mixtures[0], draw))
-    return run(make_plan(scenario, shelf=source.cache), cube_path(path, draw), report=_reporting(found))
 
-
-def _reporting(found: list[Certificate]) -> Callable[[Certificate], None]:
     def report(certificate: Certificate) -> None:
-        found.append(certificate)
+        certificates.append(certificate)
         if not certificate.passed:
             warnings.warn("; ".join(certificate.lines[:2]), CertificateWarning, stacklevel=5)
 
-    return report
+    scenario = source.scenario(sample.overrides(sample.mixtures[0], draw))
+    return run(make_plan(scenario, shelf=source.cache), cube_path(path, draw), report=report)
 
 
 def _check(draws: int, shares: str, cubes_of: Sequence[int], path: Path | None) -> None:
@@ -276,9 +272,7 @@ def _check(draws: int, shares: str, cubes_of: Sequence[int], path: Path | None) 
             raise PropagationOptionError(f"cube of draw {number!r}: allowed: draws 0 to {draws - 1}")
     if cubes_of and path is None:
         raise PropagationOptionError("cubes of draws lie beside the file of the propagation: it needs a name, too")
-    if path is None:
-        return
-    if path.suffix != ".nc":
+    if path is not None and path.suffix != ".nc":
         raise PropagationOptionError(f"{path}: allowed: a name that ends in .nc")
-    if path.is_dir() or not path.parent.is_dir():
+    if path is not None and (path.is_dir() or not path.parent.is_dir()):
         raise PropagationError(f"cannot write {path}: it is a folder, or there is no folder {path.parent}")

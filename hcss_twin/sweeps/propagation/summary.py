@@ -96,9 +96,9 @@ def summarise(drawn: xr.Dataset) -> xr.Dataset:
     keys = [name for name, kind in zip(inputs, drawn["input_kind"].values, strict=True) if kind == "key"]
     rows = rows_of(inputs, keys, mixtures)
     seed = bootstrap_seed(int(drawn.attrs["seed"]))
-    found = _estimates(values, drawn["input_value"].values, rows, seed)
+    estimates = _estimates(values, drawn["input_value"].values, rows, seed)
     first, total = estimator_names(rows, len(mixtures))
-    made = xr.Dataset(
+    summary = xr.Dataset(
         coords={
             "quantile": ("quantile", list(QUANTILES), {"long_name": "share of scenes below", "units": "1"}),
             "source": ("source", [row.name for row in rows], {"long_name": "input, or several together"}),
@@ -110,16 +110,16 @@ def summarise(drawn: xr.Dataset) -> xr.Dataset:
     for name in OUTPUTS:
         size = int(np.prod(shapes[name]))
         about, dims = drawn[name].attrs, drawn[name].dims[2:]
-        for statistic, (values_of, front) in found.items():
+        for statistic, (values_of, front) in estimates.items():
             block = values_of[..., begin : begin + size]
             array = block.reshape(*block.shape[:-1], *shapes[name])
-            made[f"{name}_{statistic}"] = (
+            summary[f"{name}_{statistic}"] = (
                 (*front, *dims),
                 array,
                 {"long_name": _meaning(statistic, about["long_name"]), "units": _units(statistic, about["units"])},
             )
         begin += size
-    return made
+    return summary
 
 
 def _estimates(
@@ -135,20 +135,20 @@ def _estimates(
         "total": ("source",),
     }
     sizes = {"quantile": (len(QUANTILES),), "first_order": (sources,), "total": (sources,)}
-    found: dict[str, tuple[NDArray[Any], tuple[str, ...]]] = {}
+    estimates: dict[str, tuple[NDArray[Any], tuple[str, ...]]] = {}
     for name, front in fronts.items():
         for suffix in ("", "_error"):
-            found[f"{name}{suffix}"] = np.full((*sizes.get(name, ()), width), np.nan), front
+            estimates[f"{name}{suffix}"] = np.full((*sizes.get(name, ()), width), np.nan), front
     known = np.isfinite(values)
-    found["scenes"] = known[:2].sum(axis=(0, 1)).astype(np.int32), ()
-    found["draws"] = np.all(known, axis=0).sum(axis=0).astype(np.int32), ()
+    estimates["scenes"] = known[:2].sum(axis=(0, 1)).astype(np.int32), ()
+    estimates["draws"] = np.all(known, axis=0).sum(axis=0).astype(np.int32), ()
 
     def keep(names: Sequence[str], columns: NDArray[np.intp], estimate: _OfDraws, count: int) -> None:
         ends = np.cumsum([sizes.get(name, (1,))[0] for name in names])[:-1]
         every, error = estimate(np.arange(count)), bootstrap_error(estimate, count, seed)
         for suffix, stacked in (("", every), ("_error", error)):
             for name, block in zip(names, np.split(stacked, ends), strict=True):
-                found[f"{name}{suffix}"][0][..., columns] = block if name in sizes else block[0]
+                estimates[f"{name}{suffix}"][0][..., columns] = block if name in sizes else block[0]
 
     # Columns that the same scenes have are summed up together.
     patterns, place = np.unique(known.reshape(-1, width), axis=1, return_inverse=True)
@@ -163,7 +163,7 @@ def _estimates(
             own = np.ascontiguousarray(values[:, every][:, :, columns])
             terms = [terms_of(inputs[every][:, row.inputs], every.size) if row.inputs else None for row in rows]
             keep(("first_order", "total"), columns, partial(_shares, own, terms, rows), every.size)
-    return found
+    return estimates
 
 
 def _moments(y: Array, draws: NDArray[np.intp]) -> Array:
@@ -221,9 +221,12 @@ def pooled_pixels(drawn: xr.Dataset) -> Iterator[tuple[str, tuple[tuple[str, ...
             ("standard_deviation", (), np.sqrt(square)),
             ("quantile", ("quantile",), quantile),
         ):
-            told = f"{statistic.replace('_', ' ')} over the pixels of all draws together, of {name.replace('_', ' ')}"
+            label = f"{statistic.replace('_', ' ')} over the pixels of all draws together, of {name.replace('_', ' ')}"
             units = _units(statistic, about["units"])
-            yield (f"{name}_pixel_{statistic}", ((*front, "band", "class"), array, {"long_name": told, "units": units}))
+            yield (
+                f"{name}_pixel_{statistic}",
+                ((*front, "band", "class"), array, {"long_name": label, "units": units}),
+            )
 
 
 def _weighted_quantiles(atoms: Array, weight: Array) -> Array:
