@@ -22,7 +22,7 @@ def measured_beside(clean: Path, scenario: Any, force: bool) -> Path | None:
     """
     if scenario.sensor is None:
         return None
-    from hcss_twin.engine.sensing.sense import measured_path
+    from hcss_twin.engine.sense import measured_path
 
     path = measured_path(clean)
     if path.exists() and not force:
@@ -57,7 +57,7 @@ def sense(
     from hcss_twin.core.compilation import announce_compilation
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
-    from hcss_twin.engine.sensing.sense import measured_path, section_of, sense_file
+    from hcss_twin.engine.sense import measured_path, section_of, sense_file
 
     output = output or measured_path(cube)
     if output.exists() and not force:

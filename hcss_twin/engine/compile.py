@@ -17,14 +17,14 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import TABLES
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.engine.shadows import compile_shadows
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.layer_pair import LayerPair, place_pair
 from hcss_twin.engine.tables.over_views import tables_over_views
 from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities, RadianceTables, ShadowTables, WaveTables
-from hcss_twin.engine.tables.shadow_table import compile_shadows
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
-from hcss_twin.engine.tables.wave_table import compile_waves
+from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_nodes import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.kept_results import KeptResults, key_of

@@ -1,30 +1,127 @@
-"""Parts of frames, made one after the other here or several at a time by an executor."""
+"""Parts of frames: whole frames where they are small, tiles where they are large, computed here or by an executor.
+
+Which tiles a frame has follows from the plan alone, and not from who computes them: the certificate draws its pixels
+tile by tile, and chunks of the cube are tiles.
+"""
 
 from __future__ import annotations
 
 import itertools
 import json
+import math
+import multiprocessing
+import signal
 from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from hcss_twin.core.errors import ProviderError
+from hcss_twin.core.errors import HcssError, ProviderError
 from hcss_twin.engine.certificate.certificate_pixels import FrameSample, PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import Frame, PartMaker, summaries_of
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.engine.tiles import tiles
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import Window, length, relative
+from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.scenario.scenario import Scenario
+
+LARGEST_FRAME_BYTES = 2**28
+"""Frames with more bytes in the cube are made by tiles."""
+
+TILE_BYTES = 2**26
+"""Of the variables of one tile, at most."""
+
+TILE_PIXELS = 2**21
+"""Of one tile, at most."""
+
+
+def tile_shape(plan: Plan) -> tuple[int, int] | None:
+    """Return the rows and columns of tiles, those at the far edges apart; None where frames are made whole.
+
+    Tiles are nearly square, so that slant paths leave them as little as possible and readers of a window read little
+    else.
+    """
+    rows, columns = plan.pixels
+    frame_bytes = plan.uncompressed_bytes // plan.frame_times_s.size
+    if frame_bytes <= LARGEST_FRAME_BYTES:
+        return None
+    bytes_per_pixel = math.ceil(frame_bytes / (rows * columns))
+    side = max(1, math.isqrt(min(TILE_PIXELS, TILE_BYTES // bytes_per_pixel)))
+    # A long and narrow image is cut along its length only.
+    height = _evenly(rows, max(side, side * side // columns))
+    return height, _evenly(columns, max(side, side * side // height))
+
+
+def tiles(plan: Plan) -> list[Window]:
+    """Return the tiles (rows, columns) of each frame, in pixels of the image, row by row."""
+    shape = tile_shape(plan)
+    return [plan.extent] if shape is None else list(cut(plan.extent, *shape))
+
+
+def _evenly(size: int, most: int) -> int:
+    """Largest part of a length that is cut into as few nearly equal ones as possible, each of at most ``most``."""
+    return math.ceil(size / math.ceil(size / most))
+
+
+@contextmanager
+def executor_of(workers: int, scheduler: str | None = None) -> Iterator[tuple[Executor | None, int]]:
+    """Give an executor and its number of workers for the time of a run; none where the caller does the work.
+
+    Parameters
+    ----------
+    workers : int
+        Processes of this machine; 1 is none but the caller's.
+    scheduler : str, optional
+        Address of the scheduler of a Dask cluster, used instead.
+
+    Raises
+    ------
+    HcssError
+        If the cluster cannot be reached or ``distributed`` is not installed.
+    """
+    if scheduler is not None:
+        with _cluster(scheduler) as cluster:
+            yield cluster
+    elif workers == 1:
+        yield None, 1
+    else:
+        # A fork would copy threads' locks; a new process has none.
+        context = multiprocessing.get_context("spawn")
+        pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_leave_signals_to_the_parent)
+        try:
+            yield pool, workers
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise HcssError(f"--scheduler {scheduler}: needs the package 'distributed', which is not installed") from error
+    try:
+        client = Client(scheduler)
+    except (OSError, ValueError) as error:
+        raise HcssError(f"--scheduler {scheduler}: {error}") from error
+    with client:
+        count = len(client.scheduler_info(-1)["workers"])
+        if count == 0:
+            raise HcssError(f"--scheduler {scheduler}: the cluster has no workers")
+        yield client.get_executor(), count
+
+
+def _leave_signals_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
 
 AHEAD = 2
 """Parts that each worker has in hand or waiting."""

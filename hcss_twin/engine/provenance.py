@@ -6,7 +6,7 @@ import json
 
 from hcss_twin.core.versions import versions
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.cloud_assembly import told
+from hcss_twin.plan.clouds import told
 from hcss_twin.plan.plan import Plan
 
 

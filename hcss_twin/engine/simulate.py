@@ -26,12 +26,10 @@ from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.parts import Part, parts_of, stream_parts
+from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import provenance
-from hcss_twin.engine.sensing.sense import require_netcdf, sense_run
+from hcss_twin.engine.sense import require_netcdf, sense_run
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.engine.tiles import tile_shape
-from hcss_twin.engine.workers import executor_of
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION

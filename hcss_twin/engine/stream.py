@@ -19,10 +19,10 @@ from hcss_twin.engine.shadows import InstantShadows, Shadows
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables, TableReader
+from hcss_twin.engine.tables.waves import WaveStage
 from hcss_twin.engine.truth import Truth
-from hcss_twin.engine.waves import WaveStage
 from hcss_twin.models.radiance.brightness import BrightnessTemperature
-from hcss_twin.plan.cloud_assembly import sums_up
+from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, points_of, relative, windows
 from hcss_twin.providers import CloudGenerator, Grid

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.engine.sensing.sense import sense
+from hcss_twin.engine.sense import sense
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.paper.figure_parts import RADIANCE, blank, concluded, shades
 from hcss_twin.paper.figure_scenes import PHYSICAL_NOTE, SHORT_WAVE, Model, radiance_inputs, scenario_of

@@ -16,7 +16,7 @@ from hcss_twin.models.radiance.brightness import COLDEST_K, HOTTEST_K, Brightnes
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.omissions.bounds import few_columns
+from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.views import ImageViews
 from hcss_twin.providers import RadianceModel, Sun
 from hcss_twin.scenario.accuracy import MAX, MIN, kelvin_of

@@ -18,7 +18,7 @@ from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand,
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.builder import Builder
-from hcss_twin.plan.cloud_assembly import assemble_clouds
+from hcss_twin.plan.clouds import assemble_clouds
 from hcss_twin.plan.kept_results import Code, code_of
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.slant_paths import SlantPaths

@@ -10,8 +10,8 @@ from hcss_twin.core.cache import PLANS
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.kept_results import KeptResults, key_of
-from hcss_twin.plan.omissions.bounds import Omission
 from hcss_twin.plan.scene_analysis import SceneAnalysis
 from hcss_twin.plan.views import ViewAxis
 from hcss_twin.scenario.scenario import Scenario

@@ -13,13 +13,13 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.plan.assembly import assemble
 from hcss_twin.plan.kept_findings import keep_findings, kept_findings
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.omissions.sunlight import SunFrames
 from hcss_twin.plan.output import cube_variables, quantized
 from hcss_twin.plan.plan import Plan, extent_of
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame
 from hcss_twin.plan.sensor import planned_sensor
 from hcss_twin.plan.sensor_margin import with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
+from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.providers import View
 from hcss_twin.scenario.scenario import Scenario
 

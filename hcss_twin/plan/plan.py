@@ -17,9 +17,9 @@ from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.cloud_assembly import told
+from hcss_twin.plan.clouds import told
+from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes, platform_facts
-from hcss_twin.plan.omissions.bounds import Omission
 from hcss_twin.plan.output import wants_radiance
 from hcss_twin.plan.sensor import MadeSensor
 from hcss_twin.plan.slant_paths import SlantPaths

@@ -14,13 +14,12 @@ from hcss_twin.core.errors import CatalogError, Problem, ProviderError, Scenario
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.plan.accuracy import RequestedAccuracy, requested_accuracy, share_out
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.omissions.bounds import Omission
-from hcss_twin.plan.omissions.omissions import skipped_parts
-from hcss_twin.plan.omissions.sunlight import SunFrames, negligible_sunlight
+from hcss_twin.plan.omissions import skipped_parts
 from hcss_twin.plan.output import cube_variables, quantized, wants_radiance
-from hcss_twin.plan.view_choice import choose_views
-from hcss_twin.plan.views import ViewAxis
+from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
+from hcss_twin.plan.views import ViewAxis, choose_views
 from hcss_twin.plan.waves import DrawnWaves, choose_waves
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario

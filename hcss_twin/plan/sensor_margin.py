@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from hcss_twin.plan.cloud_assembly import sums_up
+from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.sensor import MadeSensor, make_sensor
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION

@@ -20,7 +20,7 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.omissions.bounds import Omission
+from hcss_twin.plan.few_columns import Omission
 from hcss_twin.providers import Grid, Sun, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
 

@@ -10,8 +10,8 @@ import textwrap
 from collections.abc import Iterator
 
 from hcss_twin.plan.accuracy import SHARES
-from hcss_twin.plan.cloud_assembly import told
-from hcss_twin.plan.omissions.bounds import Omission
+from hcss_twin.plan.clouds import told
+from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import MadeSensor

@@ -10,7 +10,7 @@ from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.models.radiance.reference import reference_radiance
-from hcss_twin.plan.cloud_assembly import layer_seed
+from hcss_twin.plan.clouds import layer_seed
 from hcss_twin.report.plan_text import plan_text
 
 BASE = {

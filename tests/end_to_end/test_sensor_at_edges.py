@@ -151,8 +151,8 @@ def test_how_far_the_scene_is_computed_has_an_end():
 
 def test_large_frames_are_surrounded_tile_by_tile(tmp_path, monkeypatch):
     whole, _ = measured(tmp_path / "whole.nc", COUNTING)
-    monkeypatch.setattr("hcss_twin.engine.tiles.LARGEST_FRAME_BYTES", 2**10)
-    monkeypatch.setattr("hcss_twin.engine.tiles.TILE_PIXELS", 2**8)
+    monkeypatch.setattr("hcss_twin.engine.parts.LARGEST_FRAME_BYTES", 2**10)
+    monkeypatch.setattr("hcss_twin.engine.parts.TILE_PIXELS", 2**8)
     monkeypatch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 2**8)
     tiled, _ = measured(tmp_path / "tiled.nc", COUNTING)
     assert_same(whole, tiled)

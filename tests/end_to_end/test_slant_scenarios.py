@@ -9,7 +9,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.models.radiance.as_printed import AsPrinted
-from hcss_twin.plan.omissions.omissions import GLINT_SAFETY_FACTOR
+from hcss_twin.plan.omissions import GLINT_SAFETY_FACTOR
 
 BASE = {
     "time": "2024-04-20T12:30:00+10:00",

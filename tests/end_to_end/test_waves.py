@@ -7,7 +7,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.tables.wave_table import SIGMAS, _change
+from hcss_twin.engine.tables.waves import SIGMAS, _change
 
 BASE = {
     "time": "2024-04-20T12:30:00+10:00",

@@ -14,7 +14,7 @@ from hcss_twin.cli.main import cli
 from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.cube.zarr_writer import ZarrWriter
-from hcss_twin.engine import tiles as tiles_module
+from hcss_twin.engine import parts as tiles_module
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.verification.verify import verify_cube
 

@@ -18,8 +18,8 @@ from hcss_twin.models.radiance.physical import model as physical
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.models.radiance.spectral_nodes import all_nodes
 from hcss_twin.physics.sun import sun_position
+from hcss_twin.plan import sunlight
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.omissions import sunlight
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun, View
 

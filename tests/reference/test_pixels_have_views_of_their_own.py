@@ -133,6 +133,6 @@ def test_an_image_beyond_the_sensors_horizon_is_refused():
 
 
 def test_a_day_over_a_wide_field_that_no_affordable_number_of_views_follows_is_refused(monkeypatch):
-    monkeypatch.setattr("hcss_twin.plan.view_choice.MAX_NODES", 6)
+    monkeypatch.setattr("hcss_twin.plan.views.MAX_NODES", 6)
     with pytest.raises(ScenarioError, match=r"accuracy: 0\.01: the view changes so much .* up to 6 views"):
         plan_of({})

@@ -10,8 +10,7 @@ from typing import Any
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE, is_replaced
-from hcss_twin.engine.sensing.cube_sensor import SceneAround
-from hcss_twin.engine.sensing.provenance import sensor_attributes
+from hcss_twin.engine.cube_sensor import SceneAround, sensor_attributes
 from hcss_twin.engine.stream import Frame
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan

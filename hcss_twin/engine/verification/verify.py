@@ -15,12 +15,11 @@ from hcss_twin.cube.metadata import window_attribute
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.engine.compile import compile_tables
-from hcss_twin.engine.parts import Part, stream_parts
+from hcss_twin.engine.parts import Part, stream_parts, tiles
 from hcss_twin.engine.recorded import Recorded, Verification
 from hcss_twin.engine.simulate import cube_header
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.engine.tiles import tiles
 from hcss_twin.engine.verification.cube_layout import CubeLayout
 from hcss_twin.engine.verification.recomputed_sensor import (
     as_measured,

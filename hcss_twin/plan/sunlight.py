@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission, few_columns
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.omissions.bounds import SAFETY_FACTOR, FewColumns, Omission, few_columns
 from hcss_twin.providers import Sun, View
 
 SAME_DEG = 0.25

@@ -15,8 +15,7 @@ from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
 from hcss_twin.cube.writer import variable_attributes
-from hcss_twin.engine.sensing.cube_sensor import CleanCube, SceneAround, read_clean
-from hcss_twin.engine.sensing.provenance import sensor_attributes
+from hcss_twin.engine.cube_sensor import CleanCube, SceneAround, read_clean, sensor_attributes
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import MadeSensor, make_sensor
