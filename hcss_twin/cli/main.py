@@ -92,6 +92,7 @@ def run(
     from hcss_twin.core.compilation import announce_compilation
     from hcss_twin.cube.formats import cube_bytes
     from hcss_twin.engine.simulate import run as run_plan
+    from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
 
     found: list[Any] = []
@@ -104,7 +105,7 @@ def run(
             "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None,
             **({} if measured is None else {"sensor_cube": str(measured)}),
         }
-        click.echo(json.dumps({"cube": str(output), "bytes": cube_bytes(output), **told, **plan.as_dict()}))
+        click.echo(json.dumps({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)}))
     else:
         click.echo(f"{output}  {cube_bytes(output) / 1e6:.1f} MB")
         if measured is not None:
@@ -127,12 +128,13 @@ def run(
 def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Say what SCENARIO needs, and what it does not, without computing it."""
     from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
     from hcss_twin.report.plan_text import plan_text
 
     with announce_compilation(partial(click.echo, err=True)):
         made = make_plan(load(scenario, assignments))
-    click.echo(json.dumps(made.as_dict()) if as_json else plan_text(made))
+    click.echo(json.dumps(describe(made)) if as_json else plan_text(made))
 
 
 @cli.command()

@@ -25,7 +25,7 @@ from hcss_twin.engine.recorded import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import MadeSensor, sensor_bands
+from hcss_twin.plan.sensor import BuiltSensor, sensor_bands
 from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.bands import Bands, spectral_band
@@ -165,11 +165,11 @@ class SceneAround:
     plan : Plan
     tables : RadianceTables or None
         As the frames were made with.
-    sensor : MadeSensor
+    sensor : BuiltSensor
         The plan's, made for the part of the scene that it is given.
     """
 
-    def __init__(self, plan: Plan, tables: RadianceTables | None, sensor: MadeSensor) -> None:
+    def __init__(self, plan: Plan, tables: RadianceTables | None, sensor: BuiltSensor) -> None:
         self._plan, self._sensor = plan, sensor
         self._maker = PartMaker(plan, tables)
 
@@ -209,7 +209,7 @@ def _strips(given: Window, cube: Window) -> Iterator[Window]:
 
 
 def sensor_attributes(
-    clean: Mapping[str, Any], sensor: MadeSensor, files: Mapping[str, str], clean_name: str
+    clean: Mapping[str, Any], sensor: BuiltSensor, files: Mapping[str, str], clean_name: str
 ) -> dict[str, Attribute | None]:
     """Return global attributes that differ from those of the clean cube; None for those that go.
 
@@ -219,7 +219,7 @@ def sensor_attributes(
     ----------
     clean : mapping
         Global attributes of the clean cube.
-    sensor : MadeSensor
+    sensor : BuiltSensor
     files : mapping of str to str
         SHA-256 of the files read for the sensor, by name.
     clean_name : str

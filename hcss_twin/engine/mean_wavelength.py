@@ -71,10 +71,10 @@ def mean_wavelengths(plan: Plan, time_s: float = 0.0) -> tuple[MeanWavelength, .
     """
     grid, sun = plan.spectral_grid, plan.sun_up_at(time_s)
     wavenumber = grid.wavenumber_cm1
-    spectra = [_total(plan.model.clear(wavenumber, sun))[None, :]]
+    spectra = [_total(plan.assembly.model.clear(wavenumber, sun))[None, :]]
     columns = _columns(plan)
     if columns.size:
-        spectra.append(_total(plan.model.cloudy(wavenumber, columns, sun)))
+        spectra.append(_total(plan.assembly.model.cloudy(wavenumber, columns, sun)))
     stacked = np.concatenate(spectra)
     wavelength_um = wavenumber_from_um(wavenumber)
     energy = stacked @ grid.weights_cm1.T
@@ -109,7 +109,7 @@ def _total(terms: Mapping[str, Array]) -> Array:
 def _columns(plan: Plan) -> Array:
     """Return columns (N, L) with cloud in one layer, from the thinnest to the thickest in equal ratios."""
     rows = []
-    for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.cloudy_layers, strict=True)):
+    for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.assembly.cloudy_layers, strict=True)):
         if not cloudy:
             continue
         for thickness in np.geomspace(layer.thickness_min_m, layer.thickness_max_m, _THICKNESSES):

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 
-from hcss_twin.core.versions import versions
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.clouds import told
+from hcss_twin.plan.description import describe_particles, describe_providers
 from hcss_twin.plan.plan import Plan
 
 
@@ -21,17 +20,12 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "summary": _summary(plan),
         "hcss_scenario": scenario.to_json(),
         "hcss_seed": str(scenario.seed),
-        "hcss_versions": json.dumps(plan.catalog.shelf.get_or_compute("versions", versions)),
-        "hcss_providers": json.dumps(
-            {
-                kind: {"name": entry.name, "distribution": entry.distribution, "version": entry.version}
-                for kind, entry in plan.assembly.entries.items()
-            }
-        ),
+        "hcss_versions": json.dumps(plan.catalog.shelf.versions()),
+        "hcss_providers": json.dumps(describe_providers(plan.assembly.entries)),
         "hcss_files_sha256": json.dumps(plan.catalog.used),
         "hcss_filled_in": json.dumps([vars(item) for item in plan.filled_in]),
-        "hcss_skipped": json.dumps([vars(item) for item in plan.skipped]),
-        "hcss_particles": json.dumps([told(layer) for layer in plan.layers]),
+        "hcss_skipped": json.dumps([vars(item) for item in plan.omissions]),
+        "hcss_particles": json.dumps([describe_particles(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.notes),
     }
     if plan.needs_radiance:
@@ -43,7 +37,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         attributes["hcss_significant_wave_height_m"] = float(wave_height)
     if tables is not None:
         attributes["hcss_table_error_estimated"] = tables.estimated_error
-        attributes["hcss_table_errors"] = json.dumps(tables.errors.as_dict())
+        attributes["hcss_table_errors"] = json.dumps(vars(tables.errors))
         attributes["hcss_wavenumbers_used"] = int(tables.spectrum.nodes.wavenumber_cm1.size)
         attributes["hcss_wavenumbers_known"] = tables.spectrum.dense
     return attributes

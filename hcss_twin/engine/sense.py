@@ -18,8 +18,7 @@ from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.engine.cube_sensor import CleanCube, SceneAround, read_clean, sensor_attributes
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import MadeSensor, make_sensor
-from hcss_twin.plan.sensor_margin import alone
+from hcss_twin.plan.sensor import BuiltSensor, alone, make_sensor
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import Sensor
@@ -208,7 +207,7 @@ def section_of(sensor: Any) -> Sensor:
         raise ScenarioError(problems_from(error, Sensor, prefix="sensor", raw=raw)) from error
 
 
-def _made(section: Sensor, cube: CleanCube, name: str) -> MadeSensor:
+def _made(section: Sensor, cube: CleanCube, name: str) -> BuiltSensor:
     sensor = alone(make_sensor(section, cube.inputs))
     if sensor.provider.declares.remembers and np.any(np.diff(cube.frame_numbers) != 1):
         raise CubeError(
@@ -218,7 +217,7 @@ def _made(section: Sensor, cube: CleanCube, name: str) -> MadeSensor:
     return sensor
 
 
-def _measured(sensor: MadeSensor, cube: CleanCube, index: int, radiance: Any) -> dict[str, Any]:
+def _measured(sensor: BuiltSensor, cube: CleanCube, index: int, radiance: Any) -> dict[str, Any]:
     return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]))
 
 

@@ -43,20 +43,22 @@ def compile_shadows(
     clear : callable
         Terms (K, B) of the clear column as the radiance tables have them.
     """
-    if not (plan.slant.shadows and plan.layers and plan.sun_matters):
+    if not (plan.assembly.slant.shadows and plan.layers and plan.sun_matters):
         return None
-    names = sea_sun_terms(plan.model)
+    names = sea_sun_terms(plan.assembly.model)
     suns = [plan.sun_at(time) for time in time_s]
     loss = np.stack([_loss(clear(sun), quantities, names) for sun in suns])
     wavenumber, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1
     spectra = [
         weights * np.sum([np.asarray(terms[name]) for name in names], axis=0)
-        for terms in (plan.model.clear(wavenumber, sun) for sun in suns)
+        for terms in (plan.assembly.model.clear(wavenumber, sun) for sun in suns)
     ]
     # Without sunlight there is nothing to weight by, and nothing to lose either.
     spectra = [np.where(np.sum(each, axis=1, keepdims=True) > 0.0, each, np.abs(weights)) for each in spectra]
-    extinction = [plan.optics.single_scattering(layer.microphysics, wavenumber).extinction_m1 for layer in plan.layers]
-    mu0 = math.cos(math.radians(float(np.max(plan.slant.sun_zenith_deg))))
+    extinction = [
+        plan.assembly.optics.single_scattering(layer.microphysics, wavenumber).extinction_m1 for layer in plan.layers
+    ]
+    mu0 = math.cos(math.radians(float(np.max(plan.assembly.slant.sun_zenith_deg))))
     longest = np.array([layer.thickness_max_m / mu0 for layer in plan.layers])
 
     def depth(part: Array) -> Array:
@@ -206,7 +208,7 @@ class Shadows:
     def at(self, time_s: float) -> InstantShadows | None:
         """Return the shadows at one instant; None where there can be none."""
         plan = self._plan
-        if not (plan.slant.shadows and plan.layers and plan.sun_matters):
+        if not (plan.assembly.slant.shadows and plan.layers and plan.sun_matters):
             return None
         sun = plan.sun_track.at(time_s)
         if not sun.is_up:
@@ -215,7 +217,7 @@ class Shadows:
         for layer in plan.layers:
             met = sun_paths(layer, sun, self._point_m)
             # Where sight and sunlight meet the same point, what is clear to one is clear to the other.
-            paths.append(None if met.stay_at(plan.slant.of_view(layer, self._point_m)) else met)
+            paths.append(None if met.stay_at(plan.assembly.slant.of_view(layer, self._point_m)) else met)
         return InstantShadows(plan, self._tables, time_s, sun, paths) if any(paths) else None
 
 
@@ -294,7 +296,7 @@ class InstantShadows:
         plan = self._plan
         rows, columns = (points_of(pixels, plan.samples_per_pixel) for pixels in window)
         heights = np.zeros((len(plan.layers), rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
-        for layer, generator, paths in zip(heights, plan.generators, self._paths, strict=True):
+        for layer, generator, paths in zip(heights, plan.assembly.generators, self._paths, strict=True):
             if paths is not None:
                 layer[:] = paths.heights_m(generator, self._time_s, rows, columns)
         return heights

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -78,10 +78,6 @@ class Budget:
             + self.other_instants
             + self.faint_sunlight
         )
-
-    def as_dict(self) -> dict[str, float]:
-        """Plain values by name."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
 
 
 def share_out(accuracy: float) -> Budget:

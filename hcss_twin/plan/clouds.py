@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,12 +12,6 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.optics.size_distribution import (
-    effective_radius_um,
-    effective_variance,
-    projected_area_m1,
-    water_content_kg_m3,
-)
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder
 from hcss_twin.plan.slant_paths import SlantPaths, enlarged
@@ -126,24 +120,6 @@ def require_windows(generator: CloudGenerator, layer: CloudLayer, field: str) ->
             f"a generator that gives windows (closest is 'fractal'), {_REMEDY}"
         )
         raise ScenarioError([Problem(f"{field}.generator", message)])
-
-
-def told(layer: CloudLayer) -> Mapping[str, str | float]:
-    """Phase and bulk numbers of a layer's particles, for plan and cube.
-
-    ``large_particle_extinction_m1`` is twice the projected area, 3/2 of the water content over density and
-    effective radius: the extinction where particles are much larger than the wavelength, as in visible light.
-    """
-    cloud = layer.microphysics
-    return {
-        "name": layer.name,
-        "phase": cloud.phase,
-        "effective_radius_um": effective_radius_um(cloud),
-        "effective_variance": effective_variance(cloud),
-        "water_content_g_m3": 1000.0 * water_content_kg_m3(cloud),
-        "number_density_m3": cloud.number_density_m3,
-        "large_particle_extinction_m1": 2.0 * projected_area_m1(cloud),
-    }
 
 
 MAX_POINTS = 2**26

@@ -122,7 +122,7 @@ def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
     return min(GLINT_SAFETY_FACTOR * share, 1.0)
 
 
-def skipped_parts(
+def list_omissions(
     scenario: Scenario,
     assembly: Assembly,
     variables: tuple[VariableSpec, ...],
@@ -166,7 +166,7 @@ def skipped_parts(
         + ("; the run's certificate tries them" if scenario.output.certificate else ""),
         accuracy,
     )
-    frames = sun.telling(assembly.view)
+    frames = sun.extremes(assembly.view)
     if faint_sunlight is not None:
         frames = [(frames[0][0], None)]
     columns = few_columns(assembly)

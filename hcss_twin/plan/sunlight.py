@@ -62,7 +62,7 @@ class SunFrames:
         frames = np.linspace(0, self.time_s.size - 1, count).round().astype(np.intp)
         return self.at(np.unique(frames).tolist())
 
-    def telling(self, view: View) -> list[tuple[float, Sun | None]]:
+    def extremes(self, view: View) -> list[tuple[float, Sun | None]]:
         """Time and sun where it is nearest to the mirror direction, highest and lowest, and of a frame without it."""
         up = self.up
         frames = list(np.flatnonzero(self.zenith_deg >= 90.0)[:1])
@@ -164,7 +164,7 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
     float or None
         None where sunlight matters, or is below the horizon anyway.
     """
-    suns = [position for _, position in sun.telling(assembly.view) if position is not None]
+    suns = [position for _, position in sun.extremes(assembly.view) if position is not None]
     if not suns:
         return None
     largest = 0.0

@@ -82,7 +82,7 @@ def test_the_achieved_error_is_that_of_the_cube_against_the_reference():
     )
     made, plan = simulate(scenario), make_plan(scenario)
     thickness = np.minimum(made.cloud_thickness.values.ravel().astype(float), plan.layers[0].thickness_max_m)
-    exact = reference_radiance(plan.model, plan.spectral_grid, thickness, plan.sun_at(0.0))
+    exact = reference_radiance(plan.assembly.model, plan.spectral_grid, thickness, plan.sun_at(0.0))
     error = np.abs(made.radiance.values[0].reshape(2, -1).T / exact - 1.0).max(axis=0)
     achieved = json.loads(made.attrs["hcss_accuracy_achieved"])
     np.testing.assert_allclose(list(achieved.values()), error, rtol=6e-3)

@@ -30,7 +30,7 @@ def scenario(**overrides):
 
 
 def skipped(**overrides):
-    return {item.what: item for item in make_plan(scenario(**overrides)).skipped}
+    return {item.what: item for item in make_plan(scenario(**overrides)).omissions}
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_each_pixel_is_the_radiance_of_its_tilted_sea_but_for_the_level(planned,
         )
     ratios = np.array(ratios)
     np.testing.assert_allclose(ratios, np.broadcast_to(ratios.mean(axis=0), ratios.shape), rtol=1e-3)
-    level = [tables.waves.level[0][list(plan.model.terms).index(name)] for name in names]
+    level = [tables.waves.level[0][list(plan.assembly.model.terms).index(name)] for name in names]
     np.testing.assert_allclose(ratios.mean(axis=0), level, rtol=1e-3)
     np.testing.assert_allclose(level, 1.0, atol=0.06)
     assert tables.waves.estimated_error < 3e-4

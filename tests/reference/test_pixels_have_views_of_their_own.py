@@ -71,7 +71,7 @@ def test_a_pixel_has_the_radiance_of_a_narrow_scene_at_its_view(changes, models,
         exact = reference_radiance(narrow_model(plan, row, column), plan.spectral_grid, thickness, sun)[0]
         found = frame["radiance"][:, row, column]
         assert np.max(np.abs(found / exact - 1.0)) < accuracy
-        centre = reference_radiance(plan.model, plan.spectral_grid, thickness, sun)[0]
+        centre = reference_radiance(plan.assembly.model, plan.spectral_grid, thickness, sun)[0]
         one_view.append(np.max(np.abs(centre / exact - 1.0)))
     # It is needed: one view for all pixels would miss the accuracy.
     assert max(one_view) > 2.0 * accuracy

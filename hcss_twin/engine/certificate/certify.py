@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import REFERENCES
+from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
 from hcss_twin.engine.certificate.part_sample import stratum_names
@@ -25,7 +25,6 @@ from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.models.radiance.brightness import BrightnessTemperature
 from hcss_twin.models.radiance.reference import reference_terms
-from hcss_twin.plan.kept_results import KeptResults
 from hcss_twin.plan.plan import Plan
 
 COLUMNS_AT_ONCE = 32
@@ -33,7 +32,7 @@ COLUMNS_AT_ONCE = 32
 
 
 @dataclass(frozen=True)
-class KeptReference:
+class ReferenceColumns:
     """Terms (N, K, B) of columns."""
 
     terms: Array
@@ -42,7 +41,7 @@ class KeptReference:
 def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
     """Terms (N, K, B) of columns (N, L) at a time, computed at every wavenumber of the dense grid.
 
-    What is kept goes by all that the tables of the plan depend on, by the columns and the time.
+    They are kept under all that the tables of the plan depend on, the columns and the time.
 
     Raises
     ------
@@ -52,14 +51,12 @@ def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
     digest = hashlib.sha256(table_key(plan).encode())
     digest.update(repr((float(time_s), thickness_m.shape)).encode())
     digest.update(np.ascontiguousarray(thickness_m).tobytes())
-    results = KeptResults(REFERENCES, plan.catalog, KeptReference)
-    key, before = digest.hexdigest(), plan.catalog.used
-    kept = results.find(key)
-    if kept is None:
-        sun = plan.sun_up_at(time_s)
-        kept = KeptReference(reference_terms(plan.model, plan.spectral_grid, thickness_m, sun, COLUMNS_AT_ONCE))
-        results.keep(key, kept, before)
-    return kept.terms
+
+    def compute() -> ReferenceColumns:
+        model, sun = plan.assembly.model, plan.sun_up_at(time_s)
+        return ReferenceColumns(reference_terms(model, plan.spectral_grid, thickness_m, sun, COLUMNS_AT_ONCE))
+
+    return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
 
 def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:

@@ -136,7 +136,7 @@ class BandColumns:
         self._grid = nodes
         # Waves change columns of all wavenumbers; the clear column that their changes are added to is like them.
         self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
-        terms = tuple(plan.model.terms)
+        terms = tuple(plan.assembly.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
         self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
         self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
@@ -144,14 +144,14 @@ class BandColumns:
     def clear(self, sun: Sun | None) -> Array:
         """Terms of the clear column, (K, B)."""
         grid = self._clear_grid
-        return self._to_bands(self._plan.model.clear(grid.wavenumber_cm1, sun), grid)
+        return self._to_bands(self._plan.assembly.model.clear(grid.wavenumber_cm1, sun), grid)
 
     def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
         """Terms of cloudy columns, (N, K, B), from the thickness of each layer, (N, L); each is computed once."""
         keys = [(sun, tuple(row)) for row in thickness_m.tolist()]
         new = [row for row, key in enumerate(keys) if key not in self._known]
         if new:
-            found = self._plan.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
+            found = self._plan.assembly.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
             for row, terms in zip(new, self._to_bands(found, self._grid), strict=True):
                 self._known[keys[row]] = terms
         return np.stack([self._known[key] for key in keys])
@@ -171,7 +171,7 @@ class BandColumns:
         clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
         if self._plan.waves is not None:
             clear = np.concatenate((clear, probe_waves(self._plan, self._plan.waves, sun)))
-        extremes = self._plan.extreme_thicknesses_m
+        extremes = self._plan.assembly.extreme_thicknesses_m
         if extremes.shape[0] == 0:
             return clear
         cloudy: Array = np.sum(self.cloudy(extremes, sun), axis=1)

@@ -24,7 +24,7 @@ from hcss_twin.providers import Grid, View
 
 def plan_toward(plan: Plan, view: View) -> Plan:
     """Return the plan of the same scene seen along parallel rays from another direction."""
-    return replace(plan, assembly=plan.assembly.toward(view), views=None)
+    return replace(plan, assembly=plan.assembly.toward(view), view=view, views=None)
 
 
 def image_views(plan: Plan) -> ImageViews:

@@ -167,16 +167,16 @@ def _suns_that_hardly_move(plan: Plan) -> list[Sun | None]:
 
 def _clear_spectra(plan: Plan, sun: Sun | None) -> Array:
     """Terms of the clear column, (1, K, V)."""
-    found = plan.model.clear(plan.spectral_grid.wavenumber_cm1, sun)
-    return np.stack([np.asarray(found[name]) for name in plan.model.terms])[None]
+    found = plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, sun)
+    return np.stack([np.asarray(found[name]) for name in plan.assembly.model.terms])[None]
 
 
 def _cloudy_spectra(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
     """Terms of cloudy columns (N, L), (N, K, V)."""
-    wavenumber, terms = plan.spectral_grid.wavenumber_cm1, plan.model.terms
+    wavenumber, terms = plan.spectral_grid.wavenumber_cm1, plan.assembly.model.terms
     if not thickness_m.size:
         return np.empty((0, len(terms), wavenumber.size))
-    found = plan.model.cloudy(wavenumber, thickness_m, sun)
+    found = plan.assembly.model.cloudy(wavenumber, thickness_m, sun)
     return np.stack([np.asarray(found[name]) for name in terms], axis=1)
 
 
@@ -186,7 +186,7 @@ def _first_columns(plan: Plan) -> Array:
     rows = []
     for layer in _cloudy(plan):
         low, high = _range(plan, layer)
-        ends = np.array(breakpoints(plan.layers[layer], plan.profile.altitude_m))
+        ends = np.array(breakpoints(plan.layers[layer], plan.assembly.profile.altitude_m))
         between = 0.5 * (ends[:-1] + ends[1:])
         rows.append(_alone(plan, layer, np.concatenate((low * (high / low) ** share, between))))
     if len(rows) > 1:
@@ -209,7 +209,7 @@ def _trials(plan: Plan) -> Iterator[Array]:
 
 
 def _cloudy(plan: Plan) -> list[int]:
-    return [layer for layer, cloudy in enumerate(plan.cloudy_layers) if cloudy]
+    return [layer for layer, cloudy in enumerate(plan.assembly.cloudy_layers) if cloudy]
 
 
 def _range(plan: Plan, layer: int) -> tuple[float, float]:

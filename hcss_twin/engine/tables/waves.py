@@ -16,7 +16,7 @@ from hcss_twin.engine.tables.radiance_tables import Quantities, RadianceTables, 
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geometry import wind_sense
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.waves import DrawnWaves
+from hcss_twin.plan.waves import PlannedWaves
 from hcss_twin.plan.windows import Window, pixel_sums, points_of
 from hcss_twin.providers import RadianceModel, Sun
 
@@ -34,7 +34,7 @@ _DENSEST = 513
 
 
 def compile_waves(
-    plan: Plan, waves: DrawnWaves, quantities: Quantities, suns: tuple[Sun | None, ...], tolerance: float
+    plan: Plan, waves: PlannedWaves, quantities: Quantities, suns: tuple[Sun | None, ...], tolerance: float
 ) -> WaveTables:
     """Compute clear columns over tilted seas until interpolation keeps the tolerance.
 
@@ -71,7 +71,7 @@ def compile_waves(
     )
 
 
-def probe_waves(plan: Plan, waves: DrawnWaves, sun: Sun | None) -> Array:
+def probe_waves(plan: Plan, waves: PlannedWaves, sun: Sun | None) -> Array:
     """Totals (4, B) of clear columns at two standard deviations of either slope: they move as the sun does."""
     columns, far = _Columns(plan, waves, sun), np.array([-2.0, 2.0]) / SIGMAS
     still = np.zeros(1)
@@ -82,7 +82,7 @@ def probe_waves(plan: Plan, waves: DrawnWaves, sun: Sun | None) -> Array:
 class _Columns:
     """Clear columns over tilted seas, integrated over the bands; each is computed once."""
 
-    def __init__(self, plan: Plan, waves: DrawnWaves, sun: Sun | None) -> None:
+    def __init__(self, plan: Plan, waves: PlannedWaves, sun: Sun | None) -> None:
         self._plan, self._sun, self._size_m = plan, sun, waves.point_size_m
         self._reach = tuple(SIGMAS * rms for rms in waves.rms)
         self._sense = 1.0 if sun is None else wind_sense(plan.view.azimuth_deg, sun.azimuth_deg)
@@ -95,7 +95,7 @@ class _Columns:
 
     def level(self) -> Array:
         """Terms (K, B) over the mean sea."""
-        return self._to_bands(self._plan.model)
+        return self._to_bands(self._plan.assembly.model)
 
     def _at(self, upwind: float, crosswind: float) -> Array:
         key = upwind, crosswind
@@ -198,7 +198,7 @@ class WaveStage:
 
     Parameters
     ----------
-    waves : DrawnWaves
+    waves : PlannedWaves
     tables : RadianceTables or None
         With ``waves``; None where no radiance is needed.
     wind_from_deg : float
@@ -207,7 +207,7 @@ class WaveStage:
         Points along each side of a pixel.
     """
 
-    def __init__(self, waves: DrawnWaves, tables: RadianceTables | None, wind_from_deg: float, samples: int) -> None:
+    def __init__(self, waves: PlannedWaves, tables: RadianceTables | None, wind_from_deg: float, samples: int) -> None:
         self._shapes = waves.shapes
         self._tables: WaveTables | None = None if tables is None else tables.waves
         self._time_s = () if tables is None else tables.time_s

@@ -14,8 +14,7 @@ from hcss_twin.engine.cube_sensor import SceneAround, sensor_attributes
 from hcss_twin.engine.stream import Frame
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import MadeSensor
-from hcss_twin.plan.sensor_margin import without_margin
+from hcss_twin.plan.sensor import BuiltSensor, alone
 
 
 def as_measured(plan: Plan, attributes: Mapping[str, Any]) -> Plan:
@@ -38,7 +37,7 @@ def as_measured(plan: Plan, attributes: Mapping[str, Any]) -> Plan:
         whole = about.get("measured_from") == "scene"
     except (ValueError, TypeError, AttributeError) as error:
         raise CubeError(f"the global attribute {SENSOR_ATTRIBUTE} is malformed: {error}") from error
-    return plan if whole else replace(plan, sensor=without_margin(plan))
+    return plan if whole or plan.sensor is None else replace(plan, sensor=alone(plan.sensor))
 
 
 def measured_header(plan: Plan, clean: CubeHeader) -> CubeHeader:
@@ -76,7 +75,7 @@ def needs_all_frames(plan: Plan) -> bool:
     return _sensor(plan).provider.declares.remembers
 
 
-def _sensor(plan: Plan) -> MadeSensor:
+def _sensor(plan: Plan) -> BuiltSensor:
     if plan.sensor is None:
         raise CubeError("it was measured by a sensor, but its scenario has none")
     return plan.sensor

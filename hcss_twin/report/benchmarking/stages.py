@@ -64,7 +64,7 @@ class _Timed:
 
 def with_timed_clouds(plan: Plan, clock: Clock) -> Plan:
     """Return a plan that makes the same frames and counts the time of its cloud generators."""
-    generators = tuple(_Timed(generator, clock) for generator in plan.generators)
+    generators = tuple(_Timed(generator, clock) for generator in plan.assembly.generators)
     return dataclasses.replace(plan, assembly=dataclasses.replace(plan.assembly, generators=generators))
 
 
