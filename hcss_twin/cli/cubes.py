@@ -125,7 +125,7 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
     1e-6; 1: different, or it cannot be recomputed, with the place and what may be why.
     """
     from hcss_twin.core.compilation import announce_compilation
-    from hcss_twin.engine.verification.verify import verify_cube
+    from hcss_twin.engine.verification import verify_cube
     from hcss_twin.report.verification_text import verification_text
 
     if sys.stderr.isatty():

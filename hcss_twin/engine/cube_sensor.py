@@ -21,7 +21,7 @@ from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.engine.parts import tile_shape
-from hcss_twin.engine.recorded import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
+from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.plan.plan import Plan
@@ -84,12 +84,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
     if "radiance" not in dataset:
         raise CubeError(f"{name} has no radiance, which a sensor measures; run its scenario with it")
     recorded = Recorded.of(dict(dataset.attrs), name)
-    scenario_base = base
-    if scenario_base is None:
-        known = recorded.bases()
-        scenario_base = known[0] if len(known) == 1 else Path.cwd()
-    scenario = recorded.scenario
-    catalog = Catalog(base=scenario_base)
+    scenario, catalog = recorded.scenario, Catalog(base=base or recorded.base)
     try:
         known_bands = {
             band.name: band

@@ -138,7 +138,7 @@ def _write_clean(
 
 def _warn(certificate: Certificate) -> None:
     if not certificate.passed:
-        warnings.warn("; ".join(certificate.lines[:2]), CertificateWarning, stacklevel=3)
+        warnings.warn("; ".join(certificate.summary), CertificateWarning, stacklevel=3)
 
 
 def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset:

@@ -152,7 +152,7 @@ class TestWaterVapour:
     def test_factor_and_column(self, any_air):
         base = {**any_air, "atmosphere.profile": "midlatitude-winter"}
         half = make_plan(Scenario.from_toml(CLEAR, {**base, "atmosphere.water_vapour_scale": 0.5}))
-        assert water_vapour_column_kg_m2(half.profile) == pytest.approx(4.26, abs=0.01)
+        assert water_vapour_column_kg_m2(half.assembly.profile) == pytest.approx(4.26, abs=0.01)
         four = make_plan(Scenario.from_toml(CLEAR, {**base, "atmosphere.water_vapour_column": 4.0}))
         assert water_vapour_column_kg_m2(four.assembly.profile) == pytest.approx(4.0)
         assert any("water vapour times" in note for note in four.assembly.notes())

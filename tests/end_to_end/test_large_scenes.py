@@ -20,7 +20,7 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import parts_of, stream_parts, tile_shape, tiles
 from hcss_twin.engine.simulate import cube_header, run
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import verify_cube
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 
 SMALL = {

@@ -8,9 +8,8 @@ from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan, open_cube, simulate
 from hcss_twin.core.errors import CertificateWarning, ScenarioError
-from hcss_twin.engine.recorded import Verdict
 from hcss_twin.engine.simulate import run
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan import output
 from hcss_twin.plan.description import describe
 from hcss_twin.report.plan_text import plan_text

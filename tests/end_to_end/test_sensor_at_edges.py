@@ -10,9 +10,8 @@ from click.testing import CliRunner
 import hcss_twin
 from hcss_twin.cli.main import cli
 from hcss_twin.cli.options import Stop
-from hcss_twin.engine.recorded import Verdict
 from hcss_twin.engine.simulate import run
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan.make_plan import make_plan
 
 SCENE = """

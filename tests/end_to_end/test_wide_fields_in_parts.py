@@ -15,7 +15,7 @@ from hcss_twin.engine.cube_sensor import read_clean
 from hcss_twin.engine.parts import stream_parts
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import verify_cube
 from hcss_twin.scenario.scenario import read_scenario_file
 
 WIDE = {

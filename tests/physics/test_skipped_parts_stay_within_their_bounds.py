@@ -147,13 +147,13 @@ def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
     full = plan_of(models={}, **evening)
     assert not any("low sun" in item.what for item in full.omissions)
     sun = full.sun_up_at(0.0)
-    with_all = reached(full, full.model, sun)
+    with_all = reached(full, full.assembly.model, sun)
     monkeypatch.setattr(sunlight, "LOW_SUN_DEG", 70.0)
     monkeypatch.setattr(physical, "_LARGEST_SUN_DEG", 70.0)
     short = plan_of(models={}, **evening)
     bound = bound_of(short, "sunlight of a very low sun")
     assert 70.0 < sun.zenith_deg < 80.0
-    assert 0.2 * bound < largest_change(with_all, reached(short, short.model, sun)) < bound
+    assert 0.2 * bound < largest_change(with_all, reached(short, short.assembly.model, sun)) < bound
 
 
 def test_a_very_low_sun_is_told():

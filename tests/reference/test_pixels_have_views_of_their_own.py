@@ -11,7 +11,7 @@ from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import verify_cube
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.physics.viewing import LinesOfSight
 

@@ -261,7 +261,7 @@ def _reporting(found: list[Certificate]) -> Callable[[Certificate], None]:
     def report(certificate: Certificate) -> None:
         found.append(certificate)
         if not certificate.passed:
-            warnings.warn("; ".join(certificate.lines[:2]), CertificateWarning, stacklevel=5)
+            warnings.warn("; ".join(certificate.summary), CertificateWarning, stacklevel=5)
 
     return report
 

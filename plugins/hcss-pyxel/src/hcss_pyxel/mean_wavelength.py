@@ -9,13 +9,12 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.engine.recorded import Recorded
+from hcss_twin.engine.provenance import Recorded
 from hcss_twin.physics.planck import wavenumber_from_um
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
@@ -96,9 +95,8 @@ def mean_wavelengths_of(cube: str | os.PathLike[str]) -> tuple[MeanWavelength, .
     """
     with open_cube(cube) as dataset:
         recorded = Recorded.of(dict(dataset.attrs), os.fspath(cube))
-    known = recorded.bases()
-    base = known[0] if len(known) == 1 else Path.cwd()
-    return mean_wavelengths(make_plan(Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(cube))))
+    scenario = Scenario.from_dict(recorded.scenario, base=recorded.base, origin=os.fspath(cube))
+    return mean_wavelengths(make_plan(scenario))
 
 
 def _total(terms: Mapping[str, Array]) -> Array:
