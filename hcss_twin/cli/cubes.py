@@ -20,7 +20,6 @@ from pathlib import Path
 import click
 
 from hcss_twin.cli.options import Stop, progress
-from hcss_twin.core.cache import OPTICS, PLANS, REFERENCES, TABLES
 
 FORMATS = ("fits", "envi", "geotiff", "png")
 LISTED = 8
@@ -184,7 +183,8 @@ def volume(
         click.echo(f"{occupancy_file}  {voxels[0]} x {voxels[1]} x {voxels[2]} voxels, {size}")
 
 
-KINDS = dict((TABLES, PLANS, REFERENCES, OPTICS))
+KINDS = {"tables": ".npz", "plans": ".npz", "references": ".npz", "optics": ".nc"}
+"""As in core.cache, which imports numpy: the command line answers without it."""
 
 
 @click.group(invoke_without_command=True)
@@ -210,7 +210,7 @@ def cache(context: click.Context, as_json: bool) -> None:
         return
     click.echo(f"{'no folder to keep anything in' if root is None else root}")
     for kind, files in found.items():
-        most = f" of at most {limit / 1e6:g} MB" if kind == TABLES[0] else ""
+        most = f" of at most {limit / 1e6:g} MB" if kind == "tables" else ""
         click.echo(f"  {kind:<11}{len(files):5} files {sum(each.size for each in files) / 1e6:9.2f} MB{most}")
 
 

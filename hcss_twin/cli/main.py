@@ -60,6 +60,7 @@ def cli() -> None:
 @click.option(
     "--scheduler", metavar="ADDRESS", help="Dask cluster that makes them instead, for example tcp://host:8786."
 )
+@click.option("--verbose", is_flag=True, help="Print the whole certificate.")
 @propagation_options
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 @click.pass_context
@@ -72,6 +73,7 @@ def run(
     force: bool,
     workers: int,
     scheduler: str | None,
+    verbose: bool,
     as_json: bool,
     **propagation: Any,
 ) -> None:
@@ -113,7 +115,7 @@ def run(
         for item in plan.filled_in:
             click.echo(f"  filled in: {item.field} = {item.value} ({item.why})")
         for certificate in found:
-            click.echo("\n    ".join(("  certificate", *certificate.lines)))
+            click.echo("\n    ".join(("  certificate", *(certificate.lines if verbose else certificate.summary))))
         if plan.needs_radiance and not found:
             click.echo("  certificate\n    NONE: output.certificate is 0, no pixel was checked")
     for certificate in found:

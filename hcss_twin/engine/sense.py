@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
+from hcss_twin.core.files import require_not_read
 from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
@@ -139,6 +140,7 @@ def sense_file(
         cube = read_clean(dataset, str(clean_path), base)
         attributes = dict(dataset.attrs)
     sensor = _made(section, cube, str(clean_path))
+    require_not_read(path, cube.inputs.catalog.used_paths, CubeError)
     changed = sensor_attributes(attributes, sensor, cube.inputs.catalog.used, clean_path.name)
     with measured_cube(clean_path, path, sensor.variables, changed) as pair:
         frames: Iterable[int] = range(pair.frames)

@@ -1,10 +1,8 @@
-"""Whether frames may be written while the next are computed.
-
-Run a scenario: plan, compile, stream, write.
-"""
+"""Run a scenario: plan, compile, stream, write."""
 
 from __future__ import annotations
 
+import json
 import logging
 import tempfile
 import warnings
@@ -17,7 +15,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from hcss_twin.core.compilation import announce_compilation
-from hcss_twin.core.errors import CertificateWarning
+from hcss_twin.core.errors import CertificateWarning, CubeError
+from hcss_twin.core.files import require_not_read
 from hcss_twin.cube.background_writer import BackgroundWriter
 from hcss_twin.cube.formats import cube_writer
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
@@ -27,8 +26,8 @@ from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
-from hcss_twin.engine.provenance import provenance
-from hcss_twin.engine.sense import require_netcdf, sense_run
+from hcss_twin.engine.provenance import leaves, provenance
+from hcss_twin.engine.sense import measured_path, require_netcdf, sense_run
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
@@ -99,6 +98,7 @@ def run(
     """
     if plan.scenario.sensor is not None:
         require_netcdf(output)
+    _require_no_input(plan, output)
     certificate, tables = _write_clean(plan, output, progress, workers, scheduler)
     if plan.sensor is not None:
         sense_run(plan, tables, output, progress)
@@ -120,6 +120,7 @@ def _write_clean(
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
     certificate: Certificate | None = None
     header = cube_header(plan, tables)
+    _require_no_input(plan, output)  # with what was read for the tables
     with (
         executor_of(workers, scheduler) as (executor, count),
         writer_of(output, header, compression=compression, tile=tile_shape(plan)) as writer,
@@ -134,6 +135,25 @@ def _write_clean(
             certificate = certify(plan, tables, sample.frames)
             writer.set_attributes(certificate.attributes())
     return certificate, tables
+
+
+def _require_no_input(plan: Plan, output: str | Path) -> None:
+    """Refuse to write onto the scenario or a file that it reads, naming its key; also the cube of a sensor."""
+    scenario, outputs = plan.scenario, [Path(output)]
+    if scenario.sensor is not None:
+        outputs.append(measured_path(Path(output)))
+    keys = {
+        (scenario.base / text).resolve(): scenario.field_as_typed(key)
+        for key, text in leaves(json.loads(scenario.to_json()))
+        if isinstance(text, str) and len(text) < 255
+    }
+    for path in (Path(scenario.origin), *plan.catalog.used_paths):
+        try:
+            for each in outputs:
+                require_not_read(each, [path], CubeError)
+        except CubeError as error:
+            key = keys.get(path.resolve())
+            raise CubeError(f"{error} (scenario key {key})" if key else str(error)) from None
 
 
 def _warn(certificate: Certificate) -> None:

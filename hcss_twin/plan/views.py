@@ -203,15 +203,21 @@ def choose_views(
     if x == y == 0:
         return None
     _refuse_beside(scenario, tolerance)
-    found = SAFETY_FACTOR * (x_error + y_error)
-    if found > tolerance or (x + 1) * (y + 1) > MAX_NODES:
+    error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
+    if error > tolerance or nodes > MAX_NODES:
+        views = f"{x + 1} x {y + 1} views"
+        limit = (
+            f"an error of {error:.1e} of the radiance remains with {views}, the most along an axis are "
+            f"{MAX_ORDER + 1}; allowed: an error of {tolerance:.1e}"
+            if error > tolerance
+            else f"an error below {tolerance:.1e} of the radiance needs {views}, which are {nodes}; allowed: up to "
+            f"{MAX_NODES} views"
+        )
         message = (
-            f"{scenario.accuracy}: the view changes so much over the image that {x + 1} x {y + 1} views leave "
-            f"{found:.1e} of the radiance, where {tolerance:.1e} is allowed; allowed: a lower "
-            f"accuracy or a smaller image, with which up to {MAX_NODES} views do"
+            f"{scenario.accuracy}: the view changes over the image: {limit}, with a lower accuracy or a smaller image"
         )
         raise ScenarioError([Problem("accuracy", message)])
-    return ViewAxis(x, y, found)
+    return ViewAxis(x, y, error)
 
 
 def _columns(assembly: Assembly, views: ImageViews, suns: Sequence[Sun | None]) -> Values:

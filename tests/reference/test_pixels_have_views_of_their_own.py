@@ -1,6 +1,7 @@
 """A pixel of a wide image has the radiance of a narrow scene seen along that pixel's line of sight."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -134,5 +135,17 @@ def test_an_image_beyond_the_sensors_horizon_is_refused():
 
 def test_a_day_over_a_wide_field_that_no_affordable_number_of_views_follows_is_refused(monkeypatch):
     monkeypatch.setattr("hcss_twin.plan.views.MAX_NODES", 6)
-    with pytest.raises(ScenarioError, match=r"accuracy: 0\.01: the view changes so much .* up to 6 views"):
+    needs = r"accuracy: 0\.01: the view changes over the image: .* needs (\d+) x (\d+) views, .* up to 6 views"
+    with pytest.raises(ScenarioError, match=needs) as caught:
         plan_of({})
+    x, y = map(int, re.search(needs, str(caught.value)).groups())
+    assert f"which are {x * y}; allowed" in str(caught.value)
+    assert x * y > 6
+
+
+def test_a_wide_field_whose_error_stays_too_large_is_refused_with_this_error(monkeypatch):
+    monkeypatch.setattr("hcss_twin.plan.views.MAX_ORDER", 1)
+    with pytest.raises(ScenarioError, match=r"an error of (\S+) of the radiance remains .* of (\S+),") as caught:
+        plan_of({})
+    error, allowed = re.search(r"an error of (\S+) of .* an error of (\S+),", str(caught.value)).groups()
+    assert float(error) > float(allowed)
