@@ -23,7 +23,7 @@ from threading import Lock
 from typing import Any
 
 from hcss_twin.core.errors import HcssError, ProviderError
-from hcss_twin.engine.certificate.certificate_pixels import FrameSample, PixelSample
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import Frame, PartMaker, summaries_of
@@ -151,6 +151,11 @@ class Task:
     columns: tuple[int, int]
     before: int
 
+    @property
+    def extent(self) -> Window:
+        """Rows and columns of the image."""
+        return slice(*self.rows), slice(*self.columns)
+
 
 @dataclass(frozen=True)
 class Part:
@@ -171,24 +176,21 @@ class Part:
     arrays: Frame
 
 
-def make_part(task: Task, summaries: Sequence[Any] | None = None) -> tuple[Frame, DrawnPixels | None]:
-    """Make one part of a frame, whoever asks, with the same bits.
+MadePart = tuple[Frame, DrawnPixels | None]
+"""Variables of a part, and what the certificate may check of it."""
 
-    Plan and tables are made, or found among those kept on the disk, with the first part of a scenario, and serve the
+
+def make_part(task: Task, summaries: Sequence[Any] | None = None) -> MadePart:
+    """Make one part of a frame, in any process, with the same bits.
+
+    Plan and tables are made, or taken from the cache on the disk, with the first part of a scenario, and serve the
     next ones in the same process.
 
     Parameters
     ----------
     task : Task
     summaries : sequence, optional
-        Those of :func:`hcss_twin.engine.stream.summaries_of` for the frame; made anew where they are not given.
-
-    Returns
-    -------
-    arrays : dict of str to ndarray
-        The requested variables of the part.
-    drawn : DrawnPixels or None
-        What the certificate may check of it.
+        Those of :func:`hcss_twin.engine.stream.summaries_of` for the frame; computed where they are not given.
     """
     plan, maker, turn = _maker(task.scenario, task.base)
     sample = PixelSample(plan) if plan.needs_radiance and plan.scenario.output.certificate else None
@@ -204,12 +206,11 @@ def _maker(scenario: str, base: str) -> tuple[Plan, PartMaker, Lock]:
 
 
 def _made(
-    plan: Plan, maker: PartMaker, sample: PixelSample | None, task: Task, summaries: Sequence[Any] | None
-) -> tuple[Frame, DrawnPixels | None]:
-    extent = slice(*task.rows), slice(*task.columns)
-    place = relative(extent, plan.extent)
-    draws = None if sample is None else sample.of_part(task.frame, task.before, _corner(place))
-    arrays, radiance = maker.part(task.frame, extent, draws, summaries)
+    plan: Plan, maker: PartMaker, sample: PixelSample | None, task: Task, summaries: Sequence[Any] | None = None
+) -> MadePart:
+    rows, columns = relative(task.extent, plan.extent)
+    draws = None if sample is None else sample.of_part(task.frame, task.before, (rows.start, columns.start))
+    arrays, radiance = maker.part(task.frame, task.extent, draws, summaries)
     return arrays, None if draws is None else draws.drawn(radiance)
 
 
@@ -239,25 +240,21 @@ def stream_parts(
     ProviderError
         If a provider breaks its contract, or a worker ends before its part is made.
     """
-    numbers = range(plan.frame_times_s.size) if frames is None else frames
-    cut = tiles(plan)
-    tasks = ((task, len(cut)) for frame in numbers for task in _tasks(plan, cut, frame))
-    results: Iterator[tuple[Task, int, tuple[Frame, DrawnPixels | None]]]
+    windows, tasks = tiles(plan), _tasks(plan, range(plan.frame_times_s.size) if frames is None else frames)
+    results: Iterator[tuple[Task, MadePart]]
     if executor is None:
         maker = PartMaker(plan, tables)
-        results = ((task, count, _made(plan, maker, sample, task, None)) for task, count in tasks)
+        results = ((task, _made(plan, maker, sample, task)) for task in tasks)
     else:
         results = _in_order(plan, executor, workers, tasks)
-    gathered: FrameSample | None = None
-    for position, (task, count, (arrays, drawn)) in enumerate(results):
-        if position % count == 0:
-            gathered = None if sample is None else sample.of_frame(task.frame)
-        if gathered is not None and drawn is not None:
-            gathered.add(drawn)
-            if position % count == count - 1:
-                gathered.finish()
-        place = relative((slice(*task.rows), slice(*task.columns)), plan.extent)
-        yield Part(task.frame, None if count == 1 else place, arrays)
+    of_frame: list[DrawnPixels] = []
+    for task, (arrays, drawn) in results:
+        if sample is not None and drawn is not None:
+            of_frame.append(drawn)
+            if len(of_frame) == len(windows):
+                sample.add_frame(task.frame, of_frame)
+                of_frame = []
+        yield Part(task.frame, None if len(windows) == 1 else relative(task.extent, plan.extent), arrays)
 
 
 def parts_of(plan: Plan) -> int:
@@ -265,44 +262,34 @@ def parts_of(plan: Plan) -> int:
     return plan.frame_times_s.size * len(tiles(plan))
 
 
-def _tasks(plan: Plan, cut: Sequence[Window], frame: int) -> Iterator[Task]:
-    scenario, base = plan.scenario.to_json(), str(plan.scenario.base)
-    sizes = [length(rows) * length(columns) for rows, columns in cut]
-    for (rows, columns), before in zip(cut, itertools.accumulate(sizes, initial=0), strict=False):
-        yield Task(scenario, base, frame, (rows.start, rows.stop), (columns.start, columns.stop), before)
+def _tasks(plan: Plan, frames: Sequence[int]) -> Iterator[Task]:
+    scenario, base, windows = plan.scenario.to_json(), str(plan.scenario.base), tiles(plan)
+    sizes = [length(rows) * length(columns) for rows, columns in windows]
+    for frame in frames:
+        for (rows, columns), before in zip(windows, itertools.accumulate(sizes, initial=0), strict=False):
+            yield Task(scenario, base, frame, (rows.start, rows.stop), (columns.start, columns.stop), before)
 
 
-def _in_order(
-    plan: Plan, executor: Executor, workers: int, tasks: Iterator[tuple[Task, int]]
-) -> Iterator[tuple[Task, int, tuple[Frame, DrawnPixels | None]]]:
+def _in_order(plan: Plan, executor: Executor, workers: int, tasks: Iterator[Task]) -> Iterator[tuple[Task, MadePart]]:
     """Yield what workers make in the order of the tasks, with a few of them ahead."""
-    waiting: deque[tuple[Task, int, Future[Any]]] = deque()
-    summary: tuple[int, Sequence[Any]] = (-1, ())
+    waiting: deque[tuple[Task, Future[MadePart]]] = deque()
+    frame, summaries = -1, list[Any]()
     try:
-        for task, count in tasks:
-            if summary[0] != task.frame:
-                summary = task.frame, summaries_of(plan, float(plan.frame_times_s[task.frame]))
-            waiting.append((task, count, executor.submit(make_part, task, summary[1])))
+        for task in tasks:
+            if task.frame != frame:
+                frame, summaries = task.frame, summaries_of(plan, float(plan.frame_times_s[task.frame]))
+            waiting.append((task, executor.submit(make_part, task, summaries)))
             while len(waiting) >= AHEAD * workers:
-                yield _result(waiting)
+                yield waiting[0][0], waiting[0][1].result()
+                waiting.popleft()
         while waiting:
-            yield _result(waiting)
+            yield waiting[0][0], waiting[0][1].result()
+            waiting.popleft()
     except BrokenProcessPool as error:
         raise ProviderError(
             f"a worker process ended before its part of the scene was made ({error}): it may have been killed, for "
             "example because memory ran out; fewer workers need less"
         ) from error
     finally:
-        for _, _, future in waiting:
+        for _, future in waiting:
             future.cancel()
-
-
-def _result(waiting: deque[tuple[Task, int, Future[Any]]]) -> tuple[Task, int, tuple[Frame, DrawnPixels | None]]:
-    task, count, future = waiting[0]
-    made = future.result()
-    waiting.popleft()
-    return task, count, made
-
-
-def _corner(place: Window) -> tuple[int, int]:
-    return place[0].start, place[1].start

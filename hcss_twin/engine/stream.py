@@ -149,10 +149,8 @@ def stream(
     for index in range(plan.frame_times_s.size) if frames is None else frames:
         part = None if sample is None else sample.of_part(index)
         frame, radiance = maker.part(index, plan.extent, part)
-        of_frame = None if sample is None else sample.of_frame(index)
-        if part is not None and of_frame is not None:
-            of_frame.add(part.drawn(radiance))
-            of_frame.finish()
+        if sample is not None and part is not None:
+            sample.add_frame(index, [part.drawn(radiance)])
         yield frame
 
 

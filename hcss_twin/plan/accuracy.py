@@ -1,7 +1,4 @@
-"""How the accuracy of a scene is shared out among what the engine does approximately, and what each found.
-
-What accuracy a scene is asked for, as a share of its band radiances.
-"""
+"""The accuracy that a scene is asked for, as a share of its band radiances, and its shares of the approximations."""
 
 from __future__ import annotations
 
@@ -35,24 +32,23 @@ SHARES: Mapping[str, float] = {
 }
 """Of the accuracy. A pixel has cloud in one layer or in both, or waves: the largest of the three counts."""
 
-MEANING: Mapping[str, str] = {
-    "wavenumbers": "few weighted wavenumbers stand for the whole grid",
-    "thickness": "columns with cloud in one layer, between computed ones",
-    "two_layers": "columns with cloud in two layers, between computed ones",
-    "waves": "clear columns over waves, between computed slopes",
-    "views": "between computed views, where pixels have views of their own",
-    "shadows": "sunlight through clouds, between computed paths",
-    "time": "between instants",
-    "faint_sunlight": "computing without sunlight by day, where there is so little",
-    "other_instants": "columns at further instants, from those at the first",
-}
-
 
 @dataclass(frozen=True)
 class Budget:
-    """Relative errors of the total radiance, one for each approximation: allowed ones, or those found.
+    """Relative errors of the total radiance, one for each approximation: allowed ones, or those that were measured.
 
-    A found error is 0 where nothing was approximated.
+    A measured error is 0 where nothing was approximated.
+
+    Attributes
+    ----------
+    wavenumbers : float
+        Few weighted wavenumbers stand for the whole grid.
+    thickness, two_layers, waves, views, shadows, time : float
+        Between computed columns with cloud in one layer, and in two, slopes, views, sun paths and instants.
+    other_instants : float
+        Columns at further instants, from those at the first.
+    faint_sunlight : float
+        Computing without sunlight by day, where there is so little.
     """
 
     wavenumbers: float = 0.0
@@ -69,15 +65,8 @@ class Budget:
     def total(self) -> float:
         """What a pixel can have of them together."""
         somewhere = max(self.thickness, self.two_layers, self.waves)
-        return (
-            self.wavenumbers
-            + somewhere
-            + self.views
-            + self.shadows
-            + self.time
-            + self.other_instants
-            + self.faint_sunlight
-        )
+        before = self.wavenumbers + somewhere + self.views + self.shadows
+        return before + self.time + self.other_instants + self.faint_sunlight
 
 
 def share_out(accuracy: float) -> Budget:

@@ -205,12 +205,12 @@ def choose_views(
     _refuse_beside(scenario, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
     if error > tolerance or nodes > MAX_NODES:
-        views = f"{x + 1} x {y + 1} views"
+        many = f"{x + 1} x {y + 1} views"
         limit = (
-            f"an error of {error:.1e} of the radiance remains with {views}, the most along an axis are "
+            f"an error of {error:.1e} of the radiance remains with {many}, the most along an axis are "
             f"{MAX_ORDER + 1}; allowed: an error of {tolerance:.1e}"
             if error > tolerance
-            else f"an error below {tolerance:.1e} of the radiance needs {views}, which are {nodes}; allowed: up to "
+            else f"an error below {tolerance:.1e} of the radiance needs {many}, which are {nodes}; allowed: up to "
             f"{MAX_NODES} views"
         )
         message = (
