@@ -39,7 +39,6 @@ class VariableCheck:
 
     Attributes
     ----------
-    name : str
     relative_to : str
         What differences are relative to: ``value``, ``largest`` (of the variable in the frame, or in the tile of a
         large one) or ``exact`` where any difference counts.
@@ -106,8 +105,6 @@ class CubeComparison:
 
     Parameters
     ----------
-    path : str
-    file : netCDF4.Dataset, or what looks like one
     axes : mapping of str to ndarray
         Times of its frames, and names of its bands and layers.
     header : CubeHeader

@@ -157,7 +157,6 @@ class SceneAround:
 
     Parameters
     ----------
-    plan : Plan
     tables : RadianceTables or None
         As the frames were made with.
     sensor : BuiltSensor
@@ -214,7 +213,6 @@ def sensor_attributes(
     ----------
     clean : mapping
         Global attributes of the clean cube.
-    sensor : BuiltSensor
     files : mapping of str to str
         SHA-256 of the files read for the sensor, by name.
     clean_name : str

@@ -137,7 +137,6 @@ class Task:
         As :meth:`Scenario.to_json` writes it.
     base : str
         Folder of its relative paths.
-    frame : int
     rows, columns : (int, int)
         First and end, in pixels of the image.
     before : int
@@ -188,7 +187,6 @@ def make_part(task: Task, summaries: Sequence[Any] | None = None) -> MadePart:
 
     Parameters
     ----------
-    task : Task
     summaries : sequence, optional
         Those of :func:`hcss_twin.engine.stream.summaries_of` for the frame; computed where they are not given.
     """

@@ -195,7 +195,6 @@ class Shadows:
 
     Parameters
     ----------
-    plan : Plan
     tables : RadianceTables or None
         None where no requested variable needs radiance; the mask can be had without.
     """

@@ -35,8 +35,6 @@ class FrameClouds:
 
     Parameters
     ----------
-    plan : Plan
-    time_s : float
     summaries : sequence, optional
         Those of :func:`summaries_of` at the same instant, where they are known already.
     """
@@ -159,7 +157,6 @@ class PartMaker:
 
     Parameters
     ----------
-    plan : Plan
     tables : RadianceTables or None
         None where no requested variable needs radiance.
     """

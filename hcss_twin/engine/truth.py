@@ -20,10 +20,6 @@ Thickness = NDArray[np.float32]
 class Truth:
     """Computes the truth variables a plan asks for, window by window of a part of one frame.
 
-    Parameters
-    ----------
-    plan : Plan
-
     Attributes
     ----------
     variables : dict of str to ndarray

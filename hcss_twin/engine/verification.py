@@ -59,7 +59,6 @@ class Verification:
         Why it could not be recomputed; empty where it was.
     layout : tuple of Change
         Dimensions, variables and types that are not those the scenario makes.
-    files : tuple of FileChange
     versions, providers, attributes : tuple of Change
         Possible causes; they do not make a cube different by themselves.
     variables : tuple of VariableCheck

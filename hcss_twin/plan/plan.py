@@ -31,7 +31,6 @@ class Plan:
 
     Attributes
     ----------
-    scenario : Scenario
     catalog : Catalog
         Records the files that were read.
     assembly : Assembly
@@ -51,12 +50,10 @@ class Plan:
         Rows and columns of the image that are computed.
     frame_times_s : ndarray (F,)
         Seconds after the scenario's start.
-    sun_track : SunTrack
     sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
         At each frame.
     variables : tuple of VariableSpec
         Of the cube.
-    accuracy : RequestedAccuracy
     omissions : tuple of Omission
         Approximations and omitted physics, with bounds.
     filled_in : tuple of FilledIn

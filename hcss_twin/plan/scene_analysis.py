@@ -41,7 +41,6 @@ class SceneAnalysis:
         Largest share of sunlight in any band, where radiance is computed without it by day; else None.
     resolves_waves : bool
         Whether clear pixels show waves of their own.
-    omissions : tuple of Omission
     views : ViewAxis or None
         Views that have tables; None where that of the image centre stands for all pixels.
     """

@@ -48,10 +48,8 @@ class BuiltSensor:
         Who brings the model.
     parameters : mapping
         All of them, with defaults; empty where the model has none.
-    provider : hcss_twin.providers.Sensor
     variables : tuple of VariableSpec
         Measured radiance and what was asked for beside it.
-    seed : int
     inputs : SensorInputs
         What the provider was made from.
     cube : (slice, slice)

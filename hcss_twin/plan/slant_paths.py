@@ -86,7 +86,6 @@ class SlantPaths:
     ----------
     shadows, parallax : bool
         Whether the sun's paths, and those of sight, are slant.
-    view : View
     sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
         At the frames with the sun above the horizon.
     """

@@ -31,7 +31,6 @@ class SunFrames:
 
     Attributes
     ----------
-    track : SunTrack
     time_s, zenith_deg, azimuth_deg : ndarray (F,)
         Of each frame.
     """
@@ -155,7 +154,6 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
 
     Parameters
     ----------
-    sun : SunFrames
     limit : float
         Relative to the total of a band.
 

@@ -31,8 +31,6 @@ class Surroundings:
 
     Attributes
     ----------
-    profile : Profile
-    sea_temperature_K, sea_wind_speed_m_s : float
     filled_in : tuple of FilledIn
         What the scenario left open.
     """
@@ -48,8 +46,6 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
 
     Parameters
     ----------
-    scenario : Scenario
-    catalog : Catalog
     bound : Profile or None
         The one profile the transmittance provider belongs to; None if it takes any.
 

@@ -59,7 +59,6 @@ class ImageViews:
     ----------
     grid : Grid
         The image, in pixels.
-    lines : LinesOfSight
     """
 
     grid: Grid

@@ -68,7 +68,6 @@ class StratumCheck:
 
     Attributes
     ----------
-    name : str
     pixels : int
         Pixels of the stratum in the checked frames, those that are left out among them.
     checked, exceeding : int

@@ -27,7 +27,6 @@ class SampledPixels:
     ----------
     frame : int
         Number of the frame in the cube.
-    time_s : float
     stratum : ndarray (M,)
     row, column : ndarray (M,)
     thickness_m : ndarray of float32 (M, L, P)

@@ -123,7 +123,6 @@ class PartSample:
 
     Parameters
     ----------
-    plan : Plan
     index : int
         Number of the frame in the cube.
     count : int

@@ -53,7 +53,6 @@ def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> t
 
     Parameters
     ----------
-    columns : callable
     low_m, high_m : ndarray (E,), (F,)
         Ascending.
     tolerance : float

@@ -73,7 +73,6 @@ class ViewedLookUp:
 
     Parameters
     ----------
-    axis : ViewAxis
     grid : Grid
         The image, in pixels.
     look_ups : sequence of LookUp

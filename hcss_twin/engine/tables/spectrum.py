@@ -66,7 +66,6 @@ class Spectrum:
 
     Attributes
     ----------
-    nodes : SpectralNodes
     dense : int
         Wavenumbers of the grid they were chosen from.
     estimated_error : float

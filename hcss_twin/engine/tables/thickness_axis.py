@@ -55,7 +55,6 @@ def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, pl
     ----------
     what : str
         What does not converge to what.
-    source : Source
     layer : CloudLayer
         The one that grows.
     thickness_m : ndarray (N,)

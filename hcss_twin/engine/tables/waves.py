@@ -198,7 +198,6 @@ class WaveStage:
 
     Parameters
     ----------
-    waves : PlannedWaves
     tables : RadianceTables or None
         With ``waves``; None where no radiance is needed.
     wind_from_deg : float
