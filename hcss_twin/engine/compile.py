@@ -83,7 +83,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
     if plan.waves is not None:
         waves = compile_waves(plan, plan.waves, columns.quantities, suns, allowed.waves)
     shadows = compile_shadows(plan, columns.quantities, times, columns.clear)
-    found = Budget(
+    errors = Budget(
         wavenumbers=spectrum.estimated_error,
         thickness=alone_error,
         two_layers=0.0 if pair is None else pair.estimated_error,
@@ -93,7 +93,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
         other_instants=drift,
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
-    return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, found, shadows, waves)
+    return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, errors, shadows, waves)
 
 
 def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:

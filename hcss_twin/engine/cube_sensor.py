@@ -133,23 +133,23 @@ def _pixel_size_m(dataset: xr.Dataset, expected_m: float, name: str) -> float:
 
 def _corner(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple[int, int]:
     """Row and column of the first pixel in the image; (0, 0) for other pixels than those of the scenario."""
-    found = []
+    corner = []
     for name, count in zip(("y", "x"), image, strict=True):
         centres_m = dataset[name].to_numpy().astype(np.float64)
         place = centres_m / size_m + 0.5 * count - 0.5
         first = int(np.rint(place[0]))
         if first < 0 or np.max(np.abs(place - first - np.arange(place.size))) > 0.1:
             return 0, 0
-        found.append(first)
-    return found[0], found[1]
+        corner.append(first)
+    return corner[0], corner[1]
 
 
 def _speed_m_s(dataset: xr.Dataset, times_s: NDArray[np.float64], expected_m_s: float) -> float:
     """Speed of the image's centre, from the way it has come at the last frame."""
     if "centre_displacement" not in dataset or not times_s[-1] > 0.0:
         return expected_m_s
-    found = float(dataset["centre_displacement"].to_numpy()[-1]) / float(times_s[-1])
-    return expected_m_s if abs(found - expected_m_s) <= _SAME * abs(expected_m_s) else found
+    speed_m_s = float(dataset["centre_displacement"].to_numpy()[-1]) / float(times_s[-1])
+    return expected_m_s if abs(speed_m_s - expected_m_s) <= _SAME * abs(expected_m_s) else speed_m_s
 
 
 class SceneAround:
@@ -227,7 +227,7 @@ def sensor_attributes(
     providers[str(entry.kind)] = {"name": entry.name, "distribution": entry.distribution, "version": entry.version}
     identifier = hashlib.sha256(f"{clean.get('id', '')}\n{about}".encode()).hexdigest()[:16]
     title = str(clean.get("title", ""))
-    found: dict[str, Attribute | None] = {
+    attributes: dict[str, Attribute | None] = {
         "title": f"{title} - as measured by {sensor.title}" if title else f"As measured by {sensor.title}",
         "summary": f"Measured by the simulated sensor '{sensor.title}' (model '{entry.name}'), not the radiance that "
         f"reaches it: {clean.get('summary', '')}",
@@ -245,5 +245,5 @@ def sensor_attributes(
         "hcss_files_sha256": json.dumps(dict(sorted({**json.loads(str(clean["hcss_files_sha256"])), **files}.items()))),
     }
     if "hcss_certificate" in clean:
-        found[CLEAN_CERTIFICATE] = str(clean["hcss_certificate"])
-    return {**found, **{name: None for name in CERTIFICATE if name in clean}}
+        attributes[CLEAN_CERTIFICATE] = str(clean["hcss_certificate"])
+    return {**attributes, **{name: None for name in CERTIFICATE if name in clean}}

@@ -238,18 +238,18 @@ def _in_memory(dataset: xr.Dataset, section: Sensor, name: str, base: Path | Non
     sensor = _build(section, cube, name)
     clean = dataset["radiance"].transpose("time", "band", "y", "x")
     frames = [_measure(sensor, cube, index, clean.isel(time=index).to_numpy()) for index in range(clean.sizes["time"])]
-    kept = dataset.drop_vars([str(each) for each in dataset.data_vars if is_replaced(str(each))])
+    measured = dataset.drop_vars([str(each) for each in dataset.data_vars if is_replaced(str(each))])
     # as open_cube shows variables: what CF needs to find coordinates is encoding there
     for spec in sensor.variables:
         values = np.stack([frame[spec.name] for frame in frames])
         variable = xr.Variable(spec.dims, values, variable_attributes(spec))
         variable.encoding.update({key: value for key, value in clean.encoding.items() if key in _CF_ENCODING})
-        kept[spec.name] = variable
+        measured[spec.name] = variable
     clean_name = Path(name).name if os.path.isfile(name) else ""
     changed = sensor_attributes(dataset.attrs, sensor, cube.inputs.catalog.used, clean_name)
     attributes = {**dataset.attrs, **changed}
-    kept.attrs = {key: value for key, value in attributes.items() if value is not None}
-    return kept
+    measured.attrs = {key: value for key, value in attributes.items() if value is not None}
+    return measured
 
 
 _CF_ENCODING = ("coordinates", "grid_mapping")

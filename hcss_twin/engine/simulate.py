@@ -45,9 +45,9 @@ def overlaps(plan: Plan) -> bool:
     The library is not thread safe, so that no frame can be written while a provider reads. Ours read their files
     when they are made; of those from other packages that is not known, and their frames are written in between.
     """
-    asked = (Kind.CLOUDS,) if plan.waves is None else (Kind.CLOUDS, Kind.SEA)
+    kinds = (Kind.CLOUDS,) if plan.waves is None else (Kind.CLOUDS, Kind.SEA)
     entries = plan.assembly.entries.values()
-    return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in asked)
+    return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in kinds)
 
 
 IN_MEMORY_BYTES = 512 * 2**20

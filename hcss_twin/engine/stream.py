@@ -226,16 +226,16 @@ class PartMaker:
                 shaded = shadows.cast(window, thickness, radiance, self._truth.variables, place)
             if sample is not None:
                 sample.observe(place, thickness, shaded)
-        made: Frame = dict(self._truth.variables)
+        frame: Frame = dict(self._truth.variables)
         for number, name in enumerate(self._quantities):
             values = radiance[number * bands : (number + 1) * bands]
-            made[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
+            frame[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
         if self._temperature is not None:
-            made["brightness_temperature"] = self._temperature(made[TOTAL])
+            frame["brightness_temperature"] = self._temperature(frame[TOTAL])
         for name, bits in self._bits.items():
-            round_bits(made[name], bits)
-        found = {name: values for name, values in made.items() if name in self._names}
-        return found, radiance.reshape(len(self._quantities), bands, *size)
+            round_bits(frame[name], bits)
+        requested = {name: values for name, values in frame.items() if name in self._names}
+        return requested, radiance.reshape(len(self._quantities), bands, *size)
 
     def _look_up(self, time_s: float) -> LookUp | ViewedLookUp | None:
         """Return the look-up of an instant; None where there is no radiance."""

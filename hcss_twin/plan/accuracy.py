@@ -129,15 +129,15 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
     grid = assembly.spectral_grid
     shares = []
     names = [band.name for band in assembly.bands]
-    for band, (name, found) in enumerate(zip(names, _hottest_K(assembly, suns), strict=True)):
-        hottest = found + MARGIN_K
+    for band, (name, kelvin_there) in enumerate(zip(names, _hottest_K(assembly, suns), strict=True)):
+        hottest = kelvin_there + MARGIN_K
         if hottest > HOTTEST_K:
             message = (
                 f"{scenario.accuracy!r}: pixels of band '{name}' look hotter than {HOTTEST_K:g} K, as reflected "
                 "sunlight does at short wavelengths; allowed: a share of the radiance"
             )
             raise ScenarioError([Problem("accuracy", message)])
-        if found < COLDEST_K:
+        if kelvin_there < COLDEST_K:
             message = (
                 f"{scenario.accuracy!r}: pixels of band '{name}' look colder than {COLDEST_K:g} K at every wavenumber; "
                 "allowed: a share of the radiance"

@@ -52,9 +52,9 @@ class DisplacedClouds:
         # copies and unpickled objects are asked for attributes before they have a generator
         if name.startswith("__") or name == "_generator":
             raise AttributeError(name)
-        found = getattr(self._generator, name)
+        attribute = getattr(self._generator, name)
         # looked up here, so that hasattr() tells whether the generator has it
-        return self._thickness_around_m if name == "thickness_around_m" else found
+        return self._thickness_around_m if name == "thickness_around_m" else attribute
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) seen from a window of the image."""
@@ -89,31 +89,18 @@ class DisplacedClouds:
 _REMEDY = "or slant.shadows = false and slant.parallax = false"
 
 
-def require_one_sky(layer: CloudLayer, field: str, margin: tuple[int, int]) -> None:
-    """Refuse a coverage that is that of the image where paths leave it.
-
-    Raises
-    ------
-    ScenarioError
-        Naming the layer's ``coverage_mode``.
-    """
-    if layer.coverage_mode == "field" or margin == (0, 0):
-        return
-    message = (
-        f"\"frame\" fixes the coverage of the image, and slant paths meet '{layer.name}' up to {margin[0]} rows and "
-        f'{margin[1]} columns of points outside it; allowed: "field", {_REMEDY}'
-    )
-    raise ScenarioError([Problem(f"{field}.coverage_mode", message)])
+def _require_one_sky(layer: CloudLayer, field: str, margin: tuple[int, int]) -> None:
+    """Refuse a coverage that is that of the image where paths leave it."""
+    if layer.coverage_mode != "field" and margin != (0, 0):
+        message = (
+            f"\"frame\" fixes the coverage of the image, and slant paths meet '{layer.name}' up to {margin[0]} rows "
+            f'and {margin[1]} columns of points outside it; allowed: "field", {_REMEDY}'
+        )
+        raise ScenarioError([Problem(f"{field}.coverage_mode", message)])
 
 
-def require_windows(generator: CloudGenerator, layer: CloudLayer, field: str) -> None:
-    """Refuse a generator that only makes whole frames.
-
-    Raises
-    ------
-    ScenarioError
-        Naming the layer's ``generator``.
-    """
+def _require_windows(generator: CloudGenerator, layer: CloudLayer, field: str) -> None:
+    """Refuse a generator that only makes whole frames where paths leave the image."""
     if not generator.declares.tileable:
         message = (
             f"that of '{layer.name}' only makes whole frames, and slant paths meet clouds outside the image; allowed: "
@@ -134,14 +121,8 @@ def sums_up(generator: CloudGenerator) -> bool:
     return hasattr(generator, "frame_summary") and hasattr(generator, "thickness_in_frame_m")
 
 
-def require_few_points(points: Grid, samples: int, layer: CloudLayer, field: str) -> None:
-    """Refuse frames that are too large for a generator that only makes whole ones.
-
-    Raises
-    ------
-    ScenarioError
-        Naming ``image.samples_per_pixel`` or ``image.rows``.
-    """
+def _require_few_points(points: Grid, samples: int, layer: CloudLayer, field: str) -> None:
+    """Refuse frames that are too large for a generator that only makes whole ones."""
     count = points.rows * points.columns
     # One point per pixel is as large as the image itself, which is the user's choice as far as memory may go.
     allowed = MAX_POINTS if samples > 1 else MAX_PIXELS_AT_ONCE
@@ -181,24 +162,24 @@ def assemble_clouds(
 
     The third of each is the field to be named where an optics provider refuses the layer's particles.
     """
-    found: list[tuple[ResolvedLayer, Layer, str]] = []
+    layers: list[tuple[ResolvedLayer, Layer, str]] = []
     for index, section in enumerate(scenario.clouds.layers):
         field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
         with builder.collect_problems(f"{field}.type"):
             resolved = resolve_layer(section, catalog, field)
             if around is not None:
                 _require_top_inside(resolved.layer, around.profile, field)
-            found.append((resolved, section, field))
+            layers.append((resolved, section, field))
     geometries = {
         field: (section, Geometry(resolved.layer.base_m, resolved.layer.top_m, resolved.layer.thickness_min_m))
-        for resolved, section, field in found
+        for resolved, section, field in layers
     }
     builder.keep(overlap_problems(geometries))
-    found.sort(key=lambda each: each[0].layer.base_m)
+    layers.sort(key=lambda each: each[0].layer.base_m)
     samples = scenario.image.samples_per_pixel
     points = Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
     clouds: list[tuple[CloudLayer, CloudGenerator, str]] = []
-    for index, (resolved, section, field) in enumerate(found):
+    for index, (resolved, section, field) in enumerate(layers):
         margin = slant.margin(resolved.layer, points.pixel_size_m)
         inputs = CloudInputs(
             resolved.layer,
@@ -208,20 +189,20 @@ def assemble_clouds(
             catalog,
             resolved.type_parameters,
         )
-        label = str(Kind.CLOUDS) if len(found) == 1 else f"{Kind.CLOUDS}[{index}]"
+        label = str(Kind.CLOUDS) if len(layers) == 1 else f"{Kind.CLOUDS}[{index}]"
         with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
-            require_one_sky(resolved.layer, field, margin)
+            _require_one_sky(resolved.layer, field, margin)
             slant.require_short(resolved.layer, points.pixel_size_m, samples)
             name = selected(section, "generator")
             generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
             if not (generator.declares.tileable or sums_up(generator)):
-                require_few_points(points, samples, resolved.layer, field)
+                _require_few_points(points, samples, resolved.layer, field)
             if margin != (0, 0):
-                require_windows(generator, resolved.layer, field)
+                _require_windows(generator, resolved.layer, field)
                 shift = slant.of_view(resolved.layer, points.pixel_size_m)
                 generator = DisplacedClouds(generator, margin, shift)
-            blamed = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
-            clouds.append((resolved.layer, generator, f"{field}.{blamed}"))
+            particle_key = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
+            clouds.append((resolved.layer, generator, f"{field}.{particle_key}"))
     return clouds
 
 

@@ -240,8 +240,8 @@ def one_direction(
     lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
     if lit:
         bound = _bound_of_suns(assembly, columns, lit)
-        told = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
-        yield Omission("sun angles of single pixels", f"the sun is that of the image centre; {told}", bound)
+        corners = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
+        yield Omission("sun angles of single pixels", f"the sun is that of the image centre; {corners}", bound)
 
 
 def _one_view(assembly: Assembly, columns: FewColumns, known: Mapping[Sun | None, Array]) -> Omission:

@@ -108,8 +108,10 @@ class BuiltSensor:
         clean = radiance.astype(np.float64)
         clean.flags.writeable = False
         measured: Measured = self.provider.measure(clean, frame, time_s)
-        kept = relative(self.cube, self.given)
-        return {spec.name: _stored(getattr(measured, spec.name)[:, *kept], spec, self.entry) for spec in self.variables}
+        inner = relative(self.cube, self.given)
+        return {
+            spec.name: _stored(getattr(measured, spec.name)[:, *inner], spec, self.entry) for spec in self.variables
+        }
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for the plan and for the cube's provenance."""

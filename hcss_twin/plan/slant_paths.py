@@ -1,6 +1,4 @@
-"""Which terms of a radiance model are direct sunlight reflected by the clear sea.
-
-Where slant paths meet the clouds: displacements of what the sensor sees and of what the sun shines through.
+"""Where slant paths meet the clouds: displacements of what the sensor sees and of what the sun shines through.
 
 A pixel is a point of the sea. The straight line from it at zenith angle theta and azimuth phi passes the height h above
 the point h tan(theta) away, toward phi; x points east and y north. For the line of sight each layer has one height,

@@ -1,9 +1,4 @@
-"""The sun at the frames of a scene, and a few of its positions that stand for all.
-
-Sunlight that a radiance model does without once the sun is very low.
-
-Whether sunlight matters at all: by day, too, some scenes can do without.
-"""
+"""The sun at the frames of a scene, and sunlight that is omitted: under a very low sun, and where it is negligible."""
 
 from __future__ import annotations
 
@@ -47,14 +42,14 @@ class SunFrames:
 
     def at(self, frames: Iterable[int]) -> list[tuple[float, Sun | None]]:
         """Return time and sun, None below the horizon, of some frames; of those with the sun at one place the first."""
-        found: list[tuple[float, Sun | None]] = []
+        frames_and_suns: list[tuple[float, Sun | None]] = []
         for frame in frames:
             time_s = float(self.time_s[frame])
             position = self.track.at(time_s)
             sun = position if position.is_up else None
-            if not any(_same(sun, other) for _, other in found):
-                found.append((time_s, sun))
-        return found
+            if not any(_same(sun, other) for _, other in frames_and_suns):
+                frames_and_suns.append((time_s, sun))
+        return frames_and_suns
 
     def evenly(self, count: int) -> list[tuple[float, Sun | None]]:
         """Time and sun of at most so many frames from the first to the last."""

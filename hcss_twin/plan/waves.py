@@ -1,7 +1,4 @@
-"""How much resolved waves could change the radiance of clear pixels: a bound that costs no table.
-
-Whether a scene draws the waves that its pixels resolve, or averages over them; the bound of what that costs.
-"""
+"""Whether clear pixels show the waves that they resolve or the mean sea, and a bound of the difference."""
 
 from __future__ import annotations
 

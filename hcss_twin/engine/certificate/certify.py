@@ -102,7 +102,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
     stratum = np.concatenate([np.empty(0, np.int64), *(pixels.stratum for pixels in frames)])
     size = np.array([pixels.pixels for pixels in frames]).reshape(len(frames), len(names))
     checked = np.array([np.bincount(pixels.stratum, minlength=len(names)) for pixels in frames])
-    found = []
+    checks = []
     for number, name in enumerate(names):
         own = stratum == number
         left_out = {
@@ -112,12 +112,12 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
         pixels_of = int(np.sum(size[:, number])) + sum(left_out.values())
         if pixels_of:
             worst = tuple(_rounded(each) for each in np.max(error[own], axis=0)) if np.any(own) else ()
-            found.append(StratumCheck(name, pixels_of, int(np.sum(own)), int(np.sum(exceeding[own])), worst, left_out))
+            checks.append(StratumCheck(name, pixels_of, int(np.sum(own)), int(np.sum(exceeding[own])), worst, left_out))
     return Certificate(
         requested=plan.accuracy,
         estimated=tables.estimated_error,
         bands=tuple(band.name for band in plan.bands),
-        strata=tuple(found),
+        strata=tuple(checks),
         frames=tuple(pixels.frame for pixels in frames),
         open_share=share_of_all(size.ravel(), checked.reshape(size.shape).ravel()),
         terms=terms if error.size else {},

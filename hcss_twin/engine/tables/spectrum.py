@@ -1,7 +1,4 @@
-"""Which frames a certificate checks: random, and the same for every sequence of a length.
-
-At which wavenumbers the columns of a scene are computed: chosen on some of its columns, tried on others.
-"""
+"""The wavenumbers at which columns of a scene are computed: chosen on some of its columns, tried on others."""
 
 from __future__ import annotations
 
@@ -115,10 +112,10 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
                 *(_clear_spectra(plan, sun) for sun in _suns(plan, heights + 1 + trial)),
             ]
         )
-        kept = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
+        places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         total = np.sum(tried, axis=1)
         exact = total @ grid.weights_cm1.T
-        away, lit = np.abs(total[:, kept] @ nodes.weights_cm1.T - exact), exact > 0.0
+        away, lit = np.abs(total[:, places] @ nodes.weights_cm1.T - exact), exact > 0.0
         error = float(np.max(away[lit] / exact[lit], initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
         if error <= TRIAL_SHARE * tolerance:
             return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
@@ -166,8 +163,8 @@ def _suns_that_hardly_move(plan: Plan) -> list[Sun | None]:
 
 def _clear_spectra(plan: Plan, sun: Sun | None) -> Array:
     """Terms of the clear column, (1, K, V)."""
-    found = plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, sun)
-    return np.stack([np.asarray(found[name]) for name in plan.assembly.model.terms])[None]
+    spectra = plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, sun)
+    return np.stack([np.asarray(spectra[name]) for name in plan.assembly.model.terms])[None]
 
 
 def _cloudy_spectra(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
@@ -175,8 +172,8 @@ def _cloudy_spectra(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
     wavenumber, terms = plan.spectral_grid.wavenumber_cm1, plan.assembly.model.terms
     if not thickness_m.size:
         return np.empty((0, len(terms), wavenumber.size))
-    found = plan.assembly.model.cloudy(wavenumber, thickness_m, sun)
-    return np.stack([np.asarray(found[name]) for name in terms], axis=1)
+    spectra = plan.assembly.model.cloudy(wavenumber, thickness_m, sun)
+    return np.stack([np.asarray(spectra[name]) for name in terms], axis=1)
 
 
 def _first_columns(plan: Plan) -> Array:
