@@ -23,8 +23,8 @@ import numpy as np
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.models.atmosphere.parameters import BandModelParameters
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.profile import local_zenith_deg
 from hcss_twin.providers import AtmosphereInputs

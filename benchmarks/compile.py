@@ -15,7 +15,7 @@ import numpy as np
 
 from hcss_twin.engine import compile as compiling
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
-from hcss_twin.models.radiance.spectral_nodes import all_nodes
+from hcss_twin.models.radiance.spectral_grid import all_nodes
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import Scenario

@@ -5,7 +5,7 @@
     python benchmarks/fractal_dimension.py            # about 15 minutes
     python benchmarks/fractal_dimension.py --quick    # a tenth of the surfaces, sides to 256
     python benchmarks/fractal_dimension.py --speed    # the last table only
-    python benchmarks/fractal_dimension.py --write    # also replaces measured.json of the package
+    python benchmarks/fractal_dimension.py --write    # also replaces fractal_dimension.json of the package
 
 Each estimator sees the same exact fractional Brownian surfaces. The calibration of the box counting is taken from
 the first half of the seeds; its error, like all tables, from the other half.
@@ -21,6 +21,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import argparse
 import json
 import math
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -28,15 +29,9 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.analysis.measures.fractal_dimension import estimate
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
-    body_dimension,
-    boundary_dimension,
-    box_counting_dimension,
-)
-from hcss_twin.analysis.measures.fractal_dimension.estimate import Measured
-from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
-from hcss_twin.analysis.measures.fractional_brownian_surface import circulant_embedding, draw_surface
+from hcss_twin.analysis.measures import fractal_dimension
+from hcss_twin.analysis.measures.box_counting import body_dimension, boundary_dimension, box_counting_dimension
+from hcss_twin.analysis.measures.fractal_dimension import EstimatorCalibration, spectral_dimension, variogram_dimension
 from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, to_grey_levels
 from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.catalog import Catalog, catalog_root
@@ -44,6 +39,10 @@ from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
+
+# The exact surfaces lie beside the tests, which draw them too.
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+from fractional_brownian_surface import circulant_embedding, draw_surface
 
 HURST = [round(0.1 * i, 1) for i in range(1, 10)]
 
@@ -81,7 +80,7 @@ def estimates(surface: np.ndarray) -> dict[str, float]:
     }
 
 
-def measure(sizes: dict[int, int]) -> tuple[Measured, dict[str, np.ndarray]]:
+def measure(sizes: dict[int, int]) -> tuple[EstimatorCalibration, dict[str, np.ndarray]]:
     """Means and spreads, and the mean over the calibrating half."""
     shape = len(sizes), len(HURST)
     mean = {name: np.empty(shape) for name in ESTIMATORS}
@@ -97,7 +96,7 @@ def measure(sizes: dict[int, int]) -> tuple[Measured, dict[str, np.ndarray]]:
             first[RAW][i, j] = np.mean([one[RAW] for one in found[::2]])
             second[i, j] = found[1::2]
         print(f"side {size}: {count} surfaces of each H", flush=True)
-    calibration = Measured(log_size, dimension, first, {})
+    calibration = EstimatorCalibration(log_size, dimension, first, {})
     for (i, j), found in second.items():
         size = list(sizes)[i]
         for one in found:
@@ -105,10 +104,10 @@ def measure(sizes: dict[int, int]) -> tuple[Measured, dict[str, np.ndarray]]:
         for name in ESTIMATORS:
             values = [one[name] for one in found]
             mean[name][i, j], spread[name][i, j] = np.mean(values), np.std(values, ddof=1)
-    return Measured(log_size, dimension, mean, spread), first
+    return EstimatorCalibration(log_size, dimension, mean, spread), first
 
 
-def print_errors(result: Measured, sizes: list[int], shown: tuple[int, ...]) -> None:
+def print_errors(result: EstimatorCalibration, sizes: list[int], shown: tuple[int, ...]) -> None:
     """Markdown tables: bias +- spread of D by estimator and H."""
     for size in (size for size in sizes if size in shown):
         i = sizes.index(size)
@@ -124,7 +123,7 @@ def print_errors(result: Measured, sizes: list[int], shown: tuple[int, ...]) -> 
             print(f"| {hurst} | " + " | ".join(cells) + " |")
 
 
-def write(result: Measured, first: dict[str, np.ndarray], sizes: list[int], counts: list[int]) -> None:
+def write(result: EstimatorCalibration, first: dict[str, np.ndarray], sizes: list[int], counts: list[int]) -> None:
     """Replace the package's table; rows by side, columns by ascending H."""
     methods = {}
     for name in ("variogram", RAW, CALIBRATED, "spectrum", "boundary"):
@@ -145,7 +144,7 @@ def write(result: Measured, first: dict[str, np.ndarray], sizes: list[int], coun
         "hurst": HURST,
         "methods": methods,
     }
-    path = Path(estimate.__file__).with_name("measured.json")
+    path = Path(fractal_dimension.__file__).with_name("fractal_dimension.json")
     text = json.dumps(content, indent=1)
     # One row of numbers per line.
     for _ in range(2):
@@ -244,7 +243,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="a tenth of the surfaces, sides to 256")
     parser.add_argument("--speed", action="store_true", help="only the table of speeds")
-    parser.add_argument("--write", action="store_true", help="replace measured.json of the package")
+    parser.add_argument("--write", action="store_true", help="replace fractal_dimension.json of the package")
     options = parser.parse_args()
     if options.quick and options.write:
         parser.error("--write needs all surfaces: leave out --quick")

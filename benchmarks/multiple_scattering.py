@@ -31,7 +31,7 @@ from PythonicDISORT.pydisort import pydisort
 from hcss_twin.physics.multiple_scattering.directions import gauss_streams
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.starting_layer import halvings
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
 AZIMUTH = np.linspace(0.0, np.pi, 7)
@@ -48,7 +48,7 @@ SPEED_LAYER = (10.0, 0.9, 0.85, 0.6)
 FIRST_CALLS = """
 import time
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 start = time.process_time()
 layer = [[1.0]], [0.9], [[1.0], [0.8]]
 solve_layers(*layer, [1.0], 8, threads=1)

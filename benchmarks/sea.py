@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.sea.parameters import RoughSeaParameters
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.rough_sea import RoughSea
-from hcss_twin.models.sea.wave_contrast import glint_contrast_bound, resolved_slope, thermal_contrast_bound
-from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s
+from hcss_twin.models.sea.slope_statistics import resolved_variances
+from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s, thermal_contrast_bound
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import SeaInputs
 
@@ -121,11 +121,9 @@ def resolved_waves() -> None:
     for name, pixel in product(("pierson-moskowitz", "jonswap"), (1.0, 5.0, 20.0, 100.0)):
         spectrum = WaveSpectrum("jonswap" if name == "jonswap" else "pierson-moskowitz", 10.0)
         resolved = spectrum.resolved_mean_square_slope(cutoff_frequency_rad_s(pixel))
-        slope, total = resolved_slope(spectrum, pixel), sea(10.0).mean_square_slope
+        slope, total = resolved_variances(spectrum, pixel)[0] ** 0.5, sea(10.0).mean_square_slope
         bounds = [thermal_contrast_bound(sea(10.0), nu, mu, slope)[:, 0].round(5) for nu in (MWIR, LWIR)]
-        glint = glint_contrast_bound(np.array([0.0, 0.2]), total - resolved, slope).round(2)
         print(f"{name}, {pixel:g} m: slope^2 {resolved:.2g} of {total:.4f}; MWIR {bounds[0]} LWIR {bounds[1]}")
-        print(f"    glint, centre and 0.2: {glint}")
     field = WaveField(WaveSpectrum("pierson-moskowitz", 10.0), 30.0, 5.0, seed=1)
     start = time.perf_counter()
     field.slopes(0.0, slice(0, 800), slice(0, 800))

@@ -28,7 +28,7 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.surrogate.generator import SurrogateClouds
 from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.models.clouds.surrogate.spectrum import periodic_component
+from hcss_twin.models.clouds.surrogate.template import periodic_component
 from hcss_twin.providers import CloudGenerator, CloudInputs, Grid, Motion
 from hcss_twin.testing.samples import sample_layer
 

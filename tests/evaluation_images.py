@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from cheap import CHEAP_OPTIONS
 from click.testing import CliRunner
+from fractional_brownian_surface import fractional_brownian_surface
 
-from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
 from hcss_twin.cli.main import cli
 
 FOUR = ("EV", "Den, printed", "Den", "DP, printed", "DP", "FD")

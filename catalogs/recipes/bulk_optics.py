@@ -17,9 +17,9 @@ import numpy as np
 from _table_file import CATALOGS
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.optics.bulk_table import Accuracy, BulkTable
-from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
+from hcss_twin.models.optics.bulk import Accuracy, BulkTable
 from hcss_twin.models.optics.table_store import write
+from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.scenario.cloud_types import load_cloud_type
 

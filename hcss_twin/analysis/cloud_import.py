@@ -1,4 +1,4 @@
-"""From an image file to an entry of the cloud database."""
+"""Import of an image file into the cloud database: clouds cut out, their facts and fractal dimension measured."""
 
 from __future__ import annotations
 
@@ -13,12 +13,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import box_counting_dimension
-from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate
-from hcss_twin.analysis.measures.fractal_dimension.slopes import variogram_dimension
+from hcss_twin.analysis.measures.box_counting import box_counting_dimension
+from hcss_twin.analysis.measures.fractal_dimension import DimensionEstimate, variogram_dimension
 from hcss_twin.core.errors import CatalogError, ImageError
-from hcss_twin.models.clouds.database.entry import NOT_STATED, CloudEntry, EntryFacts
-from hcss_twin.models.clouds.database.segmentation import Cleaning, segment
+from hcss_twin.models.clouds.database import NOT_STATED, CloudEntry, EntryFacts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
     bright_is_cloud,
@@ -26,8 +24,9 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     find_threshold,
     relative_grey,
 )
-from hcss_twin.models.clouds.imagery.image import Image
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.models.clouds.segmentation import Cleaning, segment
 from hcss_twin.version import __version__
 
 # Percentiles of the image between which the picture for people is stretched.
@@ -43,8 +42,8 @@ class ImportOptions:
     variable : str or None
         Plane of a file with several.
     method : {"otsu", "local", "coverage", "valid"}
-        How cloudy pixels are found. ``valid`` is for products that have values in cloud only, such as
-        cloud-top heights: every pixel with a value is cloud, every other one clear.
+        How cloudy pixels are found. ``valid`` is for products that have values in cloud only, such as cloud-top
+        heights: every pixel with a value is cloud, every other one clear.
     window : int or None
         Side of the surroundings of method ``local``.
     coverage : float or None
@@ -74,11 +73,8 @@ class ImportOptions:
 def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry:
     """Cut the clouds out of an image.
 
-    Raises
-    ------
-    CatalogError
-        If the image cannot be read, has no known pixel size, no contrast, or no cloud of the least size;
-        or if the coverage is given for another method than its own, or not given for it.
+    Raises CatalogError if the image cannot be read, has no known pixel size, no contrast, or no cloud of the least
+    size; or if the coverage is given for another method than its own, or not given for it.
     """
     options = options or ImportOptions()
     _check(path, options)
@@ -168,7 +164,7 @@ def _check(path: Path, options: ImportOptions) -> None:
         raise CatalogError(f"{path}: pixel_size: {size:g} m given, allowed: greater than 0 and finite")
 
 
-def _pixel_size(path: Path, image: Image, options: ImportOptions) -> float:
+def _pixel_size(path: Path, image: SatelliteImage, options: ImportOptions) -> float:
     size = options.pixel_size_m or image.pixel_size_m
     if size is None:
         why = image.pixel_size_note or "the file gives no pixel size"

@@ -21,7 +21,7 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
         return ()
     from pydantic_core import PydanticCustomError
 
-    from hcss_twin.scenario.accuracy import parse_accuracy
+    from hcss_twin.scenario.units import parse_accuracy
 
     try:
         return tuple(map(parse_accuracy, given))

@@ -124,9 +124,8 @@ def import_command(
     NAME.png: look at it before using the entry.
     """
     from hcss_twin.analysis.cloud_import import ImportOptions, import_image
-    from hcss_twin.models.clouds.database.entry import write_entry
-    from hcss_twin.models.clouds.database.folder import SUFFIX, entry_name
-    from hcss_twin.models.clouds.database.segmentation import Cleaning
+    from hcss_twin.models.clouds.database import SUFFIX, valid_entry_name, write_entry
+    from hcss_twin.models.clouds.segmentation import Cleaning
     from hcss_twin.report.image_preview import draw_entry
 
     if options["coverage"] is None and options["method"] == "coverage":
@@ -136,7 +135,7 @@ def import_command(
     if options["window"] is not None and options["method"] != "local":
         raise click.UsageError("--window goes with --method local only")
     try:
-        name = entry_name(name or image.stem)
+        name = valid_entry_name(name or image.stem)
     except CatalogError as error:
         raise click.BadParameter(str(error), param_hint="--name") from error
     path = folder / f"{name}{SUFFIX}"
@@ -183,7 +182,7 @@ def _folder_option(command: Any) -> Any:
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def clouds_list(folder: Path = Path("clouds"), as_json: bool = False) -> None:
     """List the entries of a folder."""
-    from hcss_twin.models.clouds.database.folder import list_entries
+    from hcss_twin.models.clouds.database import list_entries
 
     listed = list_entries(folder)
     if as_json:
@@ -224,8 +223,7 @@ def clouds_list(folder: Path = Path("clouds"), as_json: bool = False) -> None:
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def clouds_preview(name: str, folder: Path, output: Path | None, as_json: bool) -> None:
     """Draw the entry NAME and say what it is."""
-    from hcss_twin.models.clouds.database.entry import read_entry
-    from hcss_twin.models.clouds.database.folder import entry_path
+    from hcss_twin.models.clouds.database import entry_path, read_entry
     from hcss_twin.report.image_preview import draw_entry
 
     path = entry_path(folder, name)

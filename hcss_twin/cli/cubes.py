@@ -123,7 +123,7 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
     Nothing kept from earlier runs is used, and nothing is written. Exit code 0: identical to the bit, or equal within
     1e-6; 1: different, or it cannot be recomputed, with the place and what may be why.
     """
-    from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.core.environment import announce_compilation
     from hcss_twin.engine.verification import verify_cube
     from hcss_twin.report.verification_text import verification_text
 

@@ -135,7 +135,7 @@ def evaluate_command(
     require_writable(wanted.values(), force)
     from hcss_twin.analysis.comparison.evaluate import evaluate
     from hcss_twin.analysis.comparison.footage import EvaluationChoice
-    from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.core.environment import announce_compilation
     from hcss_twin.report.evaluation_text import evaluation_text
 
     def choice(side: str) -> EvaluationChoice:

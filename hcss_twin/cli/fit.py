@@ -151,7 +151,7 @@ def fit_command(
         "most_steps": max_steps,
         "seed": seed,
     }
-    from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.core.environment import announce_compilation
 
     with announce_compilation(lambda line: click.echo(line, err=True)), _bar(stop or Stop()) as told:
         if fd is not None and fd_error is not None:

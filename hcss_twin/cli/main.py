@@ -91,8 +91,8 @@ def run(
     if output.exists() and not force:
         raise click.ClickException(f"{output} exists; give another name with -o, or --force")
     measured = measured_beside(output, loaded, force)
-    from hcss_twin.core.compilation import announce_compilation
-    from hcss_twin.cube.formats import cube_bytes
+    from hcss_twin.core.environment import announce_compilation
+    from hcss_twin.cube.zarr_writer import cube_bytes
     from hcss_twin.engine.simulate import run as run_plan
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
@@ -129,7 +129,7 @@ def run(
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Say what SCENARIO needs, and what it does not, without computing it."""
-    from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.core.environment import announce_compilation
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
     from hcss_twin.report.plan_text import plan_text
@@ -144,7 +144,7 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
 @click.option("--json", "as_json", is_flag=True, help="Answer in JSON.")
 def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Check SCENARIO; every problem is named at once."""
-    from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.core.environment import announce_compilation
     from hcss_twin.plan.make_plan import make_plan
 
     try:

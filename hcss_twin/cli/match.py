@@ -187,7 +187,8 @@ def match_command(
     output = output or Path(f"{image.stem if image else cloud_type}-clouds.toml")
     require_two_files({"-o": output, "--preview": preview})
     require_writable((output, preview), force)
-    from hcss_twin.analysis.matching.fragment import type_parameters, write_fragment
+    from hcss_twin.analysis.matching.dimension_range import type_parameters
+    from hcss_twin.analysis.matching.match import write_fragment
     from hcss_twin.core.catalog import Catalog
 
     # Before the search, which takes a while.
@@ -219,8 +220,7 @@ class _Done:
 
 
 def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, cloud_type: str) -> _Done:
-    from hcss_twin.analysis.matching.fragment import match_fragment
-    from hcss_twin.analysis.matching.match import match
+    from hcss_twin.analysis.matching.match import match, match_fragment
     from hcss_twin.analysis.matching.target import ImageChoice, read_target
     from hcss_twin.report.image_preview import draw_match
 
@@ -294,8 +294,13 @@ def _match_range(
     cloud_type: str,
     options: dict[str, Any],
 ) -> _Done:
-    from hcss_twin.analysis.matching.dimension_range import match_dimension
-    from hcss_twin.analysis.matching.fragment import PIXEL_SIZE_M, SIDE, dimension_fragment, empty_frame
+    from hcss_twin.analysis.matching.dimension_range import (
+        PIXEL_SIZE_M,
+        SIDE,
+        dimension_fragment,
+        empty_frame,
+        match_dimension,
+    )
     from hcss_twin.analysis.matching.structure import simulate_image
     from hcss_twin.report.image_preview import draw_dimension
 

@@ -97,7 +97,7 @@ def run_propagation(
     given: dict[str, Any],
 ) -> None:
     """Propagate, and say what came out."""
-    from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.core.environment import announce_compilation
     from hcss_twin.sweeps.propagation.propagate import cube_path, propagate
 
     output = output or Path(f"{Path(scenario).stem}.propagation.nc")

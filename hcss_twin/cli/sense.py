@@ -54,7 +54,7 @@ def sense(
     as_json: bool,
 ) -> None:
     """Write what a sensor measures of CUBE, a clean one, with the same truth layers."""
-    from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.core.environment import announce_compilation
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
     from hcss_twin.engine.sense import measured_path, section_of, sense_file

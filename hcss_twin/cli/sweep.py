@@ -66,7 +66,7 @@ def sweep_command(
         raise click.UsageError("--workers beside --scheduler, which has its own; allowed: one of both")
     overrides = _assigned(assignments, "--set")
     over = _assigned(swept, "--over")
-    from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.core.environment import announce_compilation
     from hcss_twin.sweeps.run import sweep as run_sweep
 
     with announce_compilation(partial(click.echo, err=True)):

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+import platformdirs
 from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
@@ -47,19 +48,17 @@ class CacheError(HcssError):
 
 
 def cache_root() -> Path | None:
-    """Folder of the cache: HCSS_CACHE_DIR, or hcss-twin in the user's cache folder; None without a home.
+    """Return the cache folder: HCSS_CACHE_DIR, or hcss-twin in the user's cache folder; None for users without one.
 
-    That is XDG_CACHE_HOME or ~/.cache, and LOCALAPPDATA on Windows.
+    The user's cache folder is that of the operating system: on Linux XDG_CACHE_HOME or ~/.cache.
     """
     own = os.environ.get("HCSS_CACHE_DIR")
     if own:
         return Path(own)
-    usual = os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME")
     try:
-        root = Path(usual) if usual else Path.home() / ".cache"
-    except RuntimeError:  # a user of the system without a folder
+        return platformdirs.user_cache_path("hcss-twin", appauthor=False, opinion=False)
+    except RuntimeError:  # a user of the system without a home folder
         return None
-    return root / "hcss-twin"
 
 
 def limit_bytes() -> int:

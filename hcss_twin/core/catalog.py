@@ -2,7 +2,7 @@
 
 The data lie in ``catalogs/``: beside this module in an installed wheel, beside the
 package folder in a source checkout. A :class:`Catalog` belongs to one run; it remembers
-the hash of each file it opened, so that a cube can say what it was made from.
+the hash of each file it opened, for the provenance of a cube.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Catalog:
     Attributes
     ----------
     shelf : ResultCache
-        What was read; who runs many scenes in one process gives their catalogs the same. No part of the provider API.
+        Parsed files; catalogs of many scenes in one process can share it. Not part of the provider API.
     """
 
     def __init__(self, root: Path | None = None, base: Path | None = None) -> None:
@@ -137,7 +137,7 @@ class Catalog:
         return True
 
     def toml(self, path: Path) -> dict[str, Any]:
-        """Parse a TOML file found by :meth:`find` or :meth:`file`."""
+        """Parse a TOML file that :meth:`find` or :meth:`file` returned."""
         return copy.deepcopy(self.shelf.parsed(path, read_toml))
 
     def columns(self, path: Path) -> dict[str, NDArray[np.float64]]:
@@ -171,7 +171,7 @@ class Catalog:
 
 
 class SecludedCatalog(Catalog):
-    """Catalog of a run that takes nothing from what earlier runs computed, and keeps nothing for later ones."""
+    """Catalog of a run that uses no cached results of other runs and stores none."""
 
 
 def _is_file(path: Path) -> bool:

@@ -1,12 +1,10 @@
-"""Exceptions of the package and the wording they share.
-
-How values are written in messages: as the user would type them, and never a screenful.
-"""
+"""Exceptions of the package, and the wording that their messages share."""
 
 from __future__ import annotations
 
 import difflib
 import json
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import date, time
@@ -29,11 +27,11 @@ class CubeError(HcssError):
 
 
 class SweepError(HcssError):
-    """A sweep cannot be written where it should, or not by those who should compute it."""
+    """A sweep cannot be written or computed."""
 
 
 class ImageError(HcssError):
-    """An image cannot be judged: its shape, its type or its values do not allow it."""
+    """An image cannot be evaluated: its shape, type or values do not allow it."""
 
 
 class PosteriorError(HcssError):
@@ -41,31 +39,31 @@ class PosteriorError(HcssError):
 
 
 class PropagationError(HcssError):
-    """Uncertainty cannot be propagated as asked, or its file cannot be written or read."""
+    """Uncertainty cannot be propagated as requested, or its file cannot be written or read."""
 
 
 class OptionError(HcssError):
-    """An argument or option is not allowed, whatever the files hold."""
+    """An argument or option is not allowed."""
 
 
 class ProviderNameError(OptionError, ProviderError):
-    """No provider has the name asked for."""
+    """No provider has this name."""
 
 
 class ImageOptionError(OptionError, ImageError):
-    """A choice of how to look at images is not allowed."""
+    """An option of image evaluation is not allowed."""
 
 
 class PosteriorOptionError(OptionError, PosteriorError):
-    """A choice of how to fit is not allowed."""
+    """An option of a fit is not allowed."""
 
 
 class PropagationOptionError(OptionError, PropagationError):
-    """A choice of how to propagate is not allowed."""
+    """An option of propagation is not allowed."""
 
 
 class CertificateWarning(UserWarning):
-    """A cube misses the accuracy asked for; its certificate says by how much and where."""
+    """A cube misses the requested accuracy; its certificate says by how much and where."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +86,7 @@ class Problem:
 
 
 class ScenarioError(HcssError):
-    """A scenario is not valid; carries every problem found, not only the first."""
+    """A scenario is not valid; carries every problem, not only the first."""
 
     def __init__(self, problems: Iterable[Problem], origin: str = "scenario") -> None:
         self.problems = tuple(problems)
@@ -99,11 +97,44 @@ class ScenarioError(HcssError):
         super().__init__("\n".join(lines))
 
 
+SPELLING_CUTOFF = 0.65
+"""Least similarity (2 x equal letters / all letters) of two spellings of one word; zenith and azimuth have 0.62."""
+
+
 def closest(name: str, choices: Iterable[str]) -> str | None:
-    """Return the choice most like ``name``, or None where nothing is alike."""
-    folded = {choice.casefold(): choice for choice in choices}
-    found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
-    return folded[found[0]] if found else None
+    """Return the choice that ``name`` is probably a misspelling or an abbreviation of; None if there is none.
+
+    Names are compared word by word, so that ``sensor_zenith`` is no misspelling of ``solar_zenith``.
+    """
+    best = max(choices, key=lambda choice: _similarity(name, choice), default=None)
+    return best if best is not None and _similarity(name, best) > 0.0 else None
+
+
+def _similarity(name: str, choice: str) -> float:
+    """Return how alike two names are spelt, 0 to 1; 0 where their words differ in meaning."""
+    one, other = _words(name), _words(choice)
+    whole = _ratio("".join(one), "".join(other))
+    if len(one) == len(other):
+        return whole if all(map(_is_spelling, one, other)) else 0.0
+    if one and len(one) < len(other) and set(one) <= set(other):
+        return 0.9 + 0.1 * whole  # swir is nearer to swir-2.7-3.0 than to mwir
+    shorter, longer = sorted((one, other), key=len)
+    contained = bool(shorter) and all(any(_is_spelling(word, each) for each in longer) for word in shorter)
+    return whole if contained or whole > 0.8 else 0.0  # 0.8: only the marks between words are missing
+
+
+def _words(name: str) -> list[str]:
+    return [word for word in re.split(r"[\W_]+", name.casefold()) if word]
+
+
+def _is_spelling(one: str, other: str) -> bool:
+    """Whether two words are one word, misspelt or abbreviated."""
+    shorter, longer = sorted((one, other), key=len)
+    return _ratio(one, other) >= SPELLING_CUTOFF or (len(shorter) > 2 and longer.startswith(shorter))
+
+
+def _ratio(one: str, other: str) -> float:
+    return difflib.SequenceMatcher(None, one, other).ratio()
 
 
 def choose_from(name: str, choices: Iterable[str]) -> str:
@@ -118,7 +149,7 @@ LONGEST = 80
 
 
 def shown(value: object) -> str:
-    """Write a value as it stands in a scenario file, cut to 80 characters."""
+    """Write a value as in a scenario file, cut to 80 characters."""
     if isinstance(value, bool):
         text = str(value).lower()
     elif isinstance(value, date | time):
@@ -134,6 +165,12 @@ def shown(value: object) -> str:
 def listed(value: object) -> str | None:
     """Write ``value`` as the only entry of a list; None for what cannot be an entry."""
     return json.dumps([value]) if isinstance(value, str) and len(value) < LONGEST else None
+
+
+def ordinal(number: int) -> str:
+    """Return ``1st``, ``2nd``, ``3rd``, ``4th``, ``11th``, ``21st`` and so on."""
+    teens = number % 100 in (11, 12, 13)
+    return f"{number}{'th' if teens else {1: 'st', 2: 'nd', 3: 'rd'}.get(number % 10, 'th')}"
 
 
 def count(number: int, noun: str, plural: str) -> str:

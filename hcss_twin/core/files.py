@@ -94,7 +94,7 @@ def open_format(path: Path, name: str, version: int) -> Iterator[Any]:
     except OSError as error:
         raise CatalogError(f"{path}: not a readable NetCDF file: {error}") from error
     with dataset:
-        found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
-        if found != (name, version):
-            raise CatalogError(f"{path}: format {found[0]!r} version {found[1]}; allowed: {name!r} version {version}")
+        actual = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
+        if actual != (name, version):
+            raise CatalogError(f"{path}: format {actual[0]!r} version {actual[1]}; allowed: {name!r} version {version}")
         yield dataset

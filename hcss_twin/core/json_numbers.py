@@ -1,4 +1,4 @@
-"""Numbers for JSON, which has no NaN and no infinity: null stands for them."""
+"""Numbers for JSON, which has no NaN and no infinity: they become null."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from hcss_twin.core.versions import versions
+from hcss_twin.core.environment import versions
 
 _T = TypeVar("_T")
 

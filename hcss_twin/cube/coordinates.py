@@ -1,7 +1,4 @@
-"""The clock of a cube: seconds since the scenario's start.
-
-The table of coordinate variables and their values.
-"""
+"""The table of coordinate variables, and their values."""
 
 from __future__ import annotations
 
@@ -12,9 +9,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.geometry import footprint, pixel_centres_m
-from hcss_twin.cube.geometry_variables import STANDS_FOR
 from hcss_twin.cube.header import CubeHeader
-from hcss_twin.cube.variables import LAYER, VariableSpec
+from hcss_twin.cube.variables import LAYER, STANDS_FOR, VariableSpec
 from hcss_twin.physics.geodesy import INVERSE_FLATTENING, SEMI_MAJOR_AXIS_M
 
 if TYPE_CHECKING:
@@ -58,11 +54,8 @@ BOUND = "bound"
 VERTEX = "vertex"
 GRID_MAPPING = "local_plane"
 
-_AZIMUTH = (
-    "Bearing from the surface point toward the {body}, clockwise from north. The relative azimuth of sensor "
-    "and sun is 0 with the sensor on the sun's side and 180 degrees toward the specular reflection."
-)
-_ZENITH = "Angle at the surface point between the local zenith and the direction toward the {body}."
+_AZIMUTH = "Bearing from the surface point toward the {body}, clockwise from north."
+_ZENITH = "Angle at the surface point between the zenith and the {body}."
 
 
 def _coordinate(
@@ -79,154 +72,48 @@ def _coordinate(
 
 
 COORDINATES: tuple[VariableSpec, ...] = (
-    _coordinate(
-        "time",
-        ("time",),
-        "seconds since the start",
-        "time of the frame",
-        "Instant at which the frame is taken.",
-        "time",
-        axis="T",
-        calendar="standard",
-        units_metadata="leap_seconds: none",
-    ),
-    _coordinate(
-        "y",
-        ("y",),
-        "m",
-        "distance north of the image centre",
-        "Pixel centre in the local plane, relative to the centre of its own frame (of the whole image, where the cube "
-        "is a window of it); grows with the row.",
-        "projection_y_coordinate",
-        axis="Y",
-    ),
-    _coordinate(
-        "x",
-        ("x",),
-        "m",
-        "distance east of the image centre",
-        "Pixel centre in the local plane, relative to the centre of its own frame (of the whole image, where the cube "
-        "is a window of it); grows with the column. "
-        "The platform moves along +x.",
-        "projection_x_coordinate",
-        axis="X",
-    ),
-    _coordinate(
-        "band_name", ("band",), None, "name of the band", "Name given in the scenario.",
-        "sensor_band_identifier", "str",
-    ),
-    _coordinate(
-        "wavelength",
-        ("band",),
-        "um",
-        "central wavelength of the band",
-        "Central wavelength in vacuum of the band.",
-        "sensor_band_central_radiation_wavelength",
-        bounds="wavelength_bounds",
-    ),
-    _coordinate(
-        "wavelength_bounds",
-        ("band", BOUND),
-        "um",
-        "limits of the band",
-        "Lower and upper limit between which spectral radiance is integrated; as a CF boundary variable it "
-        "has no attributes of its own.",
-    ),
-    _coordinate(
-        "layer_name", (LAYER,), None, "name of the cloud layer", "Cloud type given in the scenario.", dtype="str",
-    ),
-    _coordinate(
-        "layer_base",
-        (LAYER,),
-        "m",
-        "altitude of the layer's base",
-        "Altitude above the sea that the clouds of the layer nowhere reach below.",
-        positive="up",
-    ),
-    _coordinate(
-        "layer_top",
-        (LAYER,),
-        "m",
-        "altitude of the layer's highest top",
-        "Altitude above the sea that the clouds of the layer nowhere exceed.",
-        positive="up",
-    ),
-    _coordinate(
-        "latitude",
-        (),
-        "degrees_north",
-        "latitude of the image centre at the start",
-        "Latitude of the image centre at the scenario's start.",
-        "latitude",
-    ),
-    _coordinate(
-        "longitude",
-        (),
-        "degrees_east",
-        "longitude of the image centre at the start",
-        "Longitude of the image centre at the scenario's start.",
-        "longitude",
-    ),
-    _coordinate(
-        "footprint_latitude",
-        (VERTEX,),
-        "degrees_north",
-        "latitude of the footprint's outline",
-        "Points on the outline of all frames together, anticlockwise from the south-west corner.",
-        "latitude",
-    ),
-    _coordinate(
-        "footprint_longitude",
-        (VERTEX,),
-        "degrees_east",
-        "longitude of the footprint's outline",
-        "Points on the outline of all frames together; they run on beyond 180 degrees where the outline "
-        "crosses that meridian.",
-        "longitude",
-    ),
-    _coordinate(
-        "altitude",
-        (),
-        "m",
-        "altitude of the image plane",
-        "The plane of x and y, the footprint and the angles at the surface point belong to the sea surface.",
-        "altitude",
-        axis="Z",
-        positive="up",
-    ),
-    _coordinate(
-        "centre_displacement",
-        ("time",),
-        "m",
-        "distance travelled by the image centre",
-        "Add it to x for the distance east of the image centre at the start.",
-    ),
-    _coordinate(
-        "sensor_zenith_angle", (), "degree", "zenith angle of the sensor", _ZENITH.format(body="sensor"),
-        "sensor_zenith_angle",
-    ),
-    _coordinate(
-        "sensor_azimuth_angle", (), "degree", "azimuth angle of the sensor", _AZIMUTH.format(body="sensor"),
-        "sensor_azimuth_angle",
-    ),
-    _coordinate(
-        "sensor_altitude",
-        (),
-        "m",
-        "altitude of the sensor",
-        "Altitude of the sensor above the ellipsoid; only where the scenario says it.",
-        "height_above_reference_ellipsoid",
-        positive="up",
-    ),
-    _coordinate(
-        "solar_zenith_angle", ("time",), "degree", "zenith angle of the sun",
-        _ZENITH.format(body="sun") + " Above 90 degrees the sun is below the horizon.",
-        "solar_zenith_angle",
-    ),
-    _coordinate(
-        "solar_azimuth_angle", ("time",), "degree", "azimuth angle of the sun", _AZIMUTH.format(body="sun"),
-        "solar_azimuth_angle",
-    ),
+    _coordinate("time", ("time",), "seconds since the start", "time of the frame", "Time of the frame.", "time",
+        axis="T", calendar="standard", units_metadata="leap_seconds: none"),
+    _coordinate("y", ("y",), "m", "distance north of the image centre",
+        "Pixel centre in the local plane, from the centre of its frame (of the whole image, if the cube is a "
+        "window); grows with the row.",
+        "projection_y_coordinate", axis="Y"),
+    _coordinate("x", ("x",), "m", "distance east of the image centre",
+        "As y; grows with the column. The platform moves along +x.", "projection_x_coordinate", axis="X"),
+    _coordinate("band_name", ("band",), None, "name of the band", "Name given in the scenario.",
+        "sensor_band_identifier", "str"),
+    _coordinate("wavelength", ("band",), "um", "central wavelength of the band", "Central wavelength in vacuum.",
+        "sensor_band_central_radiation_wavelength", bounds="wavelength_bounds"),
+    _coordinate("wavelength_bounds", ("band", BOUND), "um", "limits of the band",
+        "Limits of the integral over wavelength; a CF boundary variable without attributes."),
+    _coordinate("layer_name", (LAYER,), None, "name of the cloud layer", "Cloud type given in the scenario.",
+        dtype="str"),
+    _coordinate("layer_base", (LAYER,), "m", "altitude of the layer's base",
+        "Lowest altitude of the layer's clouds above the sea.", positive="up"),
+    _coordinate("layer_top", (LAYER,), "m", "altitude of the layer's highest top",
+        "Highest altitude of the layer's clouds above the sea.", positive="up"),
+    _coordinate("latitude", (), "degrees_north", "latitude of the image centre at the start",
+        "Image centre at the start.", "latitude"),
+    _coordinate("longitude", (), "degrees_east", "longitude of the image centre at the start",
+        "Image centre at the start.", "longitude"),
+    _coordinate("footprint_latitude", (VERTEX,), "degrees_north", "latitude of the footprint's outline",
+        "Outline of all frames together, anticlockwise from the south-west corner.", "latitude"),
+    _coordinate("footprint_longitude", (VERTEX,), "degrees_east", "longitude of the footprint's outline",
+        "Outline of all frames together; beyond 180 degrees where it crosses that meridian.", "longitude"),
+    _coordinate("altitude", (), "m", "altitude of the image plane",
+        "0: x, y, footprint and angles refer to the sea surface.", "altitude", axis="Z", positive="up"),
+    _coordinate("centre_displacement", ("time",), "m", "distance travelled by the image centre",
+        "Add it to x for the distance east of the image centre at the start."),
+    _coordinate("sensor_zenith_angle", (), "degree", "zenith angle of the sensor", _ZENITH.format(body="sensor"),
+        "sensor_zenith_angle"),
+    _coordinate("sensor_azimuth_angle", (), "degree", "azimuth angle of the sensor", _AZIMUTH.format(body="sensor"),
+        "sensor_azimuth_angle"),
+    _coordinate("sensor_altitude", (), "m", "altitude of the sensor",
+        "Altitude above the ellipsoid, if the scenario has it.", "height_above_reference_ellipsoid", positive="up"),
+    _coordinate("solar_zenith_angle", ("time",), "degree", "zenith angle of the sun",
+        _ZENITH.format(body="sun") + " Above 90 degrees the sun is below the horizon.", "solar_zenith_angle"),
+    _coordinate("solar_azimuth_angle", ("time",), "degree", "azimuth angle of the sun", _AZIMUTH.format(body="sun"),
+        "solar_azimuth_angle"),
 )  # fmt: skip
 
 

@@ -1,7 +1,4 @@
-"""Extent of a cube on the globe.
-
-Values of the viewing geometry of every pixel, by parts of the image.
-"""
+"""Extent of a cube on the globe, and the viewing geometry of every pixel."""
 
 from __future__ import annotations
 
@@ -15,8 +12,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.geometry_variables import LOCATION
 from hcss_twin.cube.header import CubeHeader
+from hcss_twin.cube.variables import LOCATION
 from hcss_twin.physics.geodesy import distance_from_equator_m, to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
 
@@ -66,7 +63,7 @@ def footprint(header: CubeHeader) -> Footprint:
 
 
 PIXELS_AT_ONCE = 2**18
-"""Of which values are computed together."""
+"""Pixels computed together."""
 
 Place = tuple[slice, slice]
 """Rows and columns of the cube."""
@@ -74,7 +71,7 @@ Place = tuple[slice, slice]
 
 @dataclass(frozen=True)
 class PixelGeometry:
-    """The viewing geometry that a header asks for."""
+    """The viewing geometry that a header requests."""
 
     header: CubeHeader
 
@@ -87,12 +84,12 @@ class PixelGeometry:
 
     @property
     def of_frames(self) -> tuple[str, ...]:
-        """What every frame has for itself."""
+        """Names of the coordinates of each frame."""
         return tuple(spec.name for spec in self.header.geometry if "time" in spec.dims)
 
     @property
     def of_image(self) -> tuple[str, ...]:
-        """What holds for all frames."""
+        """Names of the coordinates that are the same in all frames."""
         return tuple(spec.name for spec in self.header.geometry if "time" not in spec.dims)
 
     def parts(
@@ -129,15 +126,15 @@ class PixelGeometry:
         rows, columns = place
         types = {spec.name: spec.dtype for spec in self.header.geometry}
         shape = rows.stop - rows.start, columns.stop - columns.start
-        found = {name: np.empty(shape, dtype=types[name]) for name in names}
+        result = {name: np.empty(shape, dtype=types[name]) for name in names}
         if not names:
-            return found
-        # What is computed on the way takes much more memory than what is found.
+            return result
+        # What is computed on the way takes much more memory than what is result.
         for strip in _cut(rows, max(1, PIXELS_AT_ONCE // shape[1])):
             part = slice(strip.start - rows.start, strip.stop - rows.start)
             for name, values in self._strip(names, strip, columns, time_s).items():
-                found[name][part] = values
-        return found
+                result[name][part] = values
+        return result
 
     @property
     def _all(self) -> Place:
@@ -159,7 +156,7 @@ class PixelGeometry:
         known: dict[str, Array] = {}
         located = {spec.name for spec in LOCATION} & set(names)
         if located:
-            # Where one place holds for all frames the platform stands still.
+            # without a time the platform does not move
             along = x + header.platform_speed_m_s * time_s
             known["pixel_latitude"], known["pixel_longitude"] = to_geographic(
                 along, y, header.latitude, header.longitude

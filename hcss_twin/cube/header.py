@@ -1,4 +1,4 @@
-"""What a cube knows before its first frame."""
+"""Coordinates, geometry, variables and provenance of a cube, checked before its first frame."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class CubeHeader:
         Where the cube lies in a larger image; None where it has all of it. ``rows`` and ``columns`` are those of the
         cube, ``latitude`` and ``longitude`` those of the centre of the whole image.
     geometry : tuple of VariableSpec
-        Coordinates of every pixel to write, of the table in :mod:`hcss_twin.cube.geometry_variables`.
+        Coordinates of every pixel to write, of the table in :mod:`hcss_twin.cube.variables`.
     sensor_altitude_m : float or None
         Above the ellipsoid; None where it is not known.
 

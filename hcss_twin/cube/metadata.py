@@ -1,4 +1,7 @@
-"""Global attributes: CF, the Attribute Convention for Data Discovery 1.3, and provenance."""
+"""Global attributes of a cube: CF, the Attribute Convention for Data Discovery 1.3, and provenance.
+
+The tables say what each attribute holds and when a cube has it; the functions compute the values.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,106 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.geometry import Footprint, footprint
-from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE, Attribute, CubeHeader
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE, Attribute, CubeHeader
+
+ALWAYS = "always"
+_RADIANCE = "radiance is computed"
+_CHECKED = "pixels are checked"
+
+
+@dataclass(frozen=True)
+class AttributeSpec:
+    """One global attribute.
+
+    Attributes
+    ----------
+    name : str
+    type : str
+        As it is stored: text, JSON (text), number or integer.
+    when : str
+        Cubes that have it.
+    description : str
+    """
+
+    name: str
+    type: str
+    when: str
+    description: str
+
+
+PROVENANCE: tuple[AttributeSpec, ...] = (
+    AttributeSpec(FORMAT_ATTRIBUTE, "integer", ALWAYS,
+        f"{FORMAT_VERSION}; written last, as the mark of a finished file."),
+    AttributeSpec(SCENARIO_ATTRIBUTE, "JSON", ALWAYS, "The scenario with all defaults; it can be run again."),
+    AttributeSpec("hcss_seed", "text", ALWAYS, "The scenario's seed."),
+    AttributeSpec("hcss_versions", "JSON", ALWAYS, "Versions of hcss-twin, Python and libraries."),
+    AttributeSpec("hcss_providers", "JSON", ALWAYS, "`name`, `distribution` and `version` of each provider, by kind."),
+    AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name or path."),
+    AttributeSpec("hcss_filled_in", "JSON", ALWAYS,
+        "Values that the scenario left open: list of `field`, `value` and `why`."),
+    AttributeSpec("hcss_skipped", "JSON", ALWAYS,
+        "Omitted physics: list of `what`, `why` and `bound` (largest effect relative to the band radiance)."),
+    AttributeSpec("hcss_notes", "JSON", ALWAYS, "Notes of the providers for users."),
+    AttributeSpec("hcss_particles", "JSON", ALWAYS,
+        "`name`, `phase`, `effective_radius_um`, `effective_variance`, `water_content_g_m3`, `number_density_m3` and "
+        "`large_particle_extinction_m1` of each cloud layer, from the lowest."),
+    AttributeSpec("hcss_significant_wave_height_m", "number", "the sea model knows it",
+        "Significant height of the waves, m."),
+    AttributeSpec("hcss_accuracy_requested", "number", _RADIANCE,
+        "Requested error relative to the radiance of each band."),
+    AttributeSpec("hcss_accuracy_requested_kelvin", "number", "`accuracy` is in kelvin",
+        "Requested error in kelvin of brightness temperature."),
+    AttributeSpec("hcss_table_error_estimated", "number", _RADIANCE,
+        "Relative error of a pixel, estimated while the tables were built."),
+    AttributeSpec("hcss_table_errors", "JSON", _RADIANCE, "Share of each approximation in that error, by name."),
+    AttributeSpec("hcss_wavenumbers_used", "integer", _RADIANCE, "Weighted wavenumbers computed."),
+    AttributeSpec("hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the full grid that they represent."),
+    AttributeSpec("hcss_certificate", "text", _CHECKED,
+        "Whether random pixels, computed again without tables, meet the requested accuracy; begins with PASSED, "
+        "FAILED or NOTHING CHECKED."),
+    AttributeSpec("hcss_accuracy_achieved", "JSON", _CHECKED,
+        "Largest relative error of the checked pixels by band; null: undefined."),
+    AttributeSpec("hcss_accuracy_achieved_kelvin", "JSON", "pixels are checked and `accuracy` is in kelvin",
+        "The same in kelvin of brightness temperature."),
+    AttributeSpec("hcss_certificate_pixels", "integer", _CHECKED, "Number of pixels checked."),
+    AttributeSpec("hcss_certificate_strata", "JSON", _CHECKED,
+        "List of `name`, `pixels`, `checked`, `exceeding`, `error` (by band) and `left_out` (by reason) of each kind "
+        "of pixel."),
+    AttributeSpec("hcss_certificate_terms", "JSON", "pixels are checked and terms are requested",
+        "Largest error of each term in any band, relative to the band radiance."),
+)  # fmt: skip
+"""Provenance of a cube, and its accuracy."""
+
+COMPUTED: tuple[AttributeSpec, ...] = (
+    AttributeSpec("Conventions", "text", ALWAYS, "CF and ACDD, with their versions."),
+    AttributeSpec("date_created", "text", ALWAYS, "Time of writing; `SOURCE_DATE_EPOCH` fixes it."),
+    AttributeSpec("time_coverage_start", "text", ALWAYS, "Time of the first frame."),
+    AttributeSpec("time_coverage_end", "text", ALWAYS, "Time of the last frame."),
+    AttributeSpec("time_coverage_duration", "text", ALWAYS, "First to last frame (ISO 8601)."),
+    AttributeSpec("time_coverage_resolution", "text", ALWAYS, "Mean time between frames (ISO 8601)."),
+    AttributeSpec("geospatial_bounds", "text", ALWAYS, "Outline of all frames together, as a WKT polygon."),
+    AttributeSpec("geospatial_bounds_crs", "text", ALWAYS, "Its coordinates: EPSG:4326, latitude first."),
+    AttributeSpec("geospatial_bounds_vertical_crs", "text", ALWAYS, "EPSG:5714, height above the mean sea."),
+    AttributeSpec("geospatial_lat_min", "number", ALWAYS, "Southernmost latitude of the outline."),
+    AttributeSpec("geospatial_lat_max", "number", ALWAYS, "Northernmost latitude of the outline."),
+    AttributeSpec("geospatial_lat_units", "text", ALWAYS, "degrees_north."),
+    AttributeSpec("geospatial_lat_resolution", "text", ALWAYS, "Size of a pixel."),
+    AttributeSpec("geospatial_lon_min", "number", ALWAYS, "Westernmost longitude of the outline."),
+    AttributeSpec("geospatial_lon_max", "number", ALWAYS, "Easternmost longitude of the outline."),
+    AttributeSpec("geospatial_lon_units", "text", ALWAYS, "degrees_east."),
+    AttributeSpec("geospatial_lon_resolution", "text", ALWAYS, "Size of a pixel."),
+    AttributeSpec("geospatial_vertical_min", "number", ALWAYS, "0: the plane of the pixels is the sea."),
+    AttributeSpec("geospatial_vertical_max", "number", ALWAYS, "0."),
+    AttributeSpec("geospatial_vertical_positive", "text", ALWAYS, "up."),
+    AttributeSpec("geospatial_vertical_units", "text", ALWAYS, "m."),
+)
+"""Discovery metadata that follow from the scene."""
+
 
 UNKNOWN = "unknown"
 
@@ -89,13 +187,13 @@ def window_attribute(header: CubeHeader) -> dict[str, Attribute]:
     place = header.window
     if place is None:
         return {}
-    told = {
+    window = {
         "rows": [place.first_row, place.first_row + header.rows],
         "columns": [place.first_column, place.first_column + header.columns],
         "image_rows": place.image_rows,
         "image_columns": place.image_columns,
     }
-    return {"hcss_window": json.dumps(told)}
+    return {"hcss_window": json.dumps(window)}
 
 
 def _identifier(header: CubeHeader) -> str:

@@ -1,7 +1,4 @@
-"""Arrays of a cube as they are stored, of either format, by the names that netCDF4 has for them.
-
-Opening of finished cubes.
-"""
+"""Opening of finished cubes, NetCDF or Zarr."""
 
 from __future__ import annotations
 
@@ -17,12 +14,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
-from hcss_twin.cube.formats import is_zarr
-from hcss_twin.cube.geometry_variables import GEOMETRY
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
-from hcss_twin.cube.variables import LAYER
+from hcss_twin.cube.variables import GEOMETRY, LAYER
 from hcss_twin.cube.writer import INFO
-from hcss_twin.cube.zarr_writer import DIMENSIONS, require_zarr
+from hcss_twin.cube.zarr_writer import DIMENSIONS, is_zarr, require_zarr
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,25 +107,25 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
         dataset = xr.open_dataset(path, decode_coords="all", cache=False, **options)
     except (OSError, ValueError, RuntimeError, KeyError) as error:
         raise CubeError(f"cannot read {os.fspath(path)}: {_why_not(path, error)}") from error
-    found = dataset.attrs.get(FORMAT_ATTRIBUTE)
-    if found != FORMAT_VERSION:
+    version = dataset.attrs.get(FORMAT_ATTRIBUTE)
+    if version != FORMAT_VERSION:
         dataset.close()
-        told = "it is no finished cube" if found is None else f"it has the cube format {found}"
+        problem = "it is no finished cube" if version is None else f"it has the cube format {version}"
         raise CubeError(
-            f"cannot read {os.fspath(path)}: {told}; "
+            f"cannot read {os.fspath(path)}: {problem}; "
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
         )
     described = [*(spec.name for spec in (*COORDINATES, *GEOMETRY)), GRID_MAPPING, INFO]
     named = dataset.set_coords([name for name in described if name in dataset])
     names = {dim: f"{dim}_name" for dim in ("band", LAYER) if f"{dim}_name" in dataset}
     named = named.assign_coords({dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()})
-    # a dataset made from another one does not close its file
+    # a derived dataset does not close its file
     named.set_close(dataset.close)
     return named
 
 
 def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
-    """Say why a file could not be opened: for most it is that they are no NetCDF at all."""
+    """Say why a file could not be opened: most are no NetCDF at all."""
     try:
         with open(path, "rb") as file:
             start = file.read(max(map(len, _SIGNATURES)))
@@ -146,7 +141,7 @@ def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
 
 
 def scenario_text(path: str | os.PathLike[str]) -> str:
-    """Return the scenario a cube was made from, as it was given.
+    """Return the text of the scenario of a cube.
 
     Raises
     ------

@@ -1,7 +1,4 @@
-"""The table of variables that a sensor's cube holds beside the truth layers.
-
-Writing of a cube with the axes and truth layers of a finished one, and other variables of radiance.
-"""
+"""The measured cube: axes and truth of a finished clean cube, with measurements in place of radiance."""
 
 from __future__ import annotations
 
@@ -18,8 +15,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, check_attributes
-from hcss_twin.cube.spec import BAND_FRAME
-from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES, VariableSpec
+from hcss_twin.cube.variables import BAND_FRAME, TERM_PREFIX, VARIABLES, VariableSpec
 from hcss_twin.cube.writer import variable_attributes
 
 SENSOR_ATTRIBUTE = "hcss_sensor"
@@ -32,8 +28,7 @@ MEASURED_RADIANCE = VariableSpec(
     units="W m-2 sr-1",
     long_name="band-integrated radiance as measured",
     kind="radiance",
-    description="Band-integrated radiance at the sensor after its optics, detector and converter; noise may make it "
-    "negative. The radiance without them is in the clean cube.",
+    description="Band-integrated radiance after optics, detector and converter; noise may make it negative.",
 )
 
 SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
@@ -44,8 +39,8 @@ SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
         units="s-1",
         long_name="photons per second on the detector of the pixel",
         kind="derived",
-        description="Rate at which photons of the scene reach the detector of the pixel through the optics, after blur "
-        "and smear, before noise and quantum efficiency.",
+        description="Photons of the scene that reach the pixel's detector per second, after blur and smear, before "
+        "noise and quantum efficiency.",
     ),
     VariableSpec(
         name="digital_number",
@@ -54,7 +49,7 @@ SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="digital number",
         kind="derived",
-        description="Number that the converter reads out.",
+        description="Output of the converter.",
         lowest=0.0,
     ),
     VariableSpec(
@@ -64,8 +59,8 @@ SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="flag of values beyond the range of the sensor",
         kind="derived",
-        description="1 where detector or converter are at their upper end, 2 where the converter is at 0; the radiance "
-        "there is that of the end.",
+        description="1: detector or converter at the upper end of its range; 2: converter at 0. The radiance there is "
+        "that of the end.",
         attributes={
             "flag_values": np.array([0, 1, 2], dtype=np.uint8),
             "flag_meanings": "within_range saturated cut_at_zero",
@@ -91,7 +86,7 @@ RADIANCE = "radiance"
 
 
 class CubePair:
-    """A clean cube and the measured one that is being made beside it, frame by frame.
+    """A clean cube and the measured one that is written beside it, frame by frame.
 
     Attributes
     ----------
@@ -111,8 +106,8 @@ class CubePair:
 
     def radiance(self, index: int) -> NDArray[np.float32]:
         """Read the clean radiance (B, y, x) of a frame."""
-        found: NDArray[np.float32] = np.asarray(self._clean[RADIANCE][index])
-        return found
+        radiance: NDArray[np.float32] = np.asarray(self._clean[RADIANCE][index])
+        return radiance
 
     def write_frame(self, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Write what was measured, one array of the type in its spec per variable, and copy the truth.
@@ -175,8 +170,8 @@ def measured_cube(
 def _define(
     clean: Any, measured: Any, variables: Sequence[VariableSpec], attributes: Mapping[str, Attribute | None]
 ) -> None:
-    kept = {name: clean.getncattr(name) for name in clean.ncattrs() if name != FORMAT_ATTRIBUTE}
-    for name, value in {**kept, **attributes}.items():
+    copied = {name: clean.getncattr(name) for name in clean.ncattrs() if name != FORMAT_ATTRIBUTE}
+    for name, value in {**copied, **attributes}.items():
         if value is not None:
             measured.setncattr(name, value)
     for name, dimension in clean.dimensions.items():
@@ -186,11 +181,11 @@ def _define(
             _copy_definition(measured, name, source)
     pattern = clean[RADIANCE]
     for spec in variables:
-        made = measured.createVariable(spec.name, spec.dtype, spec.dims, fill_value=False, **_layout(pattern))
-        made.setncatts(variable_attributes(spec))
+        variable = measured.createVariable(spec.name, spec.dtype, spec.dims, fill_value=False, **_layout(pattern))
+        variable.setncatts(variable_attributes(spec))
         for name in ("coordinates", "grid_mapping"):
             if name in pattern.ncattrs():
-                made.setncattr(name, pattern.getncattr(name))
+                variable.setncattr(name, pattern.getncattr(name))
 
 
 def _copy_definition(measured: Any, name: str, source: Any) -> None:
@@ -198,14 +193,14 @@ def _copy_definition(measured: Any, name: str, source: Any) -> None:
     given = {each: source.getncattr(each) for each in source.ncattrs()}
     fill = given.pop("_FillValue", None if source.dtype is str else False)
     layout = {} if source.dtype is str else _layout(source)
-    made = measured.createVariable(name, source.dtype, source.dimensions, fill_value=fill, **layout)
-    made.setncatts(given)
+    variable = measured.createVariable(name, source.dtype, source.dimensions, fill_value=fill, **layout)
+    variable.setncatts(given)
     if source.dimensions[:1] == ("time",) and source.ndim > 1:
         return
     if source.ndim:
-        made[:] = source[:]
+        variable[:] = source[:]
     elif source.dtype != np.dtype("S1"):  # containers of attributes have no value
-        made.assignValue(source.getValue())
+        variable.assignValue(source.getValue())
 
 
 def _layout(source: Any) -> dict[str, Any]:
@@ -215,7 +210,7 @@ def _layout(source: Any) -> dict[str, Any]:
         return {}
     if chunks == "contiguous" or chunks is None:
         return {"contiguous": True}
-    found: dict[str, Any] = {"chunksizes": chunks}
+    layout: dict[str, Any] = {"chunksizes": chunks}
     if filters.get("zlib"):
-        found |= {"compression": "zlib", "complevel": filters["complevel"], "shuffle": filters["shuffle"]}
-    return found
+        layout |= {"compression": "zlib", "complevel": filters["complevel"], "shuffle": filters["shuffle"]}
+    return layout

@@ -1,22 +1,84 @@
-"""The table of output variables: writer, reader, documentation and tests follow it.
+"""The tables of the variables that a cube can hold; writer, reader, documentation and tests follow them.
 
-Standard names come from the CF standard name table. Radiance integrated over a band has none (the
-names for radiance at the top of the atmosphere are per unit wavelength), so it carries only a
-``long_name``.
+To add an output variable, add an entry here and compute its values in the engine. Standard names come from the CF
+standard name table. Radiance integrated over a band has none (the names for radiance at the top of the atmosphere are
+per unit wavelength), so it carries only a ``long_name``.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hcss_twin.core.errors import choose_from
-from hcss_twin.cube.geometry_variables import DIRECTION, GEOMETRY, LOCATION, MOVING_LOCATION
-from hcss_twin.cube.spec import BAND_FRAME, FRAME, LAYER_FRAME
-from hcss_twin.cube.spec import LAYER as LAYER
-from hcss_twin.cube.spec import VariableSpec as VariableSpec
+Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry"]
+Feature = Literal["layers", "shadows", "waves", "altitude"]
+
+FRAME = ("time", "y", "x")
+BAND_FRAME = ("time", "band", "y", "x")
+LAYER = "layer"
+LAYER_FRAME = ("time", LAYER, "y", "x")
+
+
+@dataclass(frozen=True)
+class VariableSpec:
+    """One variable of the cube.
+
+    Attributes
+    ----------
+    name : str
+        Name in the file.
+    dims : tuple of str
+        Dimensions, in order.
+    dtype : str
+        NumPy name of the type in the file; arrays given to the writer must have it already. Text is ``str``.
+    units : str or None
+        UDUNITS string; None for text.
+    long_name : str
+        One line for plots.
+    kind : {"radiance", "truth", "derived", "coordinate", "geometry"}
+        ``radiance``: total and its terms; ``truth``: state of the scene; ``derived``: computed from radiance;
+        ``geometry``: coordinates of every pixel, written on request.
+    description : str
+        Definition, in a sentence or two; written as ``comment``.
+    standard_name : str or None
+        CF standard name.
+    attributes : mapping
+        Further attributes of the variable in the file.
+    lowest, highest : float or None
+        Inclusive limits of the values; None: no limit.
+    may_be_missing : bool
+        Whether NaN is a value, meaning that the quantity does not exist in the pixel.
+    significant_bits : int or None
+        Explicit bits of the mantissa to which values are rounded; None: all.
+    needs : {"layers", "shadows", "waves", "altitude"} or None
+        Feature of a scene without which it does not have the variable.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: str
+    units: str | None
+    long_name: str
+    kind: Kind
+    description: str
+    standard_name: str | None = None
+    attributes: Mapping[str, str | float | NDArray[np.uint8]] = field(default_factory=dict)
+    lowest: float | None = None
+    highest: float | None = None
+    may_be_missing: bool = False
+    significant_bits: int | None = None
+    needs: Feature | None = None
+
+    @property
+    def needs_radiance(self) -> bool:
+        """Whether the radiance of pixels has to be computed for it."""
+        return self.kind in ("radiance", "derived")
+
 
 TERM_PREFIX = "radiance_"
 SHADOW_MASK = "shadow_mask"
@@ -32,8 +94,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="W m-2 sr-1",
         long_name="band-integrated radiance at the sensor",
         kind="radiance",
-        description="Spectral radiance that leaves the top of the atmosphere toward the sensor, integrated "
-        "over the band; the sum of all terms.",
+        description="Spectral radiance at the top of the atmosphere toward the sensor, integrated over the band; the "
+        "sum of all terms.",
         lowest=0.0,
     ),
     VariableSpec(
@@ -43,8 +105,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="K",
         long_name="brightness temperature in the band",
         kind="derived",
-        description="Temperature of the black body whose radiance, integrated over the same band, equals "
-        "the radiance. It has no thermal meaning where sunlight dominates.",
+        description="Temperature of the black body with the same band radiance; without thermal meaning where sunlight "
+        "dominates.",
         standard_name="toa_brightness_temperature",
         attributes=_ON_SCALE,
         lowest=0.0,
@@ -56,8 +118,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="cloud mask",
         kind="truth",
-        description="1 where the pixel holds cloud of any thickness in any layer, on whatever part of its "
-        "footprint; 0 where it is clear.",
+        description="1: cloud of any thickness in any layer on any part of the footprint; 0: clear.",
         standard_name="cloud_binary_mask",
         attributes={"flag_values": np.array([0, 1], dtype=np.uint8), "flag_meanings": "clear cloudy"},
         lowest=0.0,
@@ -68,9 +129,9 @@ VARIABLES: tuple[VariableSpec, ...] = (
         dims=FRAME,
         dtype="float32",
         units="1",
-        long_name="cloudy part of the pixel",
+        long_name="cloud fraction of the pixel",
         kind="truth",
-        description="Part of the pixel's points that hold cloud of any layer; with one point per pixel the cloud mask.",
+        description="Fraction of the pixel's points with cloud in any layer.",
         standard_name="cloud_area_fraction",
         lowest=0.0,
         highest=1.0,
@@ -82,8 +143,9 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="mask of clouds' shadows on the sea",
         kind="truth",
-        description="1 where the sun's path to the sea crosses cloud of any thickness on some part of the pixel that "
-        "is seen clear; 0 elsewhere, where the whole pixel is cloudy, and with the sun below the horizon.",
+        description="1: on some clear part of the pixel cloud is between sun and sea; 0: elsewhere, where the whole "
+        "pixel is cloudy, and with the sun below the horizon.",
+        needs="shadows",
         attributes={"flag_values": np.array([0, 1], dtype=np.uint8), "flag_meanings": "not_shadowed shadowed"},
         lowest=0.0,
         highest=1.0,
@@ -95,8 +157,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="m",
         long_name="geometric thickness of the cloud",
         kind="truth",
-        description="Vertical extent of the cloud, summed over layers and averaged over the footprint of the pixel "
-        "including its clear part; 0 where clear.",
+        description="Vertical extent of the cloud, summed over layers, mean over the footprint with its clear part.",
         lowest=0.0,
     ),
     VariableSpec(
@@ -106,8 +167,9 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="m",
         long_name="geometric thickness of the cloud in each layer",
         kind="truth",
-        description="Vertical extent of the cloud of one layer, averaged over the footprint of the pixel including "
-        "its clear part; 0 where clear. Layers run from the lowest to the highest.",
+        description="Vertical extent of the cloud of one layer, mean over the footprint with its clear part; layers "
+        "from the lowest to the highest.",
+        needs="layers",
         lowest=0.0,
     ),
     VariableSpec(
@@ -117,9 +179,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="1",
         long_name="optical thickness of the cloud",
         kind="truth",
-        description="Vertical extinction optical thickness of the cloud particles at the central wavelength "
-        "of the band, summed over layers and averaged over the footprint of the pixel including its clear part; "
-        "0 where clear.",
+        description="Vertical extinction optical thickness of the cloud particles at the central wavelength of the "
+        "band, summed over layers, mean over the footprint with its clear part.",
         standard_name="atmosphere_optical_thickness_due_to_cloud",
         lowest=0.0,
     ),
@@ -130,8 +191,8 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="m",
         long_name="altitude of the cloud top",
         kind="truth",
-        description="Altitude above the sea of the top of the highest cloud, averaged over the cloudy points of the "
-        "pixel; missing where clear.",
+        description="Altitude of the top of the highest cloud above the sea, mean over the cloudy points; missing "
+        "where clear.",
         standard_name="cloud_top_altitude",
         lowest=0.0,
         may_be_missing=True,
@@ -143,8 +204,7 @@ VARIABLES: tuple[VariableSpec, ...] = (
         units="K",
         long_name="temperature at the cloud top",
         kind="truth",
-        description="Temperature of the highest cloud at its top, averaged over the cloudy points of the pixel; "
-        "missing where clear.",
+        description="Temperature at the top of the highest cloud, mean over the cloudy points; missing where clear.",
         standard_name="air_temperature_at_cloud_top",
         attributes=_ON_SCALE,
         lowest=0.0,
@@ -158,15 +218,13 @@ VARIABLES: tuple[VariableSpec, ...] = (
             units="1",
             long_name=f"slope of the sea toward {bearing}",
             kind="truth",
-            description=f"Slope of the waves longer than two points of the image along {axis}, averaged over the "
-            "footprint of the pixel, also under clouds; only where waves are drawn (sea.waves).",
+            description=f"Slope along {axis} of the waves longer than two points of the image, mean over the "
+            "footprint, also under clouds; only with resolved waves (sea.waves).",
+            needs="waves",
         )
         for axis, bearing in (("x", "east"), ("y", "north"))
     ),
 )
-
-WAVE_VARIABLES = frozenset({"sea_slope_x", "sea_slope_y"})
-"""Those that exist only where waves are drawn."""
 
 
 def term_variable(name: str, description: str) -> VariableSpec:
@@ -191,74 +249,61 @@ def term_variable(name: str, description: str) -> VariableSpec:
     )
 
 
-def expand(
-    requested: Iterable[str],
-    terms: Mapping[str, str],
-    layer_count: int = 1,
-    shadows: bool = False,
-    waves: bool = True,
-    altitude: bool = True,
-    moves: bool = False,
-) -> list[VariableSpec]:
-    """Turn what a scenario asks for into variables, in the order of the table, then terms and viewing geometry.
+_MOVES = "Also along time if the platform moves."
+_OF_START = "The same in every frame."
 
-    Variables by layer belong to the groups where there are several layers; elsewhere they repeat others. Those of
-    shadows are there where clouds cast any.
 
-    Parameters
-    ----------
-    requested : iterable of str
-        Names of variables, or ``all`` (but for viewing geometry), ``terms`` (every term of the radiance), ``truth``
-        (every variable of that kind), ``geometry`` (every coordinate of the pixels that can be known).
-    terms : mapping of str to str
-        Description of each term of the radiance model in use, by its name.
-    layer_count : int
-        Number of cloud layers of the scene.
-    shadows : bool
-        Whether clouds cast shadows.
-    waves : bool
-        Whether the scene draws waves; without them their variables belong to no group.
-    altitude : bool
-        Whether that of the sensor is known; without it there are no directions toward it.
-    moves : bool
-        Whether the image moves over the ground; latitude and longitude then have a time.
+def _pixel_variable(
+    name: str,
+    units: str,
+    long_name: str,
+    description: str,
+    standard_name: str | None = None,
+    dtype: str = "float32",
+    needs: Feature | None = None,
+) -> VariableSpec:
+    return VariableSpec(name, ("y", "x"), dtype, units, long_name, "geometry", description, standard_name, needs=needs)
 
-    Raises
-    ------
-    ValueError
-        If a name is unknown, with the allowed names and the closest one, if nothing is asked for, or if a variable
-        by layer is asked for without a layer, one of shadows without shadows, one of waves where none are drawn, or a
-        direction toward a sensor of unknown altitude.
-    """
-    known = {spec.name: spec for spec in VARIABLES}
-    known.update((spec.name, spec) for spec in (term_variable(name, text) for name, text in terms.items()))
-    by_layer = {spec.name for spec in VARIABLES if LAYER in spec.dims}
-    absent = by_layer if layer_count < 2 else set[str]()
-    if not shadows:
-        absent = absent | {SHADOW_MASK}
-    if not waves:
-        absent = absent | WAVE_VARIABLES
-    directions = {spec.name for spec in DIRECTION}
-    groups = {
-        "all": set(known) - absent,
-        "terms": {TERM_PREFIX + name for name in terms},
-        "truth": {spec.name for spec in VARIABLES if spec.kind == "truth"} - absent,
-        "geometry": {spec.name for spec in (GEOMETRY if altitude else LOCATION)},
-    }
-    known.update((spec.name, spec) for spec in (*(MOVING_LOCATION if moves else LOCATION), *DIRECTION))
-    wanted: set[str] = set()
-    for name in requested:
-        if name not in groups and name not in known:
-            raise ValueError(f"unknown output variable '{name}'; {choose_from(name, [*groups, *known])}")
-        if name in by_layer and layer_count == 0:
-            raise ValueError(f"'{name}': the scene has no cloud layer; allowed: with one or two layers")
-        if name == SHADOW_MASK and not shadows:
-            raise ValueError(f"'{name}': clouds cast no shadows; allowed: with slant.shadows = true")
-        if name in WAVE_VARIABLES and not waves:
-            raise ValueError(f"'{name}': the scene draws no waves; allowed: with sea.waves = \"resolved\"")
-        if name in directions and not altitude:
-            raise ValueError(f"'{name}': the altitude of the sensor is not known; allowed: with platform.altitude")
-        wanted |= groups.get(name, {name})
-    if not wanted:
-        raise ValueError(f"no output variable is asked for; {choose_from('', [*groups, *known])}")
-    return [spec for name, spec in known.items() if name in wanted]
+
+LOCATION: tuple[VariableSpec, ...] = (
+    _pixel_variable("pixel_latitude", "degrees_north", "latitude of the pixel",
+        f"Geodetic latitude (WGS 84) of the pixel's centre on the ellipsoid. {_MOVES}", standard_name="latitude",
+        dtype="float64"),
+    _pixel_variable("pixel_longitude", "degrees_east", "longitude of the pixel",
+        f"Geodetic longitude (WGS 84) of the pixel's centre, beyond 180 degrees where the image crosses that "
+        f"meridian. {_MOVES}",
+        standard_name="longitude", dtype="float64"),
+)  # fmt: skip
+"""Coordinates that do not depend on the sensor's altitude."""
+
+DIRECTION: tuple[VariableSpec, ...] = (
+    _pixel_variable("pixel_view_zenith", "degree", "zenith angle of the sensor at the pixel",
+        f"Angle at the pixel's centre between the ellipsoid's normal and the sensor. {_OF_START}",
+        standard_name="sensor_zenith_angle", needs="altitude"),
+    _pixel_variable("pixel_view_azimuth", "degree", "azimuth angle of the sensor at the pixel",
+        f"Bearing from the pixel's centre toward the sensor, 0 to 360. {_OF_START}",
+        standard_name="sensor_azimuth_angle", needs="altitude"),
+    _pixel_variable("pixel_slant_range", "m", "distance from the pixel to the sensor",
+        f"Distance from the pixel's centre to the sensor. {_OF_START}", dtype="float64", needs="altitude"),
+    _pixel_variable("pixel_footprint_across", "m", "width of a detector's footprint across the line of sight",
+        f"Slant range times the angle of a detector: image.pixel_size over the slant range of the image centre. "
+        f"{_OF_START}",
+        needs="altitude"),
+    _pixel_variable("pixel_footprint_along", "m", "length of a detector's footprint along the line of sight",
+        f"Width over the cosine of the view zenith; pixels are squares of image.pixel_size all the same. {_OF_START}",
+        needs="altitude"),
+)  # fmt: skip
+"""Coordinates that need the sensor's altitude."""
+
+GEOMETRY = (*LOCATION, *DIRECTION)
+
+STANDS_FOR = {
+    "pixel_latitude": "latitude",
+    "pixel_longitude": "longitude",
+    "pixel_view_zenith": "sensor_zenith_angle",
+    "pixel_view_azimuth": "sensor_azimuth_angle",
+}
+"""Coordinates of the image centre that those of the pixels replace: readers expect one latitude."""
+
+MOVING_LOCATION = tuple(replace(spec, dims=FRAME) for spec in LOCATION)
+"""Location for a moving platform."""

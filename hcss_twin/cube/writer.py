@@ -1,12 +1,9 @@
-"""Rounding of numbers to fewer significant bits, so that they compress: the algorithm ``bitround`` of CF-1.12.
+"""Writing of a cube as NetCDF-4: attributes and storage of its variables, and rounding of numbers.
 
-The mantissa is rounded to its leading bits and the rest is 0. That is what the netCDF library calls BitRound, to the
-bit; it is done here because the library only does it on the way to the disk, and what checks a cube needs the numbers
-that the cube has (D. A. Hassell and others, CF Conventions 1.12, section 8.4, *Lossy compression via quantization*).
-
-Dimensions and attributes of the variables of a cube, whatever format it is written in.
-
-Writing of a cube, frame by frame, so that the final name only ever holds a finished one.
+Numbers are rounded to fewer significant bits, so that they compress: the algorithm ``bitround`` of CF-1.12 rounds the
+mantissa to its leading bits, as the netCDF library does by BitRound. The library would round on the way to the disk;
+the checks of a cube need the rounded numbers (D. A. Hassell and others, CF Conventions 1.12, section 8.4, *Lossy
+compression via quantization*).
 """
 
 from __future__ import annotations
@@ -42,7 +39,7 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.version import __version__
 
 MANTISSA_BITS = 23
-"""Of single precision, in which cubes are written."""
+"""Explicit bits of single precision, in which cubes are written."""
 
 INFO = "quantization_info"
 """Variable of the cube that names the algorithm."""
@@ -71,7 +68,7 @@ def round_bits(values: NDArray[np.float32], bits: int) -> None:
     ----------
     values : ndarray of float32
     bits : int
-        Explicit bits of the mantissa that are kept, 1 to 23.
+        Remaining explicit bits of the mantissa, 1 to 23.
     """
     dropped = MANTISSA_BITS - bits
     if dropped <= 0:
@@ -87,7 +84,7 @@ QUANTIZATION_ATTRIBUTES: Mapping[str, str] = {
     "algorithm": "bitround",
     "implementation": f"hcss_twin version {__version__}",
 }
-"""Of the variable that says how others were rounded."""
+"""Attributes of the variable ``quantization_info``."""
 
 
 def dimensions(header: CubeHeader) -> dict[str, int]:
@@ -97,23 +94,23 @@ def dimensions(header: CubeHeader) -> dict[str, int]:
 
 def coordinate_attributes(spec: VariableSpec, header: CubeHeader) -> dict[str, Any]:
     """Return the attributes of a coordinate variable; boundary variables have none."""
-    found = {} if is_bounds(spec) else variable_attributes(spec)
-    return {**found, "units": time_units(header)} if spec.name == "time" else found
+    attributes = {} if is_bounds(spec) else variable_attributes(spec)
+    return {**attributes, "units": time_units(header)} if spec.name == "time" else attributes
 
 
 def variable_attributes(spec: VariableSpec) -> dict[str, Any]:
     """Return the attributes of a variable but its links to others."""
-    found: dict[str, Any] = {"long_name": spec.long_name, "comment": spec.description}
+    attributes: dict[str, Any] = {"long_name": spec.long_name, "comment": spec.description}
     if spec.standard_name is not None:
-        found["standard_name"] = spec.standard_name
+        attributes["standard_name"] = spec.standard_name
     if spec.units is not None:
-        found["units"] = spec.units
+        attributes["units"] = spec.units
     content = "coordinate" if spec.kind in ("coordinate", "geometry") else "modelResult"
     if spec.significant_bits is not None:
-        found["quantization"] = INFO
-        found["quantization_nsb"] = np.int32(spec.significant_bits)
-        found["quantization_maximum_relative_error"] = np.float32(largest_error(spec.significant_bits))
-    return {**found, "coverage_content_type": content, **spec.attributes}
+        attributes["quantization"] = INFO
+        attributes["quantization_nsb"] = np.int32(spec.significant_bits)
+        attributes["quantization_maximum_relative_error"] = np.float32(largest_error(spec.significant_bits))
+    return {**attributes, "coverage_content_type": content, **spec.attributes}
 
 
 def links(spec: VariableSpec, header: CubeHeader) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Writing of a cube as a Zarr store: the same variables and attributes as the NetCDF file has.
+"""Writing of a cube as a Zarr store, and the choice of the format by the name of the cube.
 
 Format 2 of Zarr, with consolidated metadata: what every reader knows, xarray by the dimension names that it looks for
 in ``_ARRAY_DIMENSIONS``. Needs the package ``zarr`` (``pip install hcss-twin[zarr]``).
@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Collection, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -22,7 +23,46 @@ from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute
 from hcss_twin.cube.metadata import global_attributes
 from hcss_twin.cube.streamed_writer import StreamedWriter
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.cube.writer import INFO, QUANTIZATION_ATTRIBUTES, coordinate_attributes, links, variable_attributes
+from hcss_twin.cube.writer import (
+    INFO,
+    QUANTIZATION_ATTRIBUTES,
+    CubeWriter,
+    coordinate_attributes,
+    links,
+    variable_attributes,
+)
+
+ZARR_SUFFIX = ".zarr"
+
+
+def is_zarr(path: str | os.PathLike[str]) -> bool:
+    """Whether a path names a Zarr store."""
+    return Path(path).suffix.lower() == ZARR_SUFFIX
+
+
+def cube_writer(path: str | os.PathLike[str]) -> type[StreamedWriter]:
+    """Return the class that writes cubes of this name.
+
+    Raises
+    ------
+    CubeError
+        If the package ``zarr`` is needed and not installed.
+    """
+    if not is_zarr(path):
+        return CubeWriter
+    # imported here because it needs a package that is optional
+    from hcss_twin.cube.zarr_writer import ZarrWriter, require_zarr
+
+    require_zarr(path)
+    return ZarrWriter
+
+
+def cube_bytes(path: Path) -> int:
+    """Size of a cube on the disk: of a file, or of all files of a store."""
+    if path.is_file():
+        return path.stat().st_size
+    return sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
+
 
 DIMENSIONS = "_ARRAY_DIMENSIONS"
 """Attribute of a variable in which readers look for the names of its dimensions."""

@@ -22,7 +22,7 @@ from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities, Ra
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
 from hcss_twin.engine.tables.waves import compile_waves
-from hcss_twin.models.radiance.spectral_nodes import SpectralNodes
+from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.specs import Kind

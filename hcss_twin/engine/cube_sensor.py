@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.versions import versions
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
@@ -29,7 +29,7 @@ from hcss_twin.plan.sensor import BuiltSensor, sensor_bands
 from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.bands import Bands, spectral_band
-from hcss_twin.scenario.viewing import told_by
+from hcss_twin.scenario.viewing import pixel_size_and_speed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,7 +94,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         interval_s = float(scenario["frames"]["interval"])
         start = np.datetime64(_utc(scenario["time"]), "ns")
         seed = int(scenario["seed"])
-        pixel_size_m, speed_m_s = told_by(scenario)
+        pixel_size_m, speed_m_s = pixel_size_and_speed(scenario)
         image = int(scenario["image"]["rows"]), int(scenario["image"]["columns"])
     except (KeyError, TypeError, ValueError) as error:
         raise CubeError(f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) is not that of this cube: {error}") from error

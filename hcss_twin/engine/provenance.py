@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.environment import installed_version, versions
 from hcss_twin.core.errors import CubeError, ProviderError
-from hcss_twin.core.versions import installed_version, versions
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.description import describe_particles, describe_providers

@@ -14,17 +14,17 @@ from pydantic import ValidationError
 
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_not_read
-from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
 from hcss_twin.cube.writer import variable_attributes
+from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.engine.cube_sensor import CleanCube, SceneAround, read_clean, sensor_attributes
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor, alone, make_sensor
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.sensor import Sensor
+from hcss_twin.scenario.sensor import SensorSection
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,7 +110,7 @@ def _write_measured(
 
 def sense_file(
     clean_path: str | os.PathLike[str],
-    section: Sensor,
+    section: SensorSection,
     output: str | os.PathLike[str] | None = None,
     base: Path | None = None,
     progress: Progress | None = None,
@@ -123,7 +123,7 @@ def sense_file(
     ----------
     clean_path : path
         A finished clean cube.
-    section : Sensor
+    section : SensorSection
         The sensor.
     output : path, optional
         By default ``NAME.sensor.nc`` in the same folder. It appears only when it is complete.
@@ -161,7 +161,7 @@ def sense_file(
 
 def sense(
     cube: str | os.PathLike[str] | xr.Dataset,
-    sensor: str | os.PathLike[str] | Mapping[str, Any] | Sensor | Scenario,
+    sensor: str | os.PathLike[str] | Mapping[str, Any] | SensorSection | Scenario,
     output: str | os.PathLike[str] | None = None,
 ) -> xr.Dataset:
     """Return what a sensor measures of a clean cube.
@@ -173,7 +173,7 @@ def sense(
     ----------
     cube : path or Dataset
         A finished clean cube, or one that is open or in memory.
-    sensor : str, path, mapping, Sensor or Scenario
+    sensor : str, path, mapping, SensorSection or Scenario
         Name of a sensor of the catalog (``modis``), a TOML file of the same form, or the keys of a scenario's
         ``[sensor]`` (``{"parameters": {"noise": "nedt", "nedt": 0.05}}``), or a scenario that has one, from whose
         folder its relative paths lead.
@@ -202,22 +202,22 @@ def sense(
     return _in_memory(cube, section, "the dataset", base)
 
 
-def section_of(sensor: Any) -> Sensor:
+def section_of(sensor: Any) -> SensorSection:
     """Return the section that a name, path, mapping, section or scenario stands for; raises :class:`ScenarioError`."""
     if isinstance(sensor, Scenario):
         if sensor.sensor is None:
             raise ScenarioError([Problem("sensor", "is missing; a scenario with a sensor is needed")], sensor.origin)
         return sensor.sensor
-    if isinstance(sensor, Sensor):
+    if isinstance(sensor, SensorSection):
         return sensor
     raw = {"name": os.fspath(sensor)} if isinstance(sensor, str | os.PathLike) else sensor
     try:
-        return Sensor.model_validate(raw)
+        return SensorSection.model_validate(raw)
     except ValidationError as error:
-        raise ScenarioError(problems_from(error, Sensor, prefix="sensor", raw=raw)) from error
+        raise ScenarioError(problems_from(error, SensorSection, prefix="sensor", raw=raw)) from error
 
 
-def _build(section: Sensor, cube: CleanCube, name: str) -> BuiltSensor:
+def _build(section: SensorSection, cube: CleanCube, name: str) -> BuiltSensor:
     sensor = alone(make_sensor(section, cube.inputs))
     if sensor.provider.declares.remembers and np.any(np.diff(cube.frame_numbers) != 1):
         raise CubeError(
@@ -231,7 +231,7 @@ def _measure(sensor: BuiltSensor, cube: CleanCube, index: int, radiance: Any) ->
     return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]))
 
 
-def _in_memory(dataset: xr.Dataset, section: Sensor, name: str, base: Path | None) -> xr.Dataset:
+def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Path | None) -> xr.Dataset:
     import xarray as xr
 
     cube = read_clean(dataset, name, base)

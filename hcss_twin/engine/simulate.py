@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from hcss_twin.core.compilation import announce_compilation
+from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning, CubeError
 from hcss_twin.core.files import require_not_read
-from hcss_twin.cube.background_writer import BackgroundWriter
-from hcss_twin.cube.formats import cube_writer
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.streamed_writer import BackgroundWriter
+from hcss_twin.cube.zarr_writer import cube_writer
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify

@@ -92,8 +92,8 @@ def load_water_at(catalog: Catalog, temperature_K: float) -> RefractiveIndex:
     CatalogError
         If there are no tables, or two neighbours differ in their wavelengths.
     """
-    found = (re.fullmatch(r"water-(\d+)K", name) for name in catalog.names("optical_constants", ".csv"))
-    known = sorted(int(match[1]) for match in found if match)
+    matches = (re.fullmatch(r"water-(\d+)K", name) for name in catalog.names("optical_constants", ".csv"))
+    known = sorted(int(match[1]) for match in matches if match)
     if not known:
         raise CatalogError(f"{catalog.root / 'optical_constants'}: no table water-<T>K.csv")
     if not known[0] <= temperature_K <= known[-1]:

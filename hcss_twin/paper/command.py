@@ -61,7 +61,7 @@ def reproduce(
             click.echo(f"{item.name:<{width}}{item.title}")
         return
     require_writable((output, json_file), force)
-    from hcss_twin.core.compilation import announce_compilation
+    from hcss_twin.core.environment import announce_compilation
     from hcss_twin.paper.report import reproduction_page, worst_text
     from hcss_twin.paper.run import outcomes
     from hcss_twin.report.page.page import write_page

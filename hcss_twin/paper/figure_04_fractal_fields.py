@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.analysis.measures.fractal_dimension.slopes import variogram_dimension
+from hcss_twin.analysis.measures.fractal_dimension import variogram_dimension
 from hcss_twin.analysis.measures.semivariance import semivariances
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.coverage import cloud_fraction_value

@@ -8,33 +8,18 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 
 
-def unpolarised_reflectance(
-    index: NDArray[np.complex128] | complex, cos_incidence: NDArray[np.float64] | float
-) -> NDArray[np.float64]:
-    """Return the power reflectance for unpolarised light that arrives from the vacuum side.
+def unpolarised_reflectance(index: NDArray[np.complex128] | complex, cos_incidence: Array | float) -> Array:
+    """Return the power reflectance, 0 to 1, for unpolarised light that arrives from the vacuum side.
+
+    M. Born and E. Wolf, Principles of Optics, 7th ed., section 1.5.2, eqs (20) and (21), with the refracted cosine
+    eliminated by Snell's law: u = sqrt(m^2 - sin^2) is m times that cosine.
 
     Parameters
     ----------
     index : complex or ndarray
-        Refractive index n + i k of the medium, k >= 0; broadcasts with ``cos_incidence``, so (V,)
-        against (M, 1) gives (M, V).
+        Refractive index n + i k of the medium, k >= 0; broadcasts with ``cos_incidence``: (V,) and (M, 1) give (M, V).
     cos_incidence : float or ndarray
-        Cosine of the angle of incidence, 0 < cos_incidence <= 1.
-
-    Returns
-    -------
-    ndarray
-        Mean of the reflectances of the two linear polarisations, in [0, 1].
-
-    Raises
-    ------
-    ValueError
-        If a cosine is outside (0, 1].
-
-    Notes
-    -----
-    M. Born and E. Wolf, Principles of Optics, 7th ed., section 1.5.2, eqs (20) and (21), with the
-    refracted cosine eliminated by Snell's law: u = sqrt(m^2 - sin^2) is m times that cosine.
+        Cosine of the angle of incidence, 0 < cos_incidence <= 1; ValueError outside.
     """
     m2 = np.square(np.asarray(index, dtype=np.complex128))
     mu = np.asarray(cos_incidence, dtype=np.float64)

@@ -1,18 +1,14 @@
-"""The ellipsoid WGS 84: positions in space, altitudes, and distances along a meridian.
+"""The ellipsoid WGS 84: positions in space, altitudes, geodesics, and the image plane on the globe.
 
-NIMA TR8350.2, "Department of Defense World Geodetic System 1984", 3rd edition (2000), table 3.1 and section 4.
+Ellipsoid: NIMA TR8350.2, "Department of Defense World Geodetic System 1984", 3rd edition (2000), table 3.1, section 4.
 
-Geodesics of the ellipsoid WGS 84 from one point: where they lead, and in which direction they arrive.
+Geodesics from one point: T. Vincenty, "Direct and inverse solutions of geodesics on the ellipsoid with application of
+nested equations", Survey Review 23 (176), 88-93 (1975), with the constants A and B in Helmert's expansion parameter
+k1; better than 1 mm over any distance. The direct problem converges everywhere, poles included.
 
-T. Vincenty, "Direct and inverse solutions of geodesics on the ellipsoid with application of nested equations", Survey
-Review 23 (176), 88-93 (1975), with the constants A and B in Helmert's expansion parameter k1; better than 1 mm over
-any distance. The direct problem converges everywhere, poles included.
-
-The image plane on the globe.
-
-x points east and y north on the plane of the azimuthal equidistant projection of the ellipsoid WGS 84 about the
-image centre at the start: every point of it lies at its distance and bearing from the centre along a geodesic
-(J. P. Snyder, "Map Projections: A Working Manual", USGS Professional Paper 1395, 1987, pp 197-202).
+Image plane: x points east and y north on the plane of the azimuthal equidistant projection about the image centre at
+the start. Every point lies at its distance and bearing from the centre along a geodesic (J. P. Snyder, "Map
+Projections: A Working Manual", USGS Professional Paper 1395, 1987, pp 197-202).
 """
 
 from __future__ import annotations
@@ -27,8 +23,8 @@ FLATTENING = 1.0 / INVERSE_FLATTENING
 SEMI_MINOR_AXIS_M = SEMI_MAJOR_AXIS_M * (1.0 - FLATTENING)
 ECCENTRICITY_SQUARED = FLATTENING * (2.0 - FLATTENING)
 
-_ROUNDS = 8
-"""Of the altitude's iteration, each of which leaves less than a hundredth of the error."""
+_ALTITUDE_ITERATIONS = 8
+"""Each leaves less than a hundredth of the error."""
 
 
 def to_earth_centred(latitude_deg: Array, longitude_deg: Array, altitude_m: float = 0.0) -> Array:
@@ -69,13 +65,13 @@ def altitude_m(position_m: Array) -> float:
     second = ECCENTRICITY_SQUARED / (1.0 - ECCENTRICITY_SQUARED)
     reduced = np.arctan2(up * SEMI_MAJOR_AXIS_M, across * SEMI_MINOR_AXIS_M)
     phi = reduced
-    for _ in range(_ROUNDS):
+    for _ in range(_ALTITUDE_ITERATIONS):
         phi = np.arctan2(
             up + second * SEMI_MINOR_AXIS_M * np.sin(reduced) ** 3,
             across - ECCENTRICITY_SQUARED * SEMI_MAJOR_AXIS_M * np.cos(reduced) ** 3,
         )
         reduced = np.arctan2(SEMI_MINOR_AXIS_M * np.sin(phi), SEMI_MAJOR_AXIS_M * np.cos(phi))
-    # Also at the poles, where dividing by a cosine would not do.
+    # Not (across / cos(phi)) - normal, which divides by 0 at the poles.
     along = across * np.cos(phi) + up * np.sin(phi)
     return float(along - SEMI_MAJOR_AXIS_M * np.sqrt(1.0 - ECCENTRICITY_SQUARED * np.sin(phi) ** 2))
 
@@ -98,12 +94,12 @@ def distance_from_equator_m(latitude_deg: float) -> float:
 _CLOSE_RAD = 1e-13
 """Under a micrometre."""
 
-_MAX_ROUNDS = 16
-"""Each leaves a few thousandths of the error; over many turns of the globe rounding ends them first."""
+_GEODESIC_ITERATIONS = 16
+"""At most; each leaves a few thousandths of the error, down to rounding."""
 
 
 def direct(latitude_deg: float, distance_m: Array, bearing_rad: Array) -> tuple[Array, Array, Array]:
-    """Return where geodesics lead.
+    """Solve the direct problem: where geodesics of given length and bearing end.
 
     Parameters
     ----------
@@ -132,12 +128,12 @@ def direct(latitude_deg: float, distance_m: Array, bearing_rad: Array) -> tuple[
     straight = distance_m / (SEMI_MINOR_AXIS_M * scale)
     sigma = straight
     moves = np.ones(np.shape(straight), dtype=np.bool_)
-    for _ in range(_MAX_ROUNDS):
+    for _ in range(_GEODESIC_ITERATIONS):
         sin_s, cos_s = np.sin(sigma), np.cos(sigma)
         twice = np.cos(2.0 * first + sigma)
         inner = cos_s * (2.0 * twice**2 - 1.0) - b / 6.0 * twice * (4.0 * sin_s**2 - 3.0) * (4.0 * twice**2 - 3.0)
         before = sigma
-        # Each stops by itself: what is found of a point does not depend on those beside it.
+        # Every point stops by itself, so that its result does not depend on the points beside it.
         sigma = np.where(moves, straight + b * sin_s * (twice + 0.25 * b * inner), sigma)
         moves = moves & (np.abs(sigma - before) > _CLOSE_RAD)
         if not np.any(moves):
@@ -179,9 +175,9 @@ def to_geographic(x_m: Array, y_m: Array, latitude: float, longitude: float) -> 
 
 
 def to_geographic_with_turn(x_m: Array, y_m: Array, latitude: float, longitude: float) -> tuple[Array, Array, Array]:
-    """Return the same, and by how many degrees clockwise the plane's y axis points from north at each point.
+    """Return latitude, longitude, and by how many degrees clockwise the plane's y axis points from north there.
 
-    The plane's axes are carried along the geodesic from the centre, on which its direction stays as it is.
+    The plane's axes are carried along the geodesic from the centre, on which they keep their angle to it.
     """
     north, east, arriving = _ends(x_m, y_m, latitude)
     turn = np.degrees(arriving - np.arctan2(x_m, y_m))

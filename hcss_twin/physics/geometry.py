@@ -17,8 +17,8 @@ def relative_azimuth_rad(view_azimuth_deg: float, sun_azimuth_deg: float) -> flo
 def wind_azimuths(sensor_azimuth_deg: float, sun_azimuth_deg: float, wind_from_deg: float) -> tuple[float, float]:
     """Return (relative_azimuth, wind_azimuth) in radians for bearings in degrees clockwise from north.
 
-    The slopes are mirror-symmetric about the wind, so that the sense of counting may be turned until the sun
-    lies at wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
+    Slope statistics are mirror-symmetric about the wind. So the sense of counting may be chosen such that the sun lies
+    at wind_azimuth + relative_azimuth with relative_azimuth in [0, pi].
     """
     difference = _turn_deg(sensor_azimuth_deg, sun_azimuth_deg)
     bearing = wind_sense(sensor_azimuth_deg, sun_azimuth_deg) * (sensor_azimuth_deg - wind_from_deg)
@@ -40,7 +40,7 @@ def sun_zenith_along(
 ) -> float:
     """Zenith angle of the sun where a straight line of sight from the surface reaches an altitude, degrees.
 
-    That point stands elsewhere on the Earth, nearer to the sensor.
+    That point is above another place of the Earth, nearer to the sensor.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def sun_zenith_along(
 
 
 def scattering_cosine(mu: float, mu0: float, relative_azimuth: float) -> float:
-    """Cosine of the angle by which a sunbeam is turned into the view direction.
+    """Cosine of the scattering angle from the sunbeam into the view (HCSS paper, eq 14, its sign corrected).
 
     Parameters
     ----------
@@ -68,18 +68,17 @@ def scattering_cosine(mu: float, mu0: float, relative_azimuth: float) -> float:
 
     Notes
     -----
-    From the direction vectors: the sunbeam travels along -s, the light seen along v, so
-    cos(scattering) = -s.v. Equation 14 of the HCSS paper has the opposite sign of the first
-    product; :func:`scattering_cosine_literal` keeps that form.
+    From the direction vectors: the sunbeam travels along -s, the light seen along v, so cos(scattering) = -s.v. Eq 14
+    of the HCSS paper has the opposite sign of the first product; :func:`scattering_cosine_literal` keeps that form.
     """
     return _cosine(-mu * mu0 - math.sqrt(1 - mu * mu) * math.sqrt(1 - mu0 * mu0) * math.cos(relative_azimuth))
 
 
 def scattering_cosine_literal(mu: float, mu0: float, relative_azimuth: float) -> float:
-    """Equation 14 of the HCSS paper as printed; it peaks into the view by mistake."""
+    """HCSS paper, eq 14 as printed: its wrong sign puts the forward peak into back-scattering."""
     return _cosine(mu * mu0 - math.sqrt(1 - mu * mu) * math.sqrt(1 - mu0 * mu0) * math.cos(relative_azimuth))
 
 
 def _cosine(value: float) -> float:
-    """Take back the last-bit rounding that carries a cosine beyond 1 in the hot spot."""
+    """Undo the last-bit rounding that carries a cosine beyond 1 in the hot spot."""
     return max(-1.0, min(1.0, value))

@@ -1,10 +1,9 @@
 """Monotone piecewise cubic interpolation (PCHIP) at one point per row, from the four nodes around it.
 
-Fewer nodes than four are taken all: three give the cubic of three nodes, two a straight line, one its value.
+With three nodes it is the cubic of three nodes, with two a straight line, with one constant.
 
-``scipy.interpolate.PchipInterpolator`` builds coefficients for every interval before it evaluates
-one; here each row has its own nodes and its own point, and only the interval in question is worked
-out. The result is the same.
+Why not ``scipy.interpolate.PchipInterpolator``: it builds coefficients for every interval before it evaluates one. Here
+each row has its own nodes and its own point, and only the interval in question is computed. The result is the same.
 """
 
 from __future__ import annotations
@@ -51,8 +50,8 @@ def pchip_in_window(nodes: Array, values: Array, x: Array) -> Array:
 
     References
     ----------
-    F. N. Fritsch and J. Butland, "A method for constructing local monotone piecewise cubic
-    interpolants", SIAM J. Sci. Stat. Comput. 5, 300 (1984).
+    F. N. Fritsch and J. Butland, "A method for constructing local monotone piecewise cubic interpolants", SIAM J. Sci.
+    Stat. Comput. 5, 300 (1984).
     """
     count = nodes.shape[1]
     if count == 1:
@@ -88,7 +87,7 @@ def pchip_in_window(nodes: Array, values: Array, x: Array) -> Array:
 def _interior(step0: Array, step1: Array, secant0: Array, secant1: Array) -> Array:
     """Weighted harmonic mean of the secants; 0 at an extremum."""
     weight0, weight1 = 2 * step1 + step0, step1 + 2 * step0
-    # Far below any meaning a secant would overflow when inverted; so would the product of large ones.
+    # A secant below 1e-300 would overflow when inverted, and the product of two large ones overflows, hence the signs.
     same_sign = (np.sign(secant0) * np.sign(secant1) > 0) & (np.minimum(np.abs(secant0), np.abs(secant1)) > 1e-300)
     safe0, safe1 = np.where(same_sign, secant0, 1.0), np.where(same_sign, secant1, 1.0)
     mean = (weight0 + weight1) / (weight0 / safe0 + weight1 / safe1)

@@ -1,6 +1,7 @@
-"""Composite paths through the atmosphere: legs are summed, never multiplied.
+"""Composite paths through the atmosphere, and sums over their legs.
 
-Sums over the legs of composite paths, of something that is known of each leg by itself.
+Absorber amounts of legs are added. Transmittances of legs are never multiplied, because those of a spectral interval
+with many lines do not multiply: light that passed the first leg lacks the wavelengths that the second would absorb.
 """
 
 from __future__ import annotations
@@ -55,21 +56,21 @@ def to_space(lower_m: float, zenith_deg: float) -> Path:
 
 
 Compute = Callable[[Iterable[Leg], dict[Leg, Array]], None]
-"""Adds what some legs have, (K,) each, to those known."""
+"""Computes the values (K,) of some legs and stores them in the dictionary."""
 
-_KEPT_LEGS = 100_000
-"""Legs that are kept: columns with cloud tops at many heights share those between levels."""
+_MAX_LEGS = 100_000
+"""Legs whose values are remembered: columns with cloud tops at many heights share the legs between levels."""
 
 
 class LegSums:
-    """Sums over legs, each of which is computed once.
+    """Sums over the legs of paths, for values (K,) of single legs that are computed once.
 
     Parameters
     ----------
     size : int
-        K of what each leg has, (K,).
+        K.
     compute : callable
-        Maps legs and those known to nothing; the former are added to the latter.
+        Stores the values of new legs; see :data:`Compute`.
     """
 
     def __init__(self, size: int, compute: Compute) -> None:
@@ -80,15 +81,15 @@ class LegSums:
     def of(self, paths: Sequence[Path]) -> Array:
         """Return the sums of composite paths, (P, K)."""
         known = self._known
-        if len(known) > _KEPT_LEGS:
+        if len(known) > _MAX_LEGS:
             known = self._known = {}  # other threads may still read the old one
         legs = [leg for path in paths for leg in path.legs]
-        # Looked up once: hashing hundreds of legs takes as long as following their rays.
-        found = [known.get(leg) for leg in legs]
-        new = [leg for leg, each in zip(legs, found, strict=True) if each is None]
+        # One look-up for each leg: hashing hundreds of legs takes as long as following their rays.
+        stored = [known.get(leg) for leg in legs]
+        new = [leg for leg, values in zip(legs, stored, strict=True) if values is None]
         if new:
             self._compute(dict.fromkeys(new), known)
-        each = [known[leg] if own is None else own for leg, own in zip(legs, found, strict=True)]
+        each = [known[leg] if values is None else values for leg, values in zip(legs, stored, strict=True)]
         if all(len(path.legs) == 1 for path in paths):
             return np.concatenate(each).reshape(len(paths), self._size) if each else np.zeros((0, self._size))
         result = np.zeros((len(paths), self._size))

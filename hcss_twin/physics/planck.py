@@ -1,6 +1,6 @@
-"""Constants of nature that define the SI since 2019, exact (BIPM, *The International System of Units*, 9th edition).
+"""Black-body radiance, and the constants of nature in it.
 
-Black-body radiance.
+The constants define the SI since 2019 and are exact (BIPM, *The International System of Units*, 9th edition).
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ PLANCK_J_S = 6.62607015e-34
 SPEED_OF_LIGHT_M_S = 299792458.0
 BOLTZMANN_J_K = 1.380649e-23
 
-
 FIRST_RADIATION = 2.0 * PLANCK_J_S * SPEED_OF_LIGHT_M_S**2 * 1e8
 """2 h c^2 for wavenumbers in cm-1 and radiance per cm-1, W m-2 sr-1 (cm-1)-4."""
 
@@ -22,7 +21,7 @@ SECOND_RADIATION = PLANCK_J_S * SPEED_OF_LIGHT_M_S / BOLTZMANN_J_K * 100.0
 
 
 def planck(wavenumber_cm1: Array, temperature_K: Array | float) -> Array:
-    """Spectral radiance of a black body, M(T, lambda) / pi of eqs 15 and 17 of the HCSS paper.
+    """Spectral radiance of a black body, M(T, lambda) / pi (HCSS paper, eq 15 and eq 17).
 
     Parameters
     ----------

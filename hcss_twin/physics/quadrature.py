@@ -1,7 +1,4 @@
-"""Nodes and weights of Gauss-Legendre quadrature, computed once for each number of nodes.
-
-Polynomials through Chebyshev's nodes of the second kind.
-"""
+"""Quadrature and interpolation on fixed nodes: Gauss-Legendre, and polynomials through Chebyshev points."""
 
 from __future__ import annotations
 
@@ -14,9 +11,9 @@ from hcss_twin.core.arrays import Array
 
 @cache
 def gauss_legendre(count: int) -> tuple[Array, Array]:
-    """Return nodes on [-1, 1] and weights, (count,), not to be changed.
+    """Return read-only nodes on [-1, 1] and weights, (count,).
 
-    numpy computes them from the eigenvalues of a matrix, in milliseconds, each time it is asked.
+    Cached, because numpy computes them from the eigenvalues of a matrix, in milliseconds.
     """
     nodes, weights = np.polynomial.legendre.leggauss(count)
     nodes.flags.writeable = weights.flags.writeable = False
@@ -24,7 +21,7 @@ def gauss_legendre(count: int) -> tuple[Array, Array]:
 
 
 def nodes(order: int) -> Array:
-    """Return the nodes (order + 1,) on [-1, 1]; the middle for order 0.
+    """Return the Chebyshev points of the second kind (order + 1,) on [-1, 1]; the middle for order 0.
 
     Those of half the order are among them, to the bit.
     """
@@ -34,9 +31,9 @@ def nodes(order: int) -> Array:
 
 
 def between(order: int) -> Array:
-    """Return places between the nodes of an order, a power of 2: the nodes that twice the order has beside them.
+    """Return test points between the nodes of an order, a power of 2: the nodes that twice the order adds.
 
-    Of order 0 the ends. Of order 1 those of order 4, because in the middle alone what is odd cannot be seen.
+    For order 0 the ends. For order 1 the inner nodes of order 4, because odd errors vanish in the middle.
     """
     if order == 0:
         return np.array([-1.0, 1.0])
@@ -44,7 +41,7 @@ def between(order: int) -> Array:
 
 
 def weights(order: int, places: Array) -> Array:
-    """Return the weights (N, order + 1) with which values at the nodes make those of their polynomial at places (N,).
+    """Return the weights (N, order + 1) of the values at the nodes in their polynomial at ``places`` (N,).
 
     The barycentric formula: J.-P. Berrut and L. N. Trefethen, Barycentric Lagrange interpolation, SIAM Review 46,
     501-517 (2004), eq 5.4.

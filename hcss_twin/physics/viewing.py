@@ -1,10 +1,7 @@
-"""One line of sight to a round Earth: look angle at the sensor, zenith angle at the ground, and the way between.
+"""Lines of sight from the ground to a sensor.
 
-The triangle of the Earth's centre, the ground point and the sensor; law of sines and law of cosines.
-
-A circular orbit around a round Earth that stands still.
-
-How a sensor above WGS 84 sees each point of the image plane.
+The first functions take the Earth as a sphere: the triangle of its centre, the ground point and the sensor, solved by
+the laws of sines and cosines, and a circular orbit. :class:`LinesOfSight` takes it as the ellipsoid WGS 84.
 """
 
 from __future__ import annotations
@@ -40,7 +37,7 @@ def slant_range_m(view_zenith_deg: float, altitude_m: float) -> float:
     """Return the distance from the ground to the sensor."""
     zenith, radius = math.radians(view_zenith_deg), MEAN_EARTH_RADIUS_M
     down = radius * math.cos(zenith)
-    # As a quotient, because the difference of the two would lose the digits of low altitudes.
+    # As a quotient: the difference of the two lengths would lose the digits of low altitudes.
     return (
         altitude_m
         * (2.0 * radius + altitude_m)
@@ -56,14 +53,13 @@ def ground_speed_m_s(altitude_m: float) -> float:
     """Return the speed of the point below a satellite over the ground.
 
     sqrt(mu / r) R / r with r = R + altitude (Kepler's third law). The Earth's own rotation, up to 465 m/s at the
-    equator, is left out.
+    equator, is neglected.
     """
     radius = MEAN_EARTH_RADIUS_M + altitude_m
     return math.sqrt(EARTH_M3_S2 / radius) * MEAN_EARTH_RADIUS_M / radius
 
 
-_CLOSE_M = 1e-6
-_MAX_ROUNDS = 50
+_CLOSE_M, _MAX_ITERATIONS = 1e-6, 50
 
 
 @dataclass(frozen=True)
@@ -77,7 +73,7 @@ class Sight:
     zenith_deg, azimuth_deg : ndarray (...)
         Direction toward the sensor: from the normal of the ellipsoid, and clockwise from north, 0 to 360.
     plane_azimuth_deg : ndarray (...)
-        The same clockwise from the plane's y axis, as the directions of sun and wind at the image centre are meant.
+        The azimuth clockwise from the plane's y axis, like the directions of sun and wind at the image centre.
     range_m : ndarray (...)
         Distance to the sensor.
     """
@@ -115,7 +111,7 @@ class LinesOfSight:
         """Distance from the image centre to the sensor: where the line of sight reaches the altitude."""
         start, direction = self._line()
         distance = slant_range_m(self.view_zenith_deg, self.altitude_m)
-        for _ in range(_MAX_ROUNDS):
+        for _ in range(_MAX_ITERATIONS):
             # The altitude grows with the distance by the cosine to the vertical there, which is near the centre's.
             position = start + distance * direction
             miss = self.altitude_m - altitude_m(position)
@@ -141,8 +137,8 @@ class LinesOfSight:
 
     def _line(self) -> tuple[Array, Array]:
         """Return the image centre and the unit vector from it to the sensor, both (3,)."""
-        place = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
+        centre = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
         zenith, azimuth = np.radians(self.view_zenith_deg), np.radians(self.view_azimuth_deg)
-        east, north, up = east_north_up(*place)  # type: ignore[arg-type]
+        east, north, up = east_north_up(*centre)  # type: ignore[arg-type]
         direction = np.sin(zenith) * (np.sin(azimuth) * east + np.cos(azimuth) * north) + np.cos(zenith) * up
-        return to_earth_centred(*place), direction  # type: ignore[arg-type]
+        return to_earth_centred(*centre), direction  # type: ignore[arg-type]

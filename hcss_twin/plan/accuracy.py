@@ -9,15 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
-from hcss_twin.models.radiance.brightness import COLDEST_K, HOTTEST_K, BrightnessTemperature
-from hcss_twin.models.radiance.spectral_grid import SpectralGrid
+from hcss_twin.models.radiance.spectral_grid import COLDEST_K, HOTTEST_K, BrightnessTemperature, SpectralGrid
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.views import ImageViews
 from hcss_twin.providers import RadianceModel, Sun
-from hcss_twin.scenario.accuracy import MAX, MIN, kelvin_of
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.units import MAX_ACCURACY, MIN_ACCURACY, kelvin_of
 
 SHARES: Mapping[str, float] = {
     "wavenumbers": 0.25,
@@ -125,7 +124,7 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
     if kelvin is None:
         return RequestedAccuracy(float(scenario.accuracy))
     if not suns:
-        return RequestedAccuracy(MAX, kelvin)
+        return RequestedAccuracy(MAX_ACCURACY, kelvin)
     grid = assembly.spectral_grid
     shares = []
     names = [band.name for band in assembly.bands]
@@ -147,14 +146,14 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
             hottest += WAVES_K
         shares.append(kelvin * _slope(grid, band, hottest))
     relative = min(shares)
-    if relative < MIN:
+    if relative < MIN_ACCURACY:
         message = (
             f"{scenario.accuracy!r} is {relative:.1e} of the radiance of pixels in band "
-            f"'{names[int(np.argmin(shares))]}'; allowed: {MIN:g} or more; closest valid choice is "
-            f"'{1.01 * kelvin * MIN / relative:.2g} K'"
+            f"'{names[int(np.argmin(shares))]}'; allowed: {MIN_ACCURACY:g} or more; closest valid choice is "
+            f"'{1.01 * kelvin * MIN_ACCURACY / relative:.2g} K'"
         )
         raise ScenarioError([Problem("accuracy", message)])
-    return RequestedAccuracy(min(relative, MAX), kelvin)
+    return RequestedAccuracy(min(relative, MAX_ACCURACY), kelvin)
 
 
 def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:

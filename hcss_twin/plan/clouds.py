@@ -18,7 +18,7 @@ from hcss_twin.plan.slant_paths import SlantPaths, enlarged
 from hcss_twin.plan.surroundings import Surroundings
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Declares, Grid, Motion
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.cloud_types import Geometry, ResolvedLayer, overlap_problems, resolve_layer
+from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
 from hcss_twin.scenario.models import Layer, selected
 from hcss_twin.scenario.scenario import Scenario
 
@@ -171,7 +171,7 @@ def assemble_clouds(
                 _require_top_inside(resolved.layer, around.profile, field)
             layers.append((resolved, section, field))
     geometries = {
-        field: (section, Geometry(resolved.layer.base_m, resolved.layer.top_m, resolved.layer.thickness_min_m))
+        field: (section, LayerGeometry(resolved.layer.base_m, resolved.layer.top_m, resolved.layer.thickness_min_m))
         for resolved, section, field in layers
     }
     builder.keep(overlap_problems(geometries))

@@ -29,7 +29,7 @@ from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION, Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.sensor import NamedSensor, Sensor, choose_sensor, load_sensor
+from hcss_twin.scenario.sensor import NamedSensor, SensorSection, choose_sensor, load_sensor
 
 ALL = "all"
 
@@ -40,7 +40,7 @@ class BuiltSensor:
 
     Attributes
     ----------
-    section : Sensor
+    section : SensorSection
         What the user asked for.
     named : NamedSensor or None
         The file it names.
@@ -60,7 +60,7 @@ class BuiltSensor:
         What users should know about blur at the edges.
     """
 
-    section: Sensor
+    section: SensorSection
     named: NamedSensor | None
     entry: Entry
     parameters: Mapping[str, Any]
@@ -131,7 +131,7 @@ class BuiltSensor:
         }
 
 
-def make_sensor(section: Sensor, inputs: SensorInputs) -> BuiltSensor:
+def make_sensor(section: SensorSection, inputs: SensorInputs) -> BuiltSensor:
     """Build the sensor of a section, for frames that are measured as they are.
 
     Parameters

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.sea.wave_contrast import thermal_contrast_bound, tilted_glint_bound
+from hcss_twin.models.sea.wave_field import thermal_contrast_bound, tilted_glint_bound
 from hcss_twin.physics.geometry import relative_azimuth_rad
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck

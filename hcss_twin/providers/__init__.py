@@ -1,34 +1,28 @@
 """The contract between providers and the engine, version 1.
 
-Four kinds can be swapped by any installed package (cloud generators, sea models, optics,
-transmittance providers), a fifth, the radiance model, assembles what they return, and a sixth,
-the sensor, turns that into what is measured. A provider is a class that is called as
-``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance
-of the parameter model its spec names, or None where it names none.
+Any installed package can bring cloud generators, sea models, optics and transmittance providers; radiance models,
+which combine their results; and sensors, which turn radiance into measurements. A provider is a class that is called as
+``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance of the parameter
+model in its spec, or None without one.
 
-Each kind has a file: its inputs, a Protocol of what every provider must have (``SeaModel``),
-and, where there is something, a Protocol of what one *may* have (``SeaModelOptions``). The
-engine looks for the names of the latter one by one and does without those that are missing;
-nobody inherits either. What is promised for version 1 is written in ``docs/provider-api.md``.
+For each kind there are its inputs, a Protocol of what every provider must have (``SeaModel``) and possibly a Protocol
+of optional members (``SeaModelOptions``), which the engine looks up one by one. Providers need not inherit from them.
 
 Principles:
 
-* Providers return dimensionless or geometric properties; only the engine multiplies by
-  Planck's function or the sun (a file that brings its own path radiance is the exception).
-* A transmittance is asked for a *whole composite path*. Legs are summed, never multiplied,
-  because band-model and k-distributed transmittances do not multiply.
-* Providers declare what they depend on, so that the plan can skip. The engine of today uses the
-  ranges, the native grid, ``tileable``, ``legs`` and ``notes``; the rest is for engines to come,
-  and the conformance kit checks it already.
-* Outside a declared range is an error, never a clamp.
-* A result depends on the arguments of the call alone: not on what else is asked in it, on earlier
-  calls, or on threads (several call one provider at once). Arrays given to a provider are read
-  only; arrays it returns belong to the caller and are not written to again.
+* Providers return dimensionless or geometric properties; only the engine multiplies by Planck's function or the sun.
+  The exception are data with their own path radiance.
+* Transmittance is computed for a *whole composite path*. Absorber amounts of its legs are added; transmittances of legs
+  are never multiplied, because those of band models and k-distributions do not multiply.
+* Providers declare dependencies, so that the plan can skip work. This engine uses the ranges, the native grid,
+  ``tileable``, ``legs`` and ``notes``; the conformance kit checks all of them.
+* A call outside a declared range is an error; nothing is clamped or extrapolated.
+* A result depends on the arguments of its call alone: not on other elements, earlier calls or threads (several call one
+  provider at once). Arrays given to a provider are read-only; the caller owns returned arrays.
 
-Axes: ``wavenumber_cm1`` (V,) ascending and last; altitudes above the sea in metres; angles
-as cosines ``mu`` or radians. Azimuths are bearings from the surface point toward sensor or
-sun, clockwise from north; ``relative_azimuth`` in [0, pi] is 0 with the sensor on the sun's
-side and pi toward the glint. View zenith angles are those at the surface point.
+Axes: ``wavenumber_cm1`` (V,) ascending and last; altitudes above the sea in metres; angles as cosines ``mu`` or
+radians. Azimuths are bearings from the surface point toward sensor or sun, clockwise from north; ``relative_azimuth``
+in [0, pi] is 0 with the sensor on the sun's side and pi toward the glint. View zenith angles are at the surface point.
 """
 
 from hcss_twin.core.arrays import Array

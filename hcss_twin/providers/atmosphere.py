@@ -1,4 +1,4 @@
-"""Transmittance providers: what gases and aerosol let through."""
+"""Transmittance providers: gases and aerosol."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from hcss_twin.providers.common import Declares
 
 @dataclass(frozen=True)
 class AtmosphereInputs:
-    """What a transmittance provider is built from.
+    """Inputs of a transmittance provider.
 
     Attributes
     ----------
     profile : Profile
-        The air at its levels; ``Profile.airmass(path)`` sums slant over vertical thickness of each layer over legs.
+        The air at its levels; ``Profile.airmass(path)`` sums slant over vertical thickness per layer over legs.
     catalog : Catalog
         Reader of data files.
     """
@@ -41,45 +41,42 @@ class TransmittanceProvider(Protocol):
 
 
 class TransmittanceOptions(Protocol):
-    """What a transmittance provider may have beside ``TransmittanceProvider``."""
+    """Optional members of a transmittance provider."""
 
     def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
-        """Return its own thermal emission (P, V) of single legs to space, W m-2 sr-1 (cm-1)-1, 0 or more.
+        """Return thermal emission (P, V) of single legs, seen from space, W m-2 sr-1 (cm-1)-1, 0 or more.
 
-        Seen from space. Without it the engine derives path radiance from transmittances and the profile's
-        temperatures.
+        Without it the engine computes path radiance from transmittances and temperatures.
         """
         ...
 
     def solar_path_radiance(
         self, wavenumber_cm1: Array, paths: Sequence[Path], sun_zenith_deg: float, relative_azimuth_deg: float
     ) -> Array:
-        """Return sunlight scattered once into single legs to space, over the sun's irradiance: (P, V) in sr-1.
+        """Return sunlight scattered once into single legs, seen from space, over the sun's irradiance: (P, V) in sr-1.
 
-        Seen from space; 0 or more, and not less for a leg that begins lower (what seems less by discretisation
-        counts as no more). ``relative_azimuth_deg`` in [0, 180] is
-        0 with the sensor on the sun's side. The engine asks for suns up to 88 degrees from the zenith and multiplies by
-        the irradiance (per wavenumber, on a surface facing the sun). Without it no sunlight is scattered in the air.
+        0 or more, and not less for a leg that begins lower. ``relative_azimuth_deg`` in [0, 180] is 0 with the sensor
+        on the sun's side; the sun is up to 88 degrees from the zenith. The engine multiplies by the irradiance (per
+        wavenumber, on a surface facing the sun). Without this method the air scatters no sunlight.
         """
         ...
 
     def absorber_amounts(self, paths: Sequence[Path]) -> Array:
-        """Return amounts (P, K) that say all of a path and add over its legs; zeros for a path without legs.
+        """Return absorber amounts (P, K) that determine the transmittance of a path and add over its legs.
 
-        With ``transmittance_of_amounts`` it lets the engine follow many paths without naming their legs again.
+        0 for a path without legs. With ``transmittance_of_amounts`` the engine combines paths faster.
         """
         ...
 
     def transmittance_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
-        """Return what ``transmittance`` does for paths with these amounts (P, K): (P, V) in [0, 1]."""
+        """Return the transmittance (P, V) in [0, 1] of paths with these amounts (P, K)."""
         ...
 
     @staticmethod
     def bound_profile(parameters: Any, catalog: Catalog) -> Profile:
-        """Return the one profile to which the provider's data belong.
+        """Return the only profile for which the provider's data are valid.
 
-        Asked of the class before the provider is made, with its parameters and the scenario's catalog: a scenario that
-        names no profile gets this one, and one that scales its water vapour is refused. Without it the provider accepts
-        any profile.
+        Called before construction. It is the default profile of scenarios, which may not scale its water vapour.
+        Without this method the provider accepts any profile.
         """
         ...

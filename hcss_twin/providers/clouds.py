@@ -18,8 +18,8 @@ from hcss_twin.providers.common import Declares
 class Grid:
     """The image plane: ``rows`` x ``columns`` square pixels of ``pixel_size_m``; x along columns.
 
-    A cloud generator gets the plane of the points it is asked for: with n x n points per pixel of the image there
-    are n times the rows and columns, of an n-th of the size, and each point is the centre of its square.
+    For n x n points per pixel of the image, a cloud generator gets n times the rows and columns of 1/n of the size;
+    each point is the centre of its square.
     """
 
     rows: int
@@ -29,7 +29,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Motion:
-    """What moves: the platform's ground speed along +x, the wind that carries the clouds, and evolution.
+    """Motion of platform and clouds, and evolution of cloud shapes.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Motion:
     cloud_velocity_m_s : (float, float)
         Velocity (x, y) of the cloud field over the ground.
     evolution_time_s : float
-        Lattice cell of the time dimension at the coarsest octave; infinity freezes the shapes.
+        Time in which the largest structures change; infinity: frozen shapes.
     frame_interval_s : float
         Time between frames.
     """
@@ -56,11 +56,11 @@ class Microphysics:
     Attributes
     ----------
     phase : {"water", "ice"}
-        Thermodynamic phase, which selects the refractive index.
+        Thermodynamic phase.
     alpha, b, nu : float
         Shape, scale (um^-nu) and exponent for a radius in micrometres.
     number_density_m3 : float
-        Particles per cubic metre; fixes ``a`` by normalisation.
+        Particles per cubic metre, from which ``a`` follows.
     radius_range_um : (float, float)
         Limits of integration r1, r2.
     """
@@ -75,30 +75,29 @@ class Microphysics:
 
 @dataclass(frozen=True)
 class CloudLayer:
-    """One cloud layer: where it is and what it is made of.
+    """One cloud layer: altitudes, coverage and particles.
 
     Attributes
     ----------
     name : str
-        Cloud type, for people.
+        Cloud type.
     base_m, top_m : float
-        Altitudes of the layer's base and of its highest possible top.
+        Altitudes of the layer's base and of its highest top.
     anchor : {"base", "top"}
-        Which of the two stays where it is when the cloud is thinner than ``top_m - base_m``.
+        The one that does not move where the cloud is thinner than ``top_m - base_m``.
     thickness_min_m : float
         Thickness of the thinnest cloudy pixel.
     coverage : float
         Fraction of cloudy pixels, 0 to 1.
     temperature_K : float or None
-        Cloud temperature; None takes the profile's at the cloud top.
+        Cloud temperature; None: that of the air at the cloud top.
     microphysics : Microphysics
         Particles.
     coverage_mode : {"frame", "field"}
-        ``frame``: exactly ``coverage`` in every frame. ``field``: one threshold for the unbounded field,
-        exact in the mean, so that every window and every sensor sees the same clouds.
+        ``frame``: exactly ``coverage`` in every frame. ``field``: one threshold for the unbounded field, exact in the
+        mean, so that all windows and sensors see the same clouds.
     edge_taper : float
-        0 to 1: part of the cloudy area, from the edge inward, over which thickness rises smoothly from
-        its minimum; 0 is eq 7 as printed.
+        Part of the cloudy area, 0 to 1 from the edge inward, over which thickness rises smoothly; 0 is eq 7 as printed.
     """
 
     name: str
@@ -126,22 +125,22 @@ class CloudLayer:
 
 @dataclass(frozen=True)
 class CloudInputs:
-    """What a cloud generator is built from.
+    """Inputs of a cloud generator.
 
     Attributes
     ----------
     layer : CloudLayer
-        Where the cloud is, how thick, and how much of the sky it covers.
+        Altitudes, thickness and coverage.
     grid : Grid
-        Plane of the points asked for.
+        Plane of the points.
     motion : Motion
-        What moves, and how shapes evolve.
+        Motion and evolution.
     seed : int
         0 to below 2^63; another for each layer. All randomness follows from it.
     catalog : Catalog
         Reader of data files.
     type_parameters : mapping of str to anything
-        What the catalog knows of the shapes of this cloud type, by the fractal generator's names; may be empty.
+        Parameters of the cloud type's shapes, by the names of the fractal generator; may be empty.
     """
 
     layer: CloudLayer
@@ -159,29 +158,26 @@ class CloudGenerator(Protocol):
     declares: Declares
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        """Return geometric thickness (y, x) of a window of the image at ``time_s``; 0 is clear sky.
+        """Return geometric thickness (y, x) of a window of the image, ``time_s`` after the start; 0: clear sky.
 
-        ``time_s`` counts from the scenario's start and is 0 or more. Both slices state start and stop, and no step.
-        A pixel's value must not depend on the window
-        (unless ``declares.tileable`` is False, when only whole frames are asked for), on earlier
-        calls, or on the number of threads.
+        Both slices have start and stop, and no step. A pixel's value must not depend on the window (unless
+        ``declares.tileable`` is False; then all windows are whole frames).
         """
         ...
 
 
 class CloudGeneratorOptions(Protocol):
-    """What a cloud generator may have beside ``CloudGenerator``, as attributes set when it is made.
+    """Optional members of a cloud generator.
 
     Attributes
     ----------
     skipped : sequence of (str, str)
-        What it leaves out and why, each a few words; listed in the plan.
+        Omitted physics and why, each a few words; listed in the plan.
     image_coverage : float or None
-        Cloudy fraction, 0 to 1, where it follows from an image and not from ``layer.coverage``; None where the
-        layer's holds. With a number, a layer of coverage 0 has cloud.
+        Cloudy fraction, 0 to 1, from an image; it replaces ``layer.coverage``, even 0. None: the layer's.
     honours : collection of str
-        Which of ``coverage_mode`` and ``edge_taper`` of the layer it keeps to. A scenario that sets another one gets a
-        note in plan and cube that it may have no influence.
+        Fields of the layer, of ``coverage_mode`` and ``edge_taper``, that the generator uses. Plan and cube warn about
+        others that a scenario sets.
     """
 
     skipped: Sequence[tuple[str, str]]
@@ -189,23 +185,21 @@ class CloudGeneratorOptions(Protocol):
     honours: Collection[str]
 
     def frame_summary(self, time_s: float) -> Any:
-        """Return what a window of the frame at ``time_s`` needs to know of the rest of it.
+        """Return what windows of the frame at ``time_s`` need of the whole frame.
 
-        For generators that only make whole frames (``declares.tileable`` is False), together with
-        ``thickness_in_frame_m``: frames of more than 4096 x 4096 points are then made by windows. Its memory must not
-        grow with the frame. The result can be pickled and is handed back as it is.
+        For generators of whole frames (``declares.tileable`` is False), with ``thickness_in_frame_m``: frames of more
+        than 4096 x 4096 points are then computed by windows. It must not grow with the frame; it can be pickled.
         """
         ...
 
     def thickness_in_frame_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> NDArray[np.float32]:
-        """Return the thickness (y, x) of a window, to the bit what ``thickness_m`` has there in the whole frame."""
+        """Return the thickness (y, x) of a window, equal to the bit to ``thickness_m`` of the whole frame."""
         ...
 
     def thickness_around_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> NDArray[np.float32]:
-        """Return the thickness (y, x) of a window that may reach outside the image, to negative rows and columns too.
+        """Return the thickness (y, x) of a window that may reach outside the image, also to negative indices.
 
-        For generators whose sky has no edge: sensors whose optics blur see clouds beyond the image. Inside it pixels
-        are to the bit what ``thickness_m`` has there. ``summary`` is that of ``frame_summary``, which
-        generators of whole frames need for it; None where windows are given without one.
+        For generators of unbounded skies: blurring optics see clouds beyond the image. Inside the image the result
+        equals ``thickness_m`` to the bit. ``summary`` is that of ``frame_summary``, or None without one.
         """
         ...

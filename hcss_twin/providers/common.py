@@ -1,58 +1,51 @@
-"""What the providers of all kinds share.
-
-Notes of providers that are told only where they apply. Not part of the frozen interface: plain text always works.
-"""
+"""What the providers of all kinds share: their declarations, and the checks of these."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from hcss_twin.core.arrays import Array
-
-"""Numbers as the contract wants them everywhere but in cloud fields: float64."""
+from hcss_twin.core.errors import choose_from
 
 
 @dataclass(frozen=True)
 class Declares:
-    """What a provider says about itself; it only removes work or places nodes.
+    """Properties of a provider that let the engine skip work or place nodes.
 
-    Leave out what you do not know, but never a dependence: what ``depends_on`` leaves out may be asked for once and
-    used everywhere.
+    All have defaults. Never leave out a dependence: the engine may reuse one result for all values of other variables.
 
     Attributes
     ----------
     depends_on : frozenset of str
         Among ``view_zenith``, ``sun_zenith``, ``relative_azimuth``, ``thickness``, ``time``.
     valid : mapping of str to (low, high)
-        Ranges of validity, ends included: ``wavenumber_cm1`` of every kind but the radiance model, and of a
+        Ranges of validity, ends included: ``wavenumber_cm1`` for every kind but the radiance model; for a
         transmittance provider also ``view_zenith`` (degrees) and ``target_altitude_m`` (of the lower ends of legs).
-        Asking outside is an error.
     native_grid_cm1 : ndarray (N,), optional
-        Of a transmittance provider: ascending spectral nodes to which calls are restricted between band edges.
+        For a transmittance provider: ascending spectral nodes, the only wavenumbers of calls beside band edges.
     resolution_cm1 : float
-        Spectral resolution of its results; 0 where the provider is pointwise.
+        Spectral resolution of the results; 0: monochromatic.
     evolves : bool
-        Whether a cloud field changes other than by translation.
+        Whether a cloud field changes in other ways than by translation.
     tileable : bool
         Whether a cloud generator can give any window of a frame alone.
     notes : tuple of str
-        What a user should know; copied into plan and cube.
+        Notes for users; copied into plan and cube.
     legs : {"any", "to_space"}
-        Paths a transmittance provider knows: any legs, or only such as reach from one target to space. For the
-        latter the radiance model fits a law that serves other paths.
+        Paths of a transmittance provider: any legs, or only legs from one target to space. The radiance model fits a
+        law to the latter for other paths.
     notes_by_phase : mapping of str to tuple of str
-        The same of an optics provider, told only where a layer has particles of that phase ("water", "ice").
+        Notes of an optics provider for layers with particles of that phase ("water", "ice").
     own_errors : tuple of str
-        How far the provider itself may be off, with against what that was found: quoted beside the engine's error in
-        the certificate of a cube, never added to it.
+        Provider-stated accuracy, with its reference: quoted beside the engine's error in the certificate of a cube.
     reach_pixels : int or None
-        Of a sensor: how many rows or columns away a pixel can be that has a share in what another one measures; 0
-        where each pixel stands alone, None where the whole frame has. As much of the scene is computed around frames.
+        For a sensor: largest distance in rows or columns at which one pixel affects another; 0: none, None: the whole
+        frame. The engine computes so much of the scene around the frames.
     remembers : bool
-        Whether what a sensor measures depends on earlier frames, so that it needs all of them in order.
+        Whether measurements depend on earlier frames, so that a sensor needs all of them in order.
     """
 
     depends_on: frozenset[str] = frozenset()
@@ -76,36 +69,34 @@ class Note(str):
     ----------
     text : str
     sunlight : bool
-        Told only where sunlight is computed.
+        Only for scenes with sunlight.
     below_um : float
-        Told only where a band reaches below this wavelength.
+        Only for bands that reach below this wavelength.
     """
 
     sunlight: bool
     below_um: float
 
     def __new__(cls, text: str, *, sunlight: bool = False, below_um: float = math.inf) -> Self:
-        """Make a text that knows where it applies."""
+        """Make the text with its conditions."""
         note = super().__new__(cls, text)
         note.sunlight, note.below_um = sunlight, below_um
         return note
 
 
 def attributed(declares: Declares, speaker: str) -> Declares:
-    """Return a declaration whose notes and own errors begin with who says so.
+    """Return a declaration whose notes and own errors begin with ``speaker``, e.g. ``"optics provider ada"``."""
 
-    Parameters
-    ----------
-    declares : Declares
-    speaker : str
-        For example ``"optics provider ada"``.
-    """
-
-    def told(texts: Iterable[str]) -> tuple[str, ...]:
+    def with_speaker(texts: Iterable[str]) -> tuple[str, ...]:
         return tuple(_with_text(text, f"{speaker}: {text}") for text in texts)
 
-    by_phase = {phase: told(texts) for phase, texts in declares.notes_by_phase.items()}
-    return replace(declares, notes=told(declares.notes), notes_by_phase=by_phase, own_errors=told(declares.own_errors))
+    by_phase = {phase: with_speaker(texts) for phase, texts in declares.notes_by_phase.items()}
+    return replace(
+        declares,
+        notes=with_speaker(declares.notes),
+        notes_by_phase=by_phase,
+        own_errors=with_speaker(declares.own_errors),
+    )
 
 
 def _with_text(note: str, text: str) -> str:
@@ -113,10 +104,158 @@ def _with_text(note: str, text: str) -> str:
 
 
 def applying(notes: Iterable[str], sunlight: bool, shortest_um: float) -> tuple[str, ...]:
-    """Return the notes that apply to a scene, each once, with its sunlight and its shortest wavelength."""
-    told = (
+    """Return the notes that apply to a scene with this sunlight and shortest wavelength, each once."""
+    selected = (
         note
         for note in notes
         if not isinstance(note, Note) or ((sunlight or not note.sunlight) and shortest_um < note.below_um)
     )
-    return tuple(dict.fromkeys(told))
+    return tuple(dict.fromkeys(selected))
+
+
+DEPENDENCIES = ("view_zenith", "sun_zenith", "relative_azimuth", "thickness", "time")
+"""What ``Declares.depends_on`` may name."""
+
+RANGES = ("wavenumber_cm1", "view_zenith", "target_altitude_m")
+"""What ``Declares.valid`` may name."""
+
+LEGS = ("any", "to_space")
+"""What ``Declares.legs`` may be."""
+
+LAYER_OPTIONS = ("coverage_mode", "edge_taper")
+"""Fields of a cloud layer that a generator may ignore, and what its ``honours`` may name."""
+
+FRACTION_TOLERANCE = 1e-9
+"""Rounding error of emissivity, transmittance, albedo and moments at their limits; kit and run allow the same."""
+
+MEASURED = ("photon_rate", "digital_number", "saturated")
+"""What ``Sensor.variables`` may name."""
+
+
+def check_declares(declares: Declares) -> None:
+    """Check the names, ranges and types of a declaration.
+
+    Raises
+    ------
+    ValueError
+        If it names an unknown dependency or range, a range is not (low, high), the native grid does not ascend, or
+        another field has the wrong type.
+    """
+    for name in declares.depends_on:
+        if name not in DEPENDENCIES:
+            raise ValueError(f"declares.depends_on names '{name}'; {choose_from(name, DEPENDENCIES)}")
+    for name, bounds in declares.valid.items():
+        if name not in RANGES:
+            raise ValueError(
+                f"declares.valid names '{name}', which the engine does not use; {choose_from(name, RANGES)}"
+            )
+        if len(bounds) != 2 or not bounds[0] <= bounds[1]:
+            raise ValueError(f"declares.valid['{name}'] is {bounds}; expected (low, high)")
+    if declares.legs not in LEGS:
+        raise ValueError(f"declares.legs is {declares.legs!r}; {choose_from(str(declares.legs), LEGS)}")
+    if not (math.isfinite(declares.resolution_cm1) and declares.resolution_cm1 >= 0.0):
+        raise ValueError(f"declares.resolution_cm1 is {declares.resolution_cm1!r}; allowed: 0 or more")
+    # A lone string is a sequence of letters, each of which would become a note.
+    for name in ("notes", "own_errors"):
+        texts = getattr(declares, name)
+        if not isinstance(texts, tuple) or not all(isinstance(each, str) for each in texts):
+            raise ValueError(f"declares.{name} is {texts!r}; expected a tuple of strings")
+    for phase, notes in declares.notes_by_phase.items():
+        if not isinstance(notes, tuple) or not all(isinstance(each, str) for each in notes):
+            raise ValueError(f"declares.notes_by_phase['{phase}'] is {notes!r}; expected a tuple of strings")
+    for name in ("evolves", "tileable", "remembers"):
+        if not isinstance(getattr(declares, name), bool):
+            raise ValueError(f"declares.{name} is {getattr(declares, name)!r}; expected True or False")
+    reach = declares.reach_pixels
+    if reach is not None and (isinstance(reach, bool) or not isinstance(reach, int) or reach < 0):
+        raise ValueError(f"declares.reach_pixels is {reach!r}; expected None or a whole number, 0 or more")
+    _check_grid(declares.native_grid_cm1)
+
+
+def _check_grid(grid: Any) -> None:
+    if grid is None:
+        return
+    import numpy as np
+
+    nodes = np.asarray(grid)
+    if nodes.ndim != 1 or nodes.size < 2 or nodes.dtype.kind != "f" or not np.all(np.diff(nodes) > 0.0):
+        raise ValueError(
+            f"declares.native_grid_cm1 has shape {nodes.shape} and type {nodes.dtype}; expected two or more "
+            "ascending floating-point wavenumbers"
+        )
+
+
+def check_options(provider: Any) -> None:
+    """Check the values of the optional attributes a provider has.
+
+    Raises
+    ------
+    ValueError
+        If one is not what its kind's ``...Options`` in ``hcss_twin.providers`` says.
+    """
+    for name, (is_good, expected) in _OPTIONS.items():
+        if hasattr(provider, name) and not is_good(getattr(provider, name)):
+            raise ValueError(f"{name} is {getattr(provider, name)!r}; expected {expected}")
+
+
+def check_measured(variables: Any) -> None:
+    """Check what a sensor says that it gives beside radiance.
+
+    Raises
+    ------
+    ValueError
+        If it is no tuple of names that the engine knows, each once.
+    """
+    if not isinstance(variables, tuple) or not all(isinstance(name, str) for name in variables):
+        raise ValueError(f"variables is {variables!r}; expected a tuple of names")
+    for name in variables:
+        if name not in MEASURED or variables.count(name) > 1:
+            raise ValueError(f"variables names '{name}'; {choose_from(name, MEASURED)}, each once")
+
+
+def _is_number(value: Any, high: float) -> bool:
+    try:
+        return not isinstance(value, str | bool) and 0.0 <= float(value) <= high and math.isfinite(value)
+    except (TypeError, ValueError):
+        return False
+
+
+def _is_pairs(value: Any) -> bool:
+    return (
+        isinstance(value, Sequence)
+        and not isinstance(value, str)
+        and all(
+            isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(part, str) for part in pair) for pair in value
+        )
+    )
+
+
+def _is_names(value: Any) -> bool:
+    return isinstance(value, Set) and all(isinstance(name, str) for name in value)
+
+
+_OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+    "skipped": (_is_pairs, "a tuple of pairs of text: what is left out, and why"),
+    "image_coverage": (lambda value: value is None or _is_number(value, 1.0), "None or a number from 0 to 1"),
+    "honours": (
+        lambda value: isinstance(value, tuple | list | Set) and all(each in LAYER_OPTIONS for each in value),
+        f"a tuple of names among {', '.join(LAYER_OPTIONS)}",
+    ),
+    "frame_summary": (callable, "a method"),
+    "thickness_in_frame_m": (callable, "a method"),
+    "thickness_around_m": (callable, "a method"),
+    "anisotropic": (lambda value: value in (True, False), "True or False"),
+    "significant_wave_height_m": (lambda value: _is_number(value, math.inf), "a number of metres, 0 or more"),
+    "mean_square_slope": (lambda value: _is_number(value, math.inf), "a number, 0 or more"),
+    "reflection_weights": (callable, "a method"),
+    "wave_slope_rms": (callable, "a method"),
+    "wave_field": (callable, "a method"),
+    "tilted": (callable, "a method"),
+    "path_radiance": (callable, "a method"),
+    "solar_path_radiance": (callable, "a method"),
+    "absorber_amounts": (callable, "a method"),
+    "transmittance_of_amounts": (callable, "a method"),
+    "bound_profile": (callable, "a static method"),
+    "sea_sun_terms": (_is_names, "a set of names of terms"),
+    "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
+}

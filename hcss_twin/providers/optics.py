@@ -1,4 +1,4 @@
-"""Optics: what the particles of a cloud do to light."""
+"""Optics: scattering and absorption by cloud particles."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class SingleScattering:
     albedo : ndarray (V,)
         Single-scattering albedo in [0, 1].
     moments : ndarray (K, V)
-        Legendre moments of the phase function, each in [-1, 1]: means of P_k over the scattering cosine, without
-        the factor 2k + 1. ``moments[0]`` = 1, ``moments[1]`` = asymmetry parameter. K is 2 or more; K = 2 means
-        Henyey-Greenstein.
+        Legendre moments of the phase function: means of P_k over the scattering cosine, without the factor 2k + 1.
+        ``moments[0]`` = 1 within 1e-9, the others are above -1 and below 1; ``moments[1]`` is the asymmetry parameter.
+        K is 2 or more; K = 2 means Henyey-Greenstein.
     """
 
     extinction_m1: Array
@@ -34,7 +34,7 @@ class SingleScattering:
 
 @dataclass(frozen=True)
 class OpticsInputs:
-    """What an optics provider is built from; ``catalog`` reads data files."""
+    """Inputs of an optics provider; ``catalog`` reads data files."""
 
     catalog: Catalog
 

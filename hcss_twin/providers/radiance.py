@@ -1,4 +1,4 @@
-"""Radiance models: what one column of sea, cloud and air sends to the sensor."""
+"""Radiance models: spectral radiance of one column of sea, cloud and air."""
 
 from __future__ import annotations
 
@@ -47,9 +47,7 @@ class Sun:
 
 @dataclass(frozen=True)
 class RadianceInputs:
-    """What a radiance model is built from: the scene's providers and states.
-
-    The providers come with their optional members, and what they return has been checked.
+    """Inputs of a radiance model: the scene's providers, whose results are checked, and states.
 
     Attributes
     ----------
@@ -96,14 +94,14 @@ class SolarIrradiance(Protocol):
 class RadianceModel(Protocol):
     """Assembly of the spectral radiance of one column of sea, cloud and air.
 
-    A model that cannot take as many layers as ``inputs.layers`` has raises ``ProviderError`` when it is made.
+    The constructor raises ``ProviderError`` for more layers than the model can have.
 
     Attributes
     ----------
     terms : mapping of str to str
-        Name of each part and its description; the parts sum to the radiance at the sensor.
+        Names and descriptions of the terms, which sum to the radiance at the sensor.
     solar_terms : frozenset of str
-        Those that are exactly 0 without a sun.
+        Terms that are exactly 0 without a sun.
     """
 
     declares: Declares
@@ -117,22 +115,20 @@ class RadianceModel(Protocol):
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return each term (N, V) of cloudy columns.
 
-        ``thickness_m`` (N, L) has one column per layer, in the order of ``inputs.layers``; 0 means that the
-        layer has no cloud there, and no row is all 0.
-
-        Every term is continuous in every thickness, also where the top or base of a cloud crosses a level of the
-        profile: the engine tabulates them, and stops with an error where they jump.
+        ``thickness_m`` (N, L) is in the order of ``inputs.layers``; 0: no cloud in that layer; no row is all 0. Every
+        term is continuous in every thickness, also where a cloud boundary crosses a level of the profile, because the
+        engine interpolates tables of them; a jump is an error.
         """
         ...
 
 
 class RadianceModelOptions(Protocol):
-    """What a radiance model may have beside ``RadianceModel``.
+    """Optional members of a radiance model.
 
     Attributes
     ----------
     sea_sun_terms : frozenset of str
-        Terms that in the clear column are direct sunlight reflected by the sea. Without it a scene cannot have shadows.
+        Terms of direct sunlight reflected by the sea in the clear column; needed for scenes with shadows.
     """
 
     sea_sun_terms: frozenset[str]

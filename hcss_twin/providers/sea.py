@@ -16,7 +16,7 @@ from hcss_twin.providers.common import Declares
 
 @dataclass(frozen=True)
 class SeaInputs:
-    """What a sea model is built from.
+    """Inputs of a sea model.
 
     Attributes
     ----------
@@ -37,13 +37,12 @@ class SeaInputs:
 
 
 class WaveShapes(Protocol):
-    """One realisation of the waves that the points of an image resolve."""
+    """One realisation of the waves that an image resolves."""
 
     def slopes(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        """Return slopes (2, y, x) along x and along y in a window of the image at ``time_s``.
+        """Return slopes (2, y, x) along x and y in a window of the image, ``time_s`` after the scenario's start.
 
-        ``time_s`` counts from the scenario's start. A pixel's value does not depend on the window (to rounding),
-        on earlier calls, or on the number of threads.
+        A pixel's value does not depend on the window (to rounding).
         """
         ...
 
@@ -52,9 +51,8 @@ class WaveShapes(Protocol):
 class SeaModel(Protocol):
     """Directional emissivity and bidirectional reflectance of the sea surface.
 
-    What is not emitted is reflected (Kirchhoff): emissivity and the BRDF integrated over the sky, weighted with
-    ``mu_in``, sum to 1. The integral must not exceed 1 - emissivity by more than rounding and quadrature; models
-    without ``reflection_weights`` may miss it by up to 0.1, which the engine closes by scaling.
+    Kirchhoff's law: emissivity plus the integral of BRDF times ``mu_in`` over the sky is 1. The integral must not
+    exceed 1 - emissivity; without ``reflection_weights`` it may be lower by up to 0.1, and the engine scales it.
     """
 
     declares: Declares
@@ -69,22 +67,21 @@ class SeaModel(Protocol):
 
 
 class SeaModelOptions(Protocol):
-    """What a sea model may have beside ``SeaModel``.
+    """Optional members of a sea model.
 
     Attributes
     ----------
     anisotropic : bool
-        Whether results depend on the bearing to the wind; without the attribute they do not. The methods of an
-        anisotropic model, ``reflection_weights`` among them, take one more and last argument ``wind_azimuth`` (M,),
-        which may be left out: bearing of the sensor minus the bearing the wind comes from, in radians and counted in
-        the sense in which the source lies at ``wind_azimuth + relative_azimuth``
-        (:func:`hcss_twin.physics.geometry.wind_azimuths` gives both). Without it they return the mean over all
-        bearings. The BRDF is reciprocal where exchanged directions go with ``-(wind_azimuth + relative_azimuth)``.
+        Whether results depend on the bearing to the wind. The methods of an anisotropic model, including
+        ``reflection_weights``, then have a last, optional argument ``wind_azimuth`` (M,) in radians: bearing of the
+        sensor minus the bearing the wind comes from, in the sense in which the source is at
+        ``wind_azimuth + relative_azimuth`` (:func:`hcss_twin.physics.geometry.wind_azimuths` computes both). Without it
+        they return the mean over all bearings. Reciprocity of the BRDF: exchanged directions have
+        ``-(wind_azimuth + relative_azimuth)``.
     significant_wave_height_m : float
-        Metres, 0 or more; written into the cube.
+        In metres, 0 or more; written into the cube.
     mean_square_slope : float
-        Variance of slope of the whole sea, 0 or more; with ``wave_slope_rms`` the plan bounds what averaging over waves
-        leaves out.
+        Variance of slope of the sea, 0 or more; with ``wave_slope_rms`` the plan bounds the error of a statistical sea.
     """
 
     anisotropic: bool
@@ -92,22 +89,21 @@ class SeaModelOptions(Protocol):
     mean_square_slope: float
 
     def wave_slope_rms(self, pixel_size_m: float) -> tuple[float, float]:
-        """Return the deviations of slope, upwind and crosswind, of the waves that pixels of this size resolve."""
+        """Return the standard deviations of slope, upwind and crosswind, of the waves that such pixels resolve."""
         ...
 
     def wave_field(self, grid: Grid, motion: Motion, seed: int) -> WaveShapes:
-        """Return waves with slopes of these deviations that travel with themselves and with the platform.
+        """Return Gaussian waves with these standard deviations, independent along and across the wind.
 
-        Gaussian, independent along and across the wind. With ``tilted`` it lets a scene draw its waves.
+        Needed, with ``tilted``, for scenes with resolved waves.
         """
         ...
 
     def tilted(self, upwind: float, crosswind: float, pixel_size_m: float) -> SeaModel:
-        """Return the same sea where a resolved wave has this slope, dimensionless.
+        """Return the same sea, ``anisotropic``, where a resolved wave has this slope (dimensionless).
 
-        Along the bearing the wind comes from, and at right angles to it in the sense in which ``wind_azimuth`` is
-        counted; facets have the slopes that are left below the pixel, about this one. The sea returned is
-        ``anisotropic``.
+        Upwind: along the bearing the wind comes from; crosswind: at right angles in the sense of ``wind_azimuth``.
+        Facets have the slopes of unresolved waves about it.
         """
         ...
 
@@ -119,11 +115,10 @@ class SeaModelOptions(Protocol):
         basis: Literal["lagrange", "linear"] = "lagrange",
         wind_azimuth: Array | None = None,
     ) -> Array:
-        """Return the share (M, N, V) of the light seen at ``mu`` (M,) that came from the sky at ``mu_nodes`` (N,).
+        """Return dimensionless weights (M, N, V) of the sky's radiance at ``mu_nodes`` (N,) for views ``mu`` (M,).
 
-        The reflected radiance is the sum over nodes of weight times the sky's radiance there, for a sky known at
-        the zenith cosines ``mu_nodes``, the same in all azimuths, and between them continued by the Lagrange
-        polynomial through them or linearly (``basis``; the engine leaves it at its default). Dimensionless; the
-        weights of each view sum to 1 - emissivity. With it the engine does not integrate the BRDF.
+        Reflected radiance is the sum of weights times sky radiance, for a sky that is the same in all azimuths and is
+        interpolated between nodes by the Lagrange polynomial or linearly (``basis``; the engine uses the default). The
+        weights of a view sum to 1 - emissivity. With this method the engine does not integrate the BRDF.
         """
         ...

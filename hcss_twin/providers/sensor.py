@@ -1,4 +1,4 @@
-"""Sensors: what is measured of the radiance that reaches the sensor."""
+"""Sensors: measurement of the radiance at the sensor."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class SensorBand:
     name : str
         Name in the cube.
     wavelength_um : ndarray (N,)
-        Ascending wavelengths at which the response is known; linear between, 0 outside.
+        Ascending wavelengths of the response; linear between them, 0 outside.
     response : ndarray (N,)
         Relative response, 0 to 1. Band radiance is the integral over wavelength of spectral radiance times response.
     """
@@ -36,7 +36,7 @@ class SensorBand:
 
 @dataclass(frozen=True)
 class SensorInputs:
-    """What a sensor is built from.
+    """Inputs of a sensor.
 
     Attributes
     ----------
@@ -53,8 +53,8 @@ class SensorInputs:
     catalog : Catalog
         Reader of data files.
     corner : (int, int)
-        Row and column of the frames' first pixel in the image that they are part of; negative where frames begin
-        outside it. Random numbers of a pixel go by its row and column in the image.
+        Row and column of the frames' first pixel in the whole image, possibly negative. Random numbers depend on the
+        row and column in the image.
     """
 
     bands: tuple[SensorBand, ...]
@@ -68,19 +68,18 @@ class SensorInputs:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a sensor makes of one frame; what it does not have is None.
+    """Measurement of one frame; None: not measured.
 
     Attributes
     ----------
     radiance : ndarray (B, y, x)
         Band radiance as measured, W m-2 sr-1; noise may make it negative.
     photon_rate : ndarray (B, y, x) or None
-        Photons per second that the scene sends into each pixel's detector, before noise, s-1.
+        Photons of the scene on each pixel's detector, before noise, s-1.
     digital_number : ndarray (B, y, x) of integers or None
-        What is read out, 0 or more and below 2^31.
+        Output of the converter, 0 or more and below 2^31.
     saturated : ndarray (B, y, x) of integers or None
-        0 where the value is within range; 1 where it was cut at the upper end; 2 where it was cut at the lower end of
-        the digital numbers.
+        0: within range; 1: cut at the upper end; 2: cut at the lower end of the digital numbers.
     """
 
     radiance: Array
@@ -96,29 +95,28 @@ class Sensor(Protocol):
     Attributes
     ----------
     variables : tuple of str
-        What it gives beside radiance, among ``photon_rate``, ``digital_number``, ``saturated``.
+        Measurements beside radiance, of ``photon_rate``, ``digital_number``, ``saturated``.
     """
 
     declares: Declares
     variables: tuple[str, ...]
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
-        """Return what is measured of ``radiance`` (B, y, x), W m-2 sr-1 at the sensor.
+        """Return the measurement of ``radiance`` (B, y, x), W m-2 sr-1 at the sensor.
 
-        ``frame`` is the number of the frame at the frame interval from the scenario's start, ``time_s`` counts from
-        there. The result is that of its arguments and of the seed: frames may come in any order and several at once,
-        unless ``declares.remembers``. A band's result does not depend on which other bands there are.
+        ``frame`` is the number of the frame and ``time_s`` its time, both from the scenario's start. Frames may come in
+        any order and several at once, unless ``declares.remembers``. A band's result does not depend on other bands.
         """
         ...
 
 
 class SensorOptions(Protocol):
-    """What a sensor may have beside ``Sensor``, as attributes set when it is made.
+    """Optional members of a sensor.
 
     Attributes
     ----------
     worked_out : mapping of str to anything JSON has
-        Numbers that follow from the parameters and that a user would check first; written into the cube.
+        Derived numbers that a user would check first; written into the cube.
     """
 
     worked_out: Mapping[str, Any]

@@ -82,9 +82,9 @@ def open_source(name: str, profile: str = "us-standard-1976") -> Source:
     ProviderError
         If the provider cannot be constructed.
     """
-    from hcss_twin.models.atmosphere.parameters import TableParameters
     from hcss_twin.models.atmosphere.table import TableTransmittance
     from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
+    from hcss_twin.models.parameters import TableParameters
     from hcss_twin.providers.registry.registry import Registry
     from hcss_twin.providers.registry.specs import Kind
 

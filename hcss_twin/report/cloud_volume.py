@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.errors import CubeError
+from hcss_twin.core.errors import CubeError, ordinal
 from hcss_twin.report.cloud_columns import CloudColumns, altitude_edges, occupancy
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def _space(figure: Any, axis: Any, columns: CloudColumns) -> None:
     axis.set_zlabel("altitude (km)")
     axis.locator_params(axis="z", nbins=4)
     told = "true proportions" if exaggeration == 1.0 else f"heights drawn x {exaggeration:g}"
-    thinned = "" if step == 1 else f"; every {_ordinal(step)} pixel shown"
+    thinned = "" if step == 1 else f"; every {ordinal(step)} pixel shown"
     below = "sea (blue)" if lowest == 0.0 else "the sea is not shown"
     figure.text(0.5, 0.925, f"cloud top (shaded), base (grey), {below}; {told}{thinned}", ha="center", fontsize=10)
     bar = ScalarMappable(Normalize(0.0, scale.vmax), _cut(colormaps["bone"]))
@@ -163,10 +163,6 @@ def _cut(colours: Any) -> Any:
     from matplotlib.colors import ListedColormap
 
     return ListedColormap(colours(np.linspace(0.35, 0.95, 256)))
-
-
-def _ordinal(number: int) -> str:
-    return {2: "2nd", 3: "3rd"}.get(number, f"{number}th")
 
 
 def _section(axis: Axes, columns: CloudColumns) -> None:

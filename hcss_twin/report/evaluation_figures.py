@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.comparison.result import Evaluation
-from hcss_twin.analysis.comparison.side_result import Side
-from hcss_twin.analysis.measures.temporal import TemporalAutocorrelation
+from hcss_twin.analysis.comparison.result import Evaluation, Side
+from hcss_twin.analysis.measures.image_measures import TemporalAutocorrelation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

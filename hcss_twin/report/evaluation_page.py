@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from hcss_twin.analysis.comparison.result import TERMS, Evaluation, Metric
-from hcss_twin.analysis.comparison.side_result import Side
-from hcss_twin.analysis.measures.definitions import DEFINITIONS, MODES, Mode
+from hcss_twin.analysis.comparison.result import TERMS, Evaluation, Metric, Side
+from hcss_twin.analysis.measures.morphology import DEFINITIONS, MODES, Mode
 from hcss_twin.report import evaluation_figures as drawn
 from hcss_twin.report.evaluation_text import (
     DISTANCES,

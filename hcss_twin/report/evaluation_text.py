@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from hcss_twin.analysis.comparison.result import Evaluation, Metric
-from hcss_twin.analysis.comparison.side_result import Side
-from hcss_twin.analysis.measures.definitions import MODES
+from hcss_twin.analysis.comparison.result import Evaluation, Metric, Side
+from hcss_twin.analysis.measures.morphology import MODES
 
 DISTANCES = (
     ("mean_difference", "mean, simulated less real", True),

@@ -17,7 +17,7 @@ from hcss_twin.analysis.matching.match import Match
 from hcss_twin.analysis.matching.structure import CloudImage, Structure
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write
-from hcss_twin.models.clouds.database.entry import CloudEntry
+from hcss_twin.models.clouds.database import CloudEntry
 
 PIXELS_SHOWN = 1024
 """Longest side of a drawn panel in pixels; larger images are thinned."""

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
+from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.report.page.page import write_page
 from hcss_twin.sweeps.dataset import MARK
 

@@ -1,7 +1,4 @@
-"""The ``bands`` key: each entry a catalog name, limits, a measured response or a Gaussian one; each band once.
-
-Bands: named in the catalog, given by limits, or by a measured spectral response.
-"""
+"""The ``bands`` key: catalog names, limits, measured responses or Gaussian ones; each band once."""
 
 from __future__ import annotations
 
@@ -60,7 +57,7 @@ def _band(value: object) -> object:
 
 
 _FORMS = {"named limits": ("limits",), "a Gaussian": ("center_um", "fwhm_um"), "a response": ("response",)}
-"""Keys by which the forms of a table are told apart."""
+"""Keys that distinguish the forms of a table."""
 
 _ALLOWED = "a name, [shortest_um, longest_um], {name, response}, {name, limits} or {name, center_um, fwhm_um}"
 
@@ -167,7 +164,7 @@ AnyBand = str | Limits | LimitsBand | GaussianBand | ResponseBand
 
 
 def band_name(band: AnyBand) -> str:
-    """Name under which a band stands in the cube."""
+    """Return the name of a band in the cube."""
     if isinstance(band, str):
         return band
     if isinstance(band, tuple):
@@ -217,11 +214,11 @@ def unknown_band(name: str, known: Mapping[str, Mapping[str, Any]]) -> str:
     A name that ends in a number is taken for a wavelength in um: closest is the narrowest band around it whose name
     begins alike, or else the one whose middle is nearest.
     """
-    told = f"no band named {shown(name)}; {choose_from(name, known)}"
+    message = f"no band named {shown(name)}; {choose_from(name, known)}"
     match = _WAVELENGTH.fullmatch(name)
     alike = [each for each in known if match and each.startswith(f"{match[1]}-")]
     if not match or not alike:
-        return told
+        return message
     wavelength = float(match[2])
     limits = {each: known[each]["limits_um"] for each in alike}
     around = [each for each in alike if limits[each][0] <= wavelength <= limits[each][1]]
@@ -231,7 +228,7 @@ def unknown_band(name: str, known: Mapping[str, Mapping[str, Any]]) -> str:
         else min(alike, key=lambda each: abs(sum(limits[each]) / 2 - wavelength))
     )
     low, high = limits[guess]
-    return f"{told.partition('; closest is')[0]}; closest is '{guess}' ({low:g} to {high:g} um)"
+    return f"{message.partition('; closest is')[0]}; closest is '{guess}' ({low:g} to {high:g} um)"
 
 
 def spectral_band(band: AnyBand, catalog: Catalog) -> SpectralBand:
@@ -277,7 +274,7 @@ def read_response(file: str, catalog: Catalog) -> tuple[Array, Array]:
     columns = catalog.columns(path)
     for required in ("wavelength_um", "response"):
         if required not in columns:
-            raise CatalogError(f"{path}: column '{required}' is missing; found {', '.join(columns)}")
+            raise CatalogError(f"{path}: column '{required}' is missing; the file has {', '.join(columns)}")
     wavelength, response = columns["wavelength_um"], columns["response"]
     if wavelength.size < 2 or np.any(np.diff(wavelength) <= 0) or wavelength[0] <= 0:
         raise CatalogError(f"{path}: wavelength_um must be positive and ascend over at least two rows")

@@ -94,7 +94,7 @@ class Extent:
 
 
 @dataclass(frozen=True)
-class Geometry(Extent):
+class LayerGeometry(Extent):
     """Where a layer is, and how thin its cloud can be, m."""
 
     thickness_min: float
@@ -118,7 +118,7 @@ def load_cloud_type(name: str, catalog: Catalog) -> CloudType:
         raise ScenarioError(problems_from(error, CloudType, raw=raw), str(path)) from error
 
 
-def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometry:
+def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> LayerGeometry:
     """Merge a layer's altitudes with those of its type.
 
     Raises
@@ -130,7 +130,7 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometr
     if problems:
         raise ScenarioError(problems)
     usual = cloud_type.layer
-    return Geometry(
+    return LayerGeometry(
         usual.base if section.base is None else section.base,
         usual.top if section.top is None else section.top,
         usual.thickness_min if section.thickness_min is None else section.thickness_min,
@@ -138,7 +138,7 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> Geometr
 
 
 def altitude_problems(section: Layer, cloud_type: CloudType | None, field: str) -> Iterator[Problem]:
-    """Yield what leaves no room for cloud; without a type only what the section's own altitudes tell."""
+    """Yield altitudes that leave no room for cloud; without a type, of the section alone."""
     usual = cloud_type.layer if cloud_type is not None else None
     base = usual.base if usual is not None and section.base is None else section.base
     top = usual.top if usual is not None and section.top is None else section.top

@@ -1,6 +1,6 @@
 """The sections of a scenario file, each key with its unit, range, default and meaning.
 
-The JSON schema, the reference page and the error messages are made from these models.
+The JSON schema, the reference page and the error messages follow these models.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.core.errors import closest, shown
 from hcss_twin.models.atmosphere.profile_file import STANDARD
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
-from hcss_twin.scenario.accuracy import Accuracy
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.bands import ResponseBand as ResponseBand
 from hcss_twin.scenario.section_types import (
@@ -27,8 +26,9 @@ from hcss_twin.scenario.section_types import (
     PlatformSpeed,
     Section,
 )
-from hcss_twin.scenario.sensor import Sensor
+from hcss_twin.scenario.sensor import SensorSection
 from hcss_twin.scenario.units import (
+    Accuracy,
     Angle,
     Duration,
     Fraction,
@@ -57,27 +57,25 @@ def own(name: str) -> str:
     return f"{OWN_DISTRIBUTION}/{name}"
 
 
-class Place(Section):
-    """Where the scene's first image centre lies."""
+class PlaceSection(Section):
+    """Centre of the image at the start."""
 
     latitude: Angle = Field(ge=-90, le=90, description="Latitude, degrees north.")
     longitude: Angle = Field(ge=-180, le=360, description="Longitude, degrees east.")
 
 
-class View(Section):
+class ViewSection(Section):
     """Direction from the surface point to the sensor."""
 
     zenith: Angle = Field(0.0, ge=0, le=85, description="Zenith angle at the surface point, degrees.")
-    azimuth: Angle = Field(
-        0.0, ge=0, lt=360, description="Bearing from the surface point toward the sensor, degrees clockwise from north."
-    )
+    azimuth: Angle = Field(0.0, ge=0, lt=360, description="Bearing from the surface point toward the sensor, degrees.")
 
 
 MAX_PIXELS = 100_000
 """Rows, and columns, of the largest image."""
 
 
-class Image(Section):
+class ImageSection(Section):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
     rows: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
@@ -87,20 +85,19 @@ class Image(Section):
         1,
         ge=1,
         le=64,
-        description="n: each pixel is the mean over n x n points of its footprint; 1 takes the point at its centre.",
+        description="n: a pixel is the mean of n x n points of its footprint; 1: the point at its centre.",
     )
     window: ImageWindow | None = Field(
         None,
-        description="Part of the image that is computed, for example {rows = [0, 400], columns = [200, 600]}: from the "
-        "first, counted from 0, up to but without the end, all where one is left out; "
-        "default: all of it.",
+        description="Part of the image to compute: [first, end] from 0, end excluded, for example "
+        "{rows = [0, 400], columns = [200, 600]}; default: all.",
     )
 
     @field_validator("window")
     @classmethod
     def _inside(cls, window: ImageWindow | None, info: ValidationInfo) -> ImageWindow | None:
         rows, columns = info.data.get("rows"), info.data.get("columns")
-        # Where rows or columns are wrong themselves, that is told, and nothing can be said about the window.
+        # errors in rows or columns are reported there; without them the window cannot be checked
         return window.within(rows, columns) if window and rows and columns else window
 
 
@@ -110,7 +107,7 @@ class Frames(Section):
     count: Whole = Field(8, ge=1, le=1_000_000, description="Number of frames.")
     interval: Duration = Field(1.0, gt=0, le=1e6, description="Time between frames, s.")
     first: Whole = Field(
-        0, ge=0, le=10_000_000, description="Index of the first frame; frame n is at start + n x interval."
+        0, ge=0, le=10_000_000, description="Number of the first frame; frame n is at start + n x interval."
     )
 
 
@@ -133,44 +130,41 @@ def _evolution_time(value: object) -> object:
 EvolutionTime = Annotated[Duration | Literal["frozen"], BeforeValidator(_evolution_time)]
 
 
-class Motion(Section):
-    """What moves and changes between frames."""
+class MotionSection(Section):
+    """Motion of platform and clouds, and evolution of cloud shapes."""
 
     platform_speed: PlatformSpeed = Field(
         0.0,
-        description="Ground speed of the image footprint toward +x (east), m/s, -1e5 to 1e5; 0 stares; "
+        description="Ground speed of the footprint toward +x (east), m/s, -1e5 to 1e5, or "
         '"orbit": that of a circular orbit at `platform.altitude`.',
     )
-    wind_speed: Speed = Field(10.0, ge=0, le=150, description="Wind that carries the clouds, m/s.")
-    wind_from: Angle = Field(
-        270.0, ge=0, lt=360, description="Bearing the cloud wind comes from, degrees clockwise from north."
-    )
+    wind_speed: Speed = Field(10.0, ge=0, le=150, description="Wind at the clouds, m/s.")
+    wind_from: Angle = Field(270.0, ge=0, lt=360, description="Bearing the wind at the clouds comes from, degrees.")
     evolution_time: EvolutionTime = Field(
-        1800.0,
-        description='Time in which the largest cloud structures change, s, 0.001 to 1e12; "frozen" keeps every shape.',
+        1800.0, description='Time in which the largest cloud structures change, s, 0.001 to 1e12, or "frozen".'
     )
 
 
 class Atmosphere(Section):
-    """The gas between sea, clouds and sensor."""
+    """Gas and aerosol between sea, clouds and sensor."""
 
     provider: str = Field("band-model", description="Transmittance provider (see `hcss plugins`).")
     profile: str | None = Field(
         None,
-        description="Profile: a catalog name, or a CSV or NetCDF file; default: the provider's own, or the model "
-        "atmosphere for place and date.",
+        description="Catalog name, or CSV or NetCDF file; default: the provider's profile, or the model atmosphere for "
+        "place and date.",
     )
     profile_above: str = Field(
-        STANDARD, description="Profile that completes a file: the air above its last level and the gases it leaves out."
+        STANDARD, description="Profile that adds to a file the air above its last level and missing gases."
     )
     water_vapour_scale: Number | None = Field(
-        None, ge=0, le=10, description="Factor on the profile's water vapour, at all levels."
+        None, ge=0, le=10, description="Factor on the water vapour of all levels."
     )
     water_vapour_column: Number | None = Field(
         None,
         ge=0,
         le=100,
-        description="Column of water vapour to scale the profile to, kg m-2; not beside water_vapour_scale.",
+        description="Column of water vapour to scale the profile to, kg m-2; excludes water_vapour_scale.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
 
@@ -186,54 +180,46 @@ class Atmosphere(Section):
 class Layer(Section):
     """One cloud layer."""
 
-    type: str = Field("stratus", description="Cloud type: a catalog name or a TOML file of the same form.")
+    type: str = Field("stratus", description="Cloud type: catalog name or TOML file.")
     coverage: Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels.")
     coverage_mode: Literal["frame", "field"] = Field(
         "frame",
-        description='"frame": exactly the coverage in every frame; "field": one threshold for the unbounded sky, '
-        "exact in the mean and the same for every sensor. As far as the generator honours it: `hcss plan` says where "
-        "it may not.",
+        description='"frame": exactly this coverage in every frame; "field": one threshold for the unbounded sky, '
+        "exact in the mean. `hcss plan` warns about generators that may ignore it.",
     )
     edge_taper: Fraction = Field(
         0.0,
         ge=0,
         le=1,
-        description="Part of the cloudy area, from the edge inward, over which thickness rises smoothly from its "
-        "minimum; 0 is eq 7 as printed. As far as the generator honours it; `imagery` and `surrogate` refuse it.",
+        description="Part of the cloudy area, from the edge inward, over which thickness rises smoothly; 0 is eq 7 as "
+        "printed. `imagery` and `surrogate` refuse it.",
     )
     generator: str = Field("fractal", description="Cloud generator (see `hcss plugins`).")
     base: Length | None = Field(
-        None, ge=0, le=20_000, description="Altitude of the cloud base, m; default: the type's."
+        None,
+        ge=0,
+        le=20_000,
+        description="Altitude of the base, m; default: that of the type, as for all keys below without a default.",
     )
-    top: Length | None = Field(
-        None, gt=0, le=20_000, description="Altitude of the highest cloud top, m; default: the type's."
-    )
+    top: Length | None = Field(None, gt=0, le=20_000, description="Altitude of the highest top, m.")
     thickness_min: Length | None = Field(
-        None, gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m; default: the type's."
+        None, gt=0, le=20_000, description="Thickness of the thinnest cloudy pixel, m."
     )
-    anchor: Literal["base", "top"] | None = Field(
-        None, description="Which side of a thin cloud stays at its altitude; default: the type's."
-    )
+    anchor: Literal["base", "top"] | None = Field(None, description="Side of a thin cloud that stays at its altitude.")
     temperature: Temperature | None = Field(
-        None, ge=150, le=350, description="Cloud temperature, K; default: the profile's at the cloud top."
+        None, ge=150, le=350, description="Cloud temperature, K; default: that of the air at the cloud top."
     )
     phase: Literal["water", "ice"] | None = Field(
-        None, description="Phase of the particles; default: the type's. The mass per volume stays."
+        None, description="Phase of the particles; the mass per volume stays."
     )
     effective_radius: ParticleRadius | None = Field(
-        None, gt=0, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um; default: the type's."
+        None, gt=0, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um."
     )
     effective_variance: Number | None = Field(
-        None,
-        ge=NARROWEST,
-        le=WIDEST,
-        description="Width of the area-weighted distribution of radii; default: the type's.",
+        None, ge=NARROWEST, le=WIDEST, description="Relative variance of the area-weighted distribution of radii."
     )
     water_content: WaterContent | None = Field(
-        None,
-        gt=0,
-        le=1000.0 * MAX_WATER_KG_M3,
-        description="Liquid water or ice per volume of cloud, g m-3; default: the type's.",
+        None, gt=0, le=1000.0 * MAX_WATER_KG_M3, description="Liquid water or ice per volume of cloud, g m-3."
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the generator.")
 
@@ -243,7 +229,10 @@ MAX_LAYERS = 2
 
 
 class Clouds(Section):
-    """Cloud layers, at most two and one above the other; keys of a single layer may stand in `[clouds]` itself."""
+    """Cloud layers: none, one, or two of which one is above the other.
+
+    Without keys in this section the sky is clear. The defaults below hold for each layer that you specify.
+    """
 
     layers: tuple[Layer, ...] = Field(
         (),
@@ -258,7 +247,7 @@ class Clouds(Section):
 
 
 def has_single_layer(data: Any) -> bool:
-    """Whether the keys of a single layer stand in a raw ``[clouds]`` itself."""
+    """Whether a raw ``[clouds]`` has the keys of a single layer."""
     return isinstance(data, dict) and any(key != "layers" for key in data)
 
 
@@ -268,7 +257,7 @@ def single_layer(data: Any) -> Any:
     Raises
     ------
     PydanticCustomError
-        If ``data`` is no table, or the keys stand beside ``layers``.
+        If ``data`` is no table, or has these keys beside ``layers``.
     """
     if isinstance(data, Clouds):
         return data
@@ -296,18 +285,13 @@ def single_layer(data: Any) -> Any:
 
 
 class Slant(Section):
-    """Where slant paths of sight and sunlight meet the clouds; off, each pixel is a column of its own.
+    """Slant paths of sight and sunlight through clouds; by default each pixel is an independent column.
 
-    With either option on, layers need `coverage_mode = "field"` and a generator that gives windows, because slant
-    paths leave the image (docs/shadows-and-parallax.md).
+    Both options need `coverage_mode = "field"` and a generator of windows, because slant paths leave the image.
     """
 
-    shadows: bool = Field(
-        False, description="Clouds between sun and sea take the direct sunlight from clear points in their shadow."
-    )
-    parallax: bool = Field(
-        False, description="Clouds appear where the slant line of sight meets them, displaced from the sea below them."
-    )
+    shadows: bool = Field(False, description="Clouds shade clear points of the sea from direct sunlight.")
+    parallax: bool = Field(False, description="Clouds appear where the slant line of sight meets them.")
 
 
 class Sea(Section):
@@ -315,23 +299,21 @@ class Sea(Section):
 
     model: str = Field("rough-sea", description="Sea model (see `hcss plugins`).")
     temperature: Temperature | None = Field(
-        None, ge=260, le=330, description="Skin temperature, K; default: the climatology's for place and date."
+        None, ge=260, le=330, description="Skin temperature, K; default: climatology for place and date."
     )
     wind_speed: Speed | None = Field(
-        None, ge=0, le=60, description="Wind speed over the sea, m/s; default: the climatology's for place and date."
+        None, ge=0, le=60, description="Wind speed at 10 m, m/s; default: climatology for place and date."
     )
-    wind_from: Angle = Field(
-        270.0, ge=0, lt=360, description="Bearing the sea wind comes from, degrees clockwise from north."
-    )
+    wind_from: Angle = Field(270.0, ge=0, lt=360, description="Bearing the wind over the sea comes from, degrees.")
     waves: Literal["averaged", "resolved", "auto"] = Field(
         "averaged",
-        description='Waves longer than two pixels: "averaged" over, the plan says what that leaves out at most; '
-        '"resolved": drawn in clear pixels; "auto": drawn where that changes more than the accuracy and the model can.',
+        description='Waves longer than two pixels: "averaged": statistical, the plan bounds the error; "resolved": in '
+        'clear pixels; "auto": resolved if they matter at this accuracy and the model can.',
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
 
-class Optics(Section):
+class OpticsSection(Section):
     """Optical properties of the cloud particles."""
 
     provider: str = Field("bulk", description="Optics provider (see `hcss plugins`).")
@@ -339,35 +321,30 @@ class Optics(Section):
 
 
 class Radiance(Section):
-    """How the terms of radiance are put together."""
+    """Assembly of the terms of radiance."""
 
     model: str = Field("physical", description="Radiance model (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
 
-class Output(Section):
-    """What the cube holds."""
+class OutputSection(Section):
+    """Contents of the cube."""
 
     variables: tuple[str, ...] = Field(
         ("radiance", "cloud_mask"),
         min_length=1,
-        description='Output variables, or the groups "terms", "truth", "geometry" and "all".',
+        description='Output variables, or groups: "terms", "truth", "geometry", "all".',
     )
-    compression: Whole = Field(0, ge=0, le=9, description="zlib level; 0 writes uncompressed, which is fastest.")
+    compression: Whole = Field(0, ge=0, le=9, description="zlib level; 0: uncompressed, fastest.")
     quantization: Fraction = Field(
         0.0,
         ge=0,
         le=0.05,
-        description="Relative error that rounding of the stored numbers may make, a share or text with %, at most "
-        "three tenths of accuracy, so that they compress better; 0 stores all digits. Temperatures are rounded sixteen "
-        "times as finely.",
+        description="Largest relative error of rounding stored numbers, for better compression, up to 0.3 x accuracy; "
+        "0: all digits. Temperatures are rounded 16 times as finely.",
     )
     certificate: Whole = Field(
-        24,
-        ge=0,
-        le=3000,
-        description="Random pixels that are computed again without tables to certify the accuracy "
-        "(docs/certificate.md); 0 for none.",
+        24, ge=0, le=3000, description="Random pixels computed again without tables to certify the accuracy; 0: none."
     )
 
 
@@ -378,34 +355,36 @@ class ScenarioModel(Section):
     seed: Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
     accuracy: Accuracy = Field(
         1e-3,
-        description="Error allowed to the engine: a share of the total radiance of the band (1e-6 to 0.1), or text "
-        'with a unit: % of the radiance, or K or mK of its brightness temperature (`"0.1 K"`; 0.001 to 10 K).',
+        description="Allowed error of the engine: a fraction of the band radiance (1e-6 to 0.1), or text with %, K or "
+        'mK, the latter of brightness temperature (`"0.1 K"`; 0.001 to 10 K).',
     )
-    time: Instant = Field(description="Start: date and time with zone, for example 2024-04-20T12:30:00+10:00.")
-    place: Place = Field(
-        description="Where the first image centre lies, for example {latitude = 35.0, longitude = 150.0}."
+    time: Instant = Field(description="Start, with time zone: 2024-04-20T12:30:00+10:00.")
+    place: PlaceSection = Field(
+        description="Centre of the first image, for example {latitude = 35.0, longitude = 150.0}."
     )
-    view: View = Field(default_factory=lambda: View.model_validate({}), description="Viewing direction.")
+    view: ViewSection = Field(default_factory=lambda: ViewSection.model_validate({}), description="Viewing direction.")
     platform: Platform = Field(
         default_factory=lambda: Platform.model_validate({}), description="Platform and instrument."
     )
-    image: Image = Field(default_factory=lambda: Image.model_validate({}), description="Image shape.")
+    image: ImageSection = Field(default_factory=lambda: ImageSection.model_validate({}), description="Image shape.")
     frames: Frames = Field(default_factory=lambda: Frames.model_validate({}), description="Time series.")
-    motion: Motion = Field(default_factory=lambda: Motion.model_validate({}), description="Motion.")
+    motion: MotionSection = Field(default_factory=lambda: MotionSection.model_validate({}), description="Motion.")
     bands: Bands = Field(
         ("swir-2.7-3.0", "mwir", "lwir"),
         min_length=1,
         max_length=100,
-        description="Bands: catalog names, [shortest_um, longest_um], {name, response}, {name, limits} or "
+        description="Catalog names, [shortest_um, longest_um], {name, response}, {name, limits} or "
         "{name, center_um, fwhm_um}.",
     )
     atmosphere: Atmosphere = Field(default_factory=lambda: Atmosphere.model_validate({}), description="Atmosphere.")
-    clouds: Clouds = Field(default_factory=lambda: Clouds.model_validate({}), description="Clouds; none by default.")
+    clouds: Clouds = Field(
+        default_factory=lambda: Clouds.model_validate({}), description="Clouds; without layers the sky is clear."
+    )
     slant: Slant = Field(
         default_factory=lambda: Slant.model_validate({}), description="Shadows and parallax of clouds."
     )
     sea: Sea = Field(default_factory=lambda: Sea.model_validate({}), description="Sea.")
-    optics: Optics = Field(default_factory=lambda: Optics.model_validate({}), description="Cloud optics.")
+    optics: OpticsSection = Field(default_factory=lambda: OpticsSection.model_validate({}), description="Cloud optics.")
     radiance: Radiance = Field(default_factory=lambda: Radiance.model_validate({}), description="Radiance model.")
-    output: Output = Field(default_factory=lambda: Output.model_validate({}), description="Output.")
-    sensor: Sensor | None = Field(None, description="Sensor; none by default.")
+    output: OutputSection = Field(default_factory=lambda: OutputSection.model_validate({}), description="Output.")
+    sensor: SensorSection | None = Field(None, description="Sensor; none by default.")

@@ -1,7 +1,4 @@
-"""Parameters of providers that stand in a section itself instead of its ``parameters``.
-
-Check the names a scenario refers to: catalog entries, providers and their parameters.
-"""
+"""Checks of the names a scenario refers to: catalog entries, providers and their parameters."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, HcssError, Problem, ScenarioError, closest
-from hcss_twin.cube.variables import expand
+from hcss_twin.cube.requested_variables import expand
 from hcss_twin.models.atmosphere.profile_file import STANDARD, load_profile
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
@@ -29,19 +26,19 @@ from hcss_twin.scenario.cloud_types import (
     load_cloud_type,
     overlap_problems,
 )
-from hcss_twin.scenario.models import Atmosphere, Layer, Optics, Radiance, ScenarioModel, Sea, own, single_layer
+from hcss_twin.scenario.models import Atmosphere, Layer, OpticsSection, Radiance, ScenarioModel, Sea, own, single_layer
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import homes, problems_from
 from hcss_twin.scenario.section_types import Section
-from hcss_twin.scenario.sensor import DEFAULT_MODEL, Sensor, choose_sensor, load_sensor
+from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, choose_sensor, load_sensor
 
 SECTIONS: Mapping[Kind, tuple[type[Section], str]] = {
     Kind.ATMOSPHERE: (Atmosphere, "provider"),
     Kind.SEA: (Sea, "model"),
-    Kind.OPTICS: (Optics, "provider"),
+    Kind.OPTICS: (OpticsSection, "provider"),
     Kind.RADIANCE: (Radiance, "model"),
     Kind.CLOUDS: (Layer, "generator"),
-    Kind.SENSORS: (Sensor, "model"),
+    Kind.SENSORS: (SensorSection, "model"),
 }
 """Section of each kind of provider, and its key that selects one."""
 
@@ -83,9 +80,9 @@ def misplaced_parameters(data: Mapping[str, Any], registry: Registry, typed: Cal
             if not isinstance(key, str) or key in section.model_fields:
                 continue
             name = content.get(selector, own(default_provider(kind)))
-            found = _owner(key, name, kind, registry, _has_home(key, content[key]))
-            if found is not None:
-                parameter, entry, is_selected = found
+            home = _owner(key, name, kind, registry, _has_home(key, content[key]))
+            if home is not None:
+                parameter, entry, is_selected = home
                 field = f"{path}.{key}"
                 place = typed(field).removesuffix(key)
                 whose = f"a parameter of {kind.human} '{entry.name}'"
@@ -104,7 +101,7 @@ def _owner(key: str, name: object, kind: Kind, registry: Registry, has_home: boo
     """Return the parameter that a key may be, whose it is, and whether that provider is selected."""
     section = SECTIONS[kind][0]
     selected: Entry | None = None
-    with contextlib.suppress(HcssError):  # told at the key that selects it
+    with contextlib.suppress(HcssError):  # reported at the key that selects it
         selected = registry.resolve(kind, name) if isinstance(name, str) else None
     if selected is not None:
         parameters = _parameters(registry, selected)
@@ -122,7 +119,7 @@ def _owner(key: str, name: object, kind: Kind, registry: Registry, has_home: boo
 def _parameters(registry: Registry, entry: Entry) -> tuple[str, ...]:
     try:
         model = registry.parameters_model(entry)
-    except HcssError:  # of a plugin that is broken, and told where it is selected
+    except HcssError:  # of a broken plugin, reported where it is selected
         return ()
     return () if model is None else tuple(model.model_fields)
 
@@ -203,7 +200,7 @@ def _sensor_problems(data: Mapping[str, Any], registry: Registry, catalog: Catal
         return
     name, parameters = section.get("name"), section.get("parameters", {})
     try:
-        given = Sensor.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
+        given = SensorSection.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
     except ValidationError:  # reported with the other keys
         return
     problems = [] if name is None else list(_file_problems("sensor.name", partial(load_sensor, name, catalog)))
@@ -312,5 +309,5 @@ def _file_problems(field: str, read: Callable[[], object]) -> Iterator[Problem]:
         yield from (Problem(field, f"{error.origin}: {problem}") for problem in error.problems)
     except CatalogError as error:
         yield Problem(field, str(error))
-    except (OSError, RuntimeError, ValueError) as error:  # names no file can have, files nobody may read
+    except (OSError, RuntimeError, ValueError) as error:  # impossible names, unreadable files
         yield Problem(field, f"cannot be read: {getattr(error, 'strerror', error)}")

@@ -143,8 +143,8 @@ def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field
     content = content if section.water_content is None else section.water_content / 1000.0
     substance = section.phase or phase
     if section.effective_radius is None and section.effective_variance is None:
-        found = replace(particles, phase=substance, number_density_m3=1.0)
-        return replace(found, number_density_m3=content / water_content_kg_m3(found))
+        single = replace(particles, phase=substance, number_density_m3=1.0)
+        return replace(single, number_density_m3=content / water_content_kg_m3(single))
     radius = effective_radius_um(particles) if radius is None else radius
     variance = effective_variance(particles) if variance is None else variance
     if section.effective_variance is None and not NARROWEST <= variance <= WIDEST:

@@ -16,7 +16,7 @@ from hcss_twin.scenario.units import in_plain_units
 Location = tuple[int | str, ...]
 
 REPEATED = ("layers",)
-"""Lists of sections whose keys may stand in the section around them."""
+"""Lists of sections whose keys are also allowed in the section around them."""
 
 ZERO_CELSIUS_K = 273.15
 
@@ -39,12 +39,12 @@ def problems_from(error: ValidationError, model: type[BaseModel], prefix: str = 
         What was validated, to quote values as they were typed (``'130%'`` instead of 1.3).
     """
     # A union reports every branch it tried; the first says what is wrong.
-    found: dict[Location, ErrorDetails] = {}
+    details: dict[Location, ErrorDetails] = {}
     for detail in error.errors(include_url=False):
-        found.setdefault(_keys(detail, model), detail)
+        details.setdefault(_keys(detail, model), detail)
     problems = []
-    for location, detail in found.items():
-        if detail["type"] == "too_short" and _has_errors_inside(location, found):
+    for location, detail in details.items():
+        if detail["type"] == "too_short" and _has_errors_inside(location, details):
             continue  # pydantic counts the entries that are left
         if detail["type"] == "invalid_key":
             location = tuple(map(str, detail["loc"]))
@@ -64,8 +64,8 @@ def dotted(location: Location) -> str:
     return text
 
 
-def _has_errors_inside(location: Location, found: Mapping[Location, object]) -> bool:
-    return any(other[: len(location)] == location != other for other in found)
+def _has_errors_inside(location: Location, locations: Mapping[Location, object]) -> bool:
+    return any(other[: len(location)] == location != other for other in locations)
 
 
 def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, raw: Any) -> str:
@@ -121,7 +121,7 @@ def homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
         for nested in _models_in(field.annotation):
             single = nested is field.annotation or type(None) in typing.get_args(field.annotation)
             here = f"{path}{name}{'' if single else '[0]'}."
-            # The keys of a single layer may stand in [clouds] itself.
+            # the keys of a single layer are allowed in [clouds] itself
             yield from homes(nested, key, path if name in REPEATED else here)
 
 
@@ -146,7 +146,7 @@ def _wrong_length(detail: ErrorDetails) -> str:
 
 
 def _typed(value: object, location: Location, raw: Any) -> tuple[str, object]:
-    """Quote a value as it was typed; return also the number it stands for."""
+    """Quote a value as it was typed; return also its number."""
     for part in location:
         try:
             raw = raw[part]
@@ -171,8 +171,8 @@ def _range(
     """Allowed range of a number and the valid value closest to ``value``, or what it was meant to be."""
     bounds = _bounds(model, location)
     if not bounds and detail is not None:
-        kept = {key: bound for key, bound in detail.get("ctx", {}).items() if isinstance(bound, int | float)}
-        bounds = {key: kept[key] for key, _ in _BOUNDS if key in kept}
+        numbers = {key: bound for key, bound in detail.get("ctx", {}).items() if isinstance(bound, int | float)}
+        bounds = {key: numbers[key] for key, _ in _BOUNDS if key in numbers}
     if not bounds:
         return ""
     parts = [f"{sign} {_bound(bounds[key])}" for key, sign in _BOUNDS if key in bounds]
@@ -262,23 +262,23 @@ def _takes_text(annotation: Any) -> bool:
 
 def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
     """Location without the tags that unions add to it (they name a type, not a key)."""
-    location, kept = detail["loc"], list[int | str]()
+    location, keys = detail["loc"], list[int | str]()
     for index, part in enumerate(location):
-        owner = _model_at(model, tuple(kept), part)
+        owner = _model_at(model, tuple(keys), part)
         is_last = index == len(location) - 1
         is_key = owner is not None and part in owner.model_fields
         if isinstance(part, int) or is_key or (is_last and detail["type"] == "extra_forbidden"):
-            kept.append(part)
-    return tuple(kept)
+            keys.append(part)
+    return tuple(keys)
 
 
 def _model_at(model: type[BaseModel], location: Location, key: int | str | None = None) -> type[BaseModel] | None:
-    """Model found by walking the keys of a location; list indices stay inside their element's model.
+    """Return the model at the keys of a location; list indices stay inside their element's model.
 
-    Of several that may stand there, the first that has ``key``, or the first.
+    Of several possible models, the first that has ``key``, or the first.
     """
-    found = _models_at(model, location)
-    return next((each for each in found if key in each.model_fields), found[0] if found else None)
+    models = _models_at(model, location)
+    return next((each for each in models if key in each.model_fields), models[0] if models else None)
 
 
 def _models_at(model: type[BaseModel], location: Location) -> list[type[BaseModel]]:

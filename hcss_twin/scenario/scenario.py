@@ -1,4 +1,4 @@
-"""A scenario: what the user asked for, validated, immutable, serialisable."""
+"""A scenario: validated, immutable, serialisable."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _NOT_CERTAIN = (
 
 
 class Scenario(ScenarioModel):
-    """What the user asked for.
+    """The user's description of a scene and its output.
 
     Make one with :meth:`load`, :meth:`from_toml`, :meth:`from_dict` or :meth:`from_cube`. Relative
     paths in it are resolved against ``base``, the folder of the scenario file.
@@ -86,7 +86,7 @@ class Scenario(ScenarioModel):
         Raises
         ------
         ScenarioError
-            With every problem found.
+            With every problem.
         """
         raw, base = read_scenario_file(source)
         return cls.from_dict(raw, overrides, base=base, origin=str(source))
@@ -148,7 +148,7 @@ class Scenario(ScenarioModel):
 
     @classmethod
     def from_cube(cls, path: str | Path, overrides: Mapping[str, Any] | None = None, base: Path | None = None) -> Self:
-        """Read back the scenario a cube was made from; ``base`` is where its relative paths lead."""
+        """Read the scenario of a cube; ``base`` is the folder of its relative paths."""
         from hcss_twin.cube.reader import scenario_text
 
         return cls.from_dict(json.loads(scenario_text(path)), overrides, base=base, origin=str(path))

@@ -1,12 +1,6 @@
-"""Base of every section of a scenario file and of a cloud-type file.
+"""Base class of sections, and the types of keys that several sections share.
 
-Limits of effective radius, effective variance and water content, in cloud types and in scenarios alike.
-
-Instants in a scenario: a date and time with zone, never a bare number or a local time.
-
-A window of the image: the part of a larger scene that is computed.
-
-The platform that carries the sensor: its height, its optics in terms of directions, and how it moves.
+Limits of particles hold in cloud types and in scenarios. Instants have a zone: a local time would be ambiguous.
 """
 
 from __future__ import annotations
@@ -147,32 +141,28 @@ PlatformSpeed = Annotated[Speed | Literal["orbit"], BeforeValidator(_platform_sp
 
 
 class Platform(Section):
-    """The platform and its instrument; without `altitude` the distance to the sensor is not known.
+    """The platform and its instrument; without `altitude` the view is orthographic.
 
-    Other ways of saying `view.zenith`, `image.pixel_size` and `motion.platform_speed`: whoever gives both is told
-    (docs/viewing-geometry.md).
+    These keys replace `view.zenith`, `image.pixel_size` and `motion.platform_speed`; giving both is an error.
     """
 
     altitude: Length | None = Field(
-        None,
-        ge=LOWEST_M,
-        le=HIGHEST_M,
-        description="Altitude of the sensor above the ellipsoid, m; the other keys need it.",
+        None, ge=LOWEST_M, le=HIGHEST_M, description="Altitude above the ellipsoid, m; the other keys need it."
     )
     off_nadir: Angle | None = Field(
         None,
         ge=0,
         lt=90,
-        description="Look angle at the sensor between nadir and the image centre, degrees; instead of `view.zenith`.",
+        description="Angle at the sensor between nadir and image centre, degrees; replaces `view.zenith`.",
     )
     focal_length: InstrumentLength | None = Field(
-        None, gt=0, le=100, description="Focal length, m; with detector_pitch instead of `image.pixel_size`."
+        None, gt=0, le=100, description="Focal length, m; with detector_pitch it replaces `image.pixel_size`."
     )
     detector_pitch: InstrumentLength | None = Field(
         None, gt=0, le=0.01, description="Distance between detectors, m; with focal_length."
     )
     mode: Literal["staring", "push-broom"] | None = Field(
         None,
-        description='"staring": the footprint stands still; "push-broom": it moves, by default as fast as a circular '
-        "orbit carries it; default: as `motion.platform_speed` says.",
+        description='"staring": the footprint does not move; "push-broom": it moves, by default with the speed of a '
+        "circular orbit.",
     )

@@ -23,39 +23,32 @@ FOLDER = "sensors"
 """Of the catalog, with a file for each named sensor."""
 
 
-class Sensor(Section):
-    """What a sensor makes of the radiance; without the section no sensor, and only the clean cube.
-
-    With it a run also writes `NAME.sensor.nc` beside the clean `NAME.nc` (docs/sensor.md).
-    """
+class SensorSection(Section):
+    """The sensor: with this section a run also writes `NAME.sensor.nc` beside the clean `NAME.nc`."""
 
     name: str | None = Field(
         None,
         min_length=1,
-        description="Named sensor whose model, parameters and bands are taken where the scenario gives none: a catalog "
-        "name or a TOML file of the same form.",
+        description="Catalog name or TOML file of a sensor, for the model, parameters and bands that the scenario does "
+        "not give.",
     )
     model: str | None = Field(
-        None, description=f"Sensor model (see `hcss plugins`); default: that of the named sensor, or `{DEFAULT_MODEL}`."
+        None, description=f"Sensor model (see `hcss plugins`); default: that of `name`, or `{DEFAULT_MODEL}`."
     )
     parameters: dict[str, Any] = Field(
-        default_factory=dict, description="Parameters of the model; they go before those of the named sensor."
+        default_factory=dict, description="Parameters of the model; they override those of `name`."
     )
     variables: tuple[str, ...] = Field(
-        (),
-        description='What the cube of the sensor holds beside radiance and truth: "photon_rate", "digital_number", '
-        '"saturated", or "all" that the sensor gives.',
+        (), description='Variables beside radiance and truth: "photon_rate", "digital_number", "saturated", or "all".'
     )
-    seed: Whole | None = Field(
-        None, ge=0, lt=2**63, description="Seed of the sensor's random numbers; default: that of the scenario."
-    )
+    seed: Whole | None = Field(None, ge=0, lt=2**63, description="Seed of the noise; default: that of the scenario.")
 
 
 class NamedSensor(Section):
     """A file of ``catalogs/sensors`` or of a user."""
 
     title: str = Field(min_length=1, description="What it is.")
-    description: str = Field("", description="What the numbers stand for, and what they leave out.")
+    description: str = Field("", description="Meaning of the numbers, and effects they omit.")
     model: str = Field(DEFAULT_MODEL, description="Sensor model.")
     bands: Bands | None = Field(None, min_length=1, max_length=100, description="As `bands` of a scenario.")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
@@ -109,10 +102,10 @@ def load_sensor(name: str, catalog: Catalog) -> NamedSensor:
         raise ScenarioError(problems_from(error, NamedSensor, raw=raw), str(path)) from error
 
 
-def choose_sensor(section: Sensor, catalog: Catalog) -> SensorChoice:
+def choose_sensor(section: SensorSection, catalog: Catalog) -> SensorChoice:
     """Merge a section with the sensor it names.
 
-    A model nobody named is ours, whatever else is installed under the same name. Parameters of a named sensor are
+    The default model is ours, whatever else is installed under the same name. Parameters of a named sensor are
     those of its own model: where the section names another, they are left aside.
 
     Raises
@@ -130,7 +123,7 @@ def choose_sensor(section: Sensor, catalog: Catalog) -> SensorChoice:
 
 
 def fill_bands(data: dict[str, Any], catalog: Catalog) -> None:
-    """Give a raw scenario without bands those of the sensor it names; what is wrong with the file is told elsewhere."""
+    """Give a raw scenario without bands those of its named sensor; errors of the file are reported elsewhere."""
     section = data.get("sensor")
     name = section.get("name") if isinstance(section, Mapping) else None
     if not isinstance(name, str) or "bands" in data:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import closest, shown
@@ -58,7 +58,7 @@ def parse_quantity(value: object, dimension: str) -> object:
 
 
 def in_plain_units(text: str) -> float | None:
-    """Plain number that text with any known unit stands for; None where it stands for none."""
+    """Return the plain number of a text with any known unit; None for other text."""
     for dimension, units in UNITS.items():
         match = _QUANTITY.fullmatch(text)
         if match and match.group(2) in units:
@@ -117,7 +117,76 @@ Speed = Annotated[float, BeforeValidator(_parser("speed"))]
 Duration = Annotated[float, BeforeValidator(_parser("duration"))]
 Fraction = Annotated[float, BeforeValidator(_parser("fraction"))]
 ParticleRadius = Annotated[float, BeforeValidator(_parser("particle radius"))]
-"""In um, as everywhere that particles are spoken of."""
+"""In um, as usual for particles."""
 
 WaterContent = Annotated[float, BeforeValidator(_parser("water content"))]
 """In g m-3, as in the literature on clouds."""
+
+
+MIN_ACCURACY, MAX_ACCURACY = 1e-6, 0.1
+MIN_ACCURACY_K, MAX_ACCURACY_K = 1e-3, 10.0
+
+_ACCURACY_ALLOWED = (
+    f"allowed: a number from {MIN_ACCURACY:g} to {MAX_ACCURACY:g}, or text with one of the units %, K, mK"
+)
+_ACCURACY_TEXT = re.compile(r"\s*(\+?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*")
+_ACCURACY_FACTORS = {"": 1.0, "%": 0.01, "K": 1.0, "mK": 1e-3}
+
+
+def kelvin_of(accuracy: float | str) -> float | None:
+    """Return the kelvin of a validated accuracy; None for a fraction of the radiance."""
+    return float(accuracy.removesuffix(" K")) if isinstance(accuracy, str) else None
+
+
+def parse_accuracy(value: Any) -> float | str:
+    """Read an accuracy: a share of the radiance as a number, or kelvin as text, ``"0.1 K"``.
+
+    Raises
+    ------
+    PydanticCustomError
+        If it is none, or out of range.
+    """
+    unit, number = "", value
+    if isinstance(value, str):
+        match = _ACCURACY_TEXT.fullmatch(value)
+        if match is None:
+            raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}")
+        number, unit = float(match.group(1)), match.group(2)
+        if unit not in _ACCURACY_FACTORS:
+            closest = "K" if any(map(str.isalpha, unit)) else "%"
+            raise PydanticCustomError(
+                "not_an_accuracy",
+                f"{shown(value)}: {shown(unit)} is not a unit of accuracy; {_ACCURACY_ALLOWED}; closest is '{closest}'",
+            )
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}")
+    try:
+        plain = float(number) * _ACCURACY_FACTORS[unit]
+    except OverflowError:  # a whole number beyond all others
+        plain = float("inf") if number > 0 else -float("inf")
+    kelvin = unit.endswith("K")
+    least, most = (MIN_ACCURACY_K, MAX_ACCURACY_K) if kelvin else (MIN_ACCURACY, MAX_ACCURACY)
+    if not least <= plain <= most:
+        nearest = most if plain > most else least
+        raise PydanticCustomError(
+            "accuracy_range",
+            f"{shown(value)} is out of range; allowed: {MIN_ACCURACY:g} to {MAX_ACCURACY:g} of the radiance, or text "
+            f"from '{MIN_ACCURACY_K:g} K' to '{MAX_ACCURACY_K:g} K'; closest valid choice is "
+            + (f"'{nearest:g} K'" if kelvin else f"{nearest:g}"),
+        )
+    return f"{plain:g} K" if kelvin else plain
+
+
+Accuracy = Annotated[
+    float | str,
+    BeforeValidator(parse_accuracy),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "minimum": MIN_ACCURACY, "maximum": MAX_ACCURACY},
+                {"type": "string", "pattern": r"^\s*[+0-9.eE-]+\s*(%|K|mK)?\s*$"},
+            ]
+        }
+    ),
+]
+"""A share of the radiance, or text with a unit: ``"0.1 %"`` becomes 0.001, ``"50 mK"`` becomes ``"0.05 K"``."""

@@ -1,4 +1,4 @@
-"""What a scenario's platform says about view, pixels and motion: contradictions, and the values that follow."""
+"""View, pixel size and motion that follow from a platform, and contradictions between them."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def as_given(scenario: ScenarioModel, data: dict[str, Any]) -> dict[str, Any]:
     return data
 
 
-def told_by(data: Mapping[str, Any]) -> tuple[float, float]:
+def pixel_size_and_speed(data: Mapping[str, Any]) -> tuple[float, float]:
     """Return size of a pixel, m, and ground speed of the footprint, m/s, of a scenario as text.
 
     Raises
@@ -102,11 +102,11 @@ def _look_angle(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
     zenith = view_zenith_deg(off_nadir, altitude)
     if zenith > LARGEST_ZENITH_DEG:
         most = off_nadir_deg(LARGEST_ZENITH_DEG, altitude)
-        told = "passes the Earth" if math.isinf(zenith) else f"meets the ground at zenith {zenith:.2f} deg"
+        problem = "passes the Earth" if math.isinf(zenith) else f"meets the ground at zenith {zenith:.2f} deg"
         yield Problem(
             "platform.off_nadir",
-            f"{off_nadir:g} deg from {altitude / 1e3:g} km {told}; allowed: up to zenith {LARGEST_ZENITH_DEG:g} deg; "
-            f"closest valid choice is {math.floor(most * 1e3) / 1e3:g}",
+            f"{off_nadir:g} deg from {altitude / 1e3:g} km {problem}; allowed: up to zenith {LARGEST_ZENITH_DEG:g} "
+            f"deg; closest valid choice is {math.floor(most * 1e3) / 1e3:g}",
         )
 
 
@@ -129,7 +129,7 @@ def _pixels(scenario: ScenarioModel, altitude: float) -> Iterator[Problem]:
     if platform.off_nadir is not None:
         zenith = view_zenith_deg(platform.off_nadir, altitude)
     if not zenith <= LARGEST_ZENITH_DEG:
-        return  # told already
+        return  # reported at platform.off_nadir
     size = _pixel_m(platform, slant_range_m(zenith, altitude))
     if size > LARGEST_PIXEL_M:
         yield Problem(

@@ -1,7 +1,4 @@
-"""The values between two ends: numbers, quantities with a unit, or instants.
-
-One swept key and its values: a list, a range, a distribution or an ensemble of seeds.
-"""
+"""One swept key and its values: a list, a range, a distribution or an ensemble of seeds."""
 
 from __future__ import annotations
 
@@ -31,10 +28,8 @@ class Span:
 
     Attributes
     ----------
-    numbers : tuple of float
     value : callable
         What a scenario takes for a number: a number, text with the unit, or an instant.
-    is_time : bool
     """
 
     numbers: tuple[float, ...]
@@ -45,10 +40,7 @@ class Span:
 def span_of(*given: Any) -> Span:
     """Read values that belong together: all numbers, all with the same unit, or all instants with a zone.
 
-    Raises
-    ------
-    ValueError
-        With what is wrong, if they are none of these.
+    Raises ValueError with what is wrong, if they are none of these.
     """
     instants = tuple(map(_read_instant, given))
     if all(isinstance(each, datetime) for each in instants):
@@ -105,7 +97,7 @@ FORMS = (
 _RANGE = ("from", "to", "steps", "scale")
 _ENSEMBLE = ("count", "first")
 _SCALES = ("linear", "log")
-_OF_DISTRIBUTION = {
+DISTRIBUTIONS = {
     "uniform": ("from", "to"),
     "log-uniform": ("from", "to"),
     "normal": ("mean", "standard_deviation", "from", "to"),
@@ -114,20 +106,17 @@ _OPTIONAL = ("scale", "first", "seed")
 
 
 @dataclass(frozen=True)
-class Axis:
+class SweptAxis:
     """A key of a scenario and the values that it takes, as a scenario file would have them."""
 
     key: str
     values: tuple[Any, ...]
 
 
-def axis_of(key: str, given: Any) -> Axis:
+def axis_of(key: str, given: Any) -> SweptAxis:
     """Read what stands behind a key of ``[sweep]``.
 
-    Raises
-    ------
-    ValueError
-        With what is wrong, what is allowed and the closest choice.
+    Raises ValueError with what is wrong, what is allowed and the closest choice.
     """
     if isinstance(given, list | tuple):
         values = tuple(given)
@@ -146,7 +135,7 @@ def axis_of(key: str, given: Any) -> Axis:
         raise ValueError("the list is empty; allowed: at least one value")
     if len(values) > MAX_VALUES:
         raise ValueError(f"{len(values)} values; allowed: at most {MAX_VALUES}")
-    return Axis(key, values)
+    return SweptAxis(key, values)
 
 
 def _range(given: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -166,8 +155,8 @@ def _range(given: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
-    name = _chosen(given, "distribution", tuple(_OF_DISTRIBUTION))
-    parameters = _OF_DISTRIBUTION[name]
+    name = _chosen(given, "distribution", tuple(DISTRIBUTIONS))
+    parameters = DISTRIBUTIONS[name]
     optional = ("from", "to") if name == "normal" else ()
     _check_names(given, ("distribution", *parameters, "samples", "seed"), optional)
     samples = _whole(given, "samples", 1, MAX_VALUES)

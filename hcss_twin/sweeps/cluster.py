@@ -1,4 +1,7 @@
-"""Points computed by Dask: on processes of this machine, or on a cluster that is there already."""
+"""Points computed by Dask: on processes of this machine, or on a cluster that is there already.
+
+Import it where Dask is installed only.
+"""
 
 from __future__ import annotations
 
@@ -10,65 +13,84 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from itertools import islice
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
+import dask
+from distributed import Client, LocalCluster, Worker, WorkerPlugin, as_completed, get_worker
+from distributed.scheduler import KilledWorker
+
+from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import SweepError
-from hcss_twin.core.versions import versions
-from hcss_twin.sweeps.folder import Outcome
-from hcss_twin.sweeps.points import Schedule
-from hcss_twin.sweeps.work import Task
+from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.sweeps.points import PointOutcome, PointTask, Schedule, compute
 
 IN_HAND = 2
 """Points that a worker has: one that it computes and one that it need not wait for."""
 
 _DIED_TWICE = "its worker process died, and so did the next that tried: out of memory, or killed"
-
 _CONNECT_S = 10
 _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})")
 
 
+class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
+    """What the points of one process share; they take turns, because the netCDF library is not thread safe.
+
+    ``is_ours`` says whether the process was started for the sweep: Ctrl-C in a terminal reaches it too, but it is ended
+    by the process that started it.
+    """
+
+    name = "hcss-point-worker"
+    # Sweeps that meet on a cluster take turns, too: who comes first brings it, and it stays.
+    idempotent = True
+
+    def __init__(self, is_ours: bool) -> None:
+        self._is_ours = is_ours
+
+    def setup(self, worker: Worker) -> None:
+        """Make what the threads of a worker share."""
+        self.turn, self.cache = Lock(), ResultCache()
+        if self._is_ours:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def compute_on_worker(task: PointTask) -> PointOutcome:
+    """Compute a point when its turn has come."""
+    here = get_worker().plugins[PointWorker.name]
+    with here.turn:
+        return compute(task, here.cache)
+
+
 class Cluster:
-    """Workers that share the folder of the sweep.
+    """Workers that share the folder of the sweep; ``is_ours`` if they were started for it.
 
-    Each has one point in hand and one waiting. Who dies takes both along: they are tried once more when the others
-    are done, each alone on its worker, so that only the one that kills has failed.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    is_ours : bool
-        Whether the workers were started for the sweep.
+    Each computes one point while one waits. A worker that dies takes both along: they are tried once more when the
+    others are done, each alone on its worker, so that only the one that kills its worker has failed.
     """
 
     def __init__(self, client: Any, is_ours: bool) -> None:
         self._client, self._is_ours = client, is_ours
 
-    def compute(self, schedule: Schedule[Task]) -> Iterator[Outcome]:
+    def compute(self, schedule: Schedule[PointTask]) -> Iterator[PointOutcome]:
         """Yield the outcome of each point, in the order in which they are finished."""
-        from distributed import as_completed
-
-        from hcss_twin.sweeps.on_worker import PointWorker
-
         self._client.register_plugin(PointWorker(self._is_ours))
-        under_way: dict[Any, tuple[int, Task]] = {}
-        suspects: list[tuple[int, Task]] = []
+        under_way: dict[Any, tuple[int, PointTask]] = {}
+        suspects: list[tuple[int, PointTask]] = []
         alone = False
         finished = as_completed(loop=self._client.loop)
         try:
             while True:
                 workers = max(1, len(self._client.nthreads()))
-                found: list[tuple[int, Task]] = []
+                following: list[tuple[int, PointTask]] = []
                 if not alone or not under_way:
                     alone = False
-                    while len(under_way) + len(found) < IN_HAND * workers:
-                        following = schedule.next()
-                        if following is None:
-                            break
-                        found.append(following)
-                if not under_way and not found:
-                    alone, found, suspects = True, suspects[:workers], suspects[workers:]
-                for each in found:
+                    room = IN_HAND * workers - len(under_way)
+                    following = list(islice(iter(schedule.next, None), max(0, room)))
+                if not under_way and not following:
+                    alone, following, suspects = True, suspects[:workers], suspects[workers:]
+                for each in following:
                     future = self._submit(each[1])
                     under_way[future] = each
                     finished.add(future)
@@ -80,16 +102,14 @@ class Cluster:
                 if outcome is None and not alone:
                     suspects.append((index, task))
                     continue
-                outcome = outcome or Outcome(task.point, error=_DIED_TWICE)
+                outcome = outcome or PointOutcome(task.point, error=_DIED_TWICE)
                 schedule.finished(index, outcome.error is None)
                 yield outcome
         finally:
             with suppress(OSError, TimeoutError):  # of a scheduler that is gone
                 self._client.cancel(list(under_way), force=True)
 
-    def _submit(self, task: Task) -> Any:
-        from hcss_twin.sweeps.on_worker import compute_on_worker
-
+    def _submit(self, task: PointTask) -> Any:
         # Another sweep on the same cluster, and another try, have the same number.
         key = f"hcss-point-{secrets.token_hex(4)}-{task.point}"
         return self._client.submit(compute_on_worker, task, pure=False, key=key)
@@ -97,10 +117,7 @@ class Cluster:
     def require_alike(self, folder: Path) -> None:
         """Check that every worker has our versions and sees the folder.
 
-        Raises
-        ------
-        SweepError
-            If one has not.
+        Raises SweepError if one has not.
         """
         mine = versions()
         for address, theirs in self._client.run(versions).items():
@@ -130,15 +147,8 @@ _OF_OUR_PROCESSES = {
 def local_cluster(workers: int) -> Iterator[Cluster]:
     """Start processes on this machine, one thread each, and end them with the block.
 
-    Raises
-    ------
-    SweepError
-        If Dask is not installed, or the processes do not start.
+    Raises SweepError if the processes do not start.
     """
-    _require_dask()
-    import dask
-    from distributed import Client, LocalCluster
-
     with ExitStack() as stack:
         stack.enter_context(dask.config.set(_OF_OUR_PROCESSES))
         try:
@@ -166,14 +176,8 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
 def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
     """Use the workers of a scheduler, which stay as they are.
 
-    Raises
-    ------
-    SweepError
-        If Dask is not installed, nobody answers at the address, or the workers cannot do the work.
+    Raises SweepError if nobody answers at the address, or the workers cannot do the work.
     """
-    _require_dask()
-    from distributed import Client
-
     _require_answer(scheduler)
     try:
         client = Client(scheduler, set_as_default=False, timeout=_CONNECT_S)
@@ -213,29 +217,17 @@ def _undisturbed() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _require_dask() -> None:
-    try:
-        import distributed  # noqa: F401
-    except ImportError as error:
-        raise SweepError(
-            "several workers need Dask, which is not installed: pip install 'hcss-twin[sweep]'; allowed without it: "
-            "one worker"
-        ) from error
-
-
-def _outcome(future: Any, task: Task) -> Outcome | None:
+def _outcome(future: Any, task: PointTask) -> PointOutcome | None:
     """Return what came of a point; None if its worker died."""
-    from distributed.scheduler import KilledWorker
-
     if future.status in ("cancelled", "lost"):
         raise SweepError("the connection to the Dask scheduler is lost; run the sweep again to go on where it was")
     error = future.exception()
     if error is None:
-        outcome: Outcome = future.result()
+        outcome: PointOutcome = future.result()
         return outcome
     if isinstance(error, KilledWorker):
         return None
-    return Outcome(task.point, error=f"{type(error).__name__}: {error}")
+    return PointOutcome(task.point, error=f"{type(error).__name__}: {error}")
 
 
 def _sees(folder: str) -> bool:

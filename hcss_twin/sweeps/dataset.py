@@ -1,12 +1,13 @@
-"""Opening of the dataset of a sweep.
-
-One dataset of all points: the swept keys as dimensions in front of those of a cube.
-"""
+"""One dataset of all points: the swept keys as dimensions in front of those of a cube."""
 
 from __future__ import annotations
 
+import json
 import os
+import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,26 +17,15 @@ import numpy as np
 from hcss_twin.core.errors import CubeError, SweepError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.variables import LAYER
-from hcss_twin.sweeps.dataset_layout import (
-    ELAPSED_TIME,
-    FRAME_TIME,
-    NOT_COMPARED,
-    Differences,
-    differences,
-    dimension_of,
-    elapsed_attributes,
-    frame_time_attributes,
-    seconds_since_epoch,
-    swept_coordinate,
-)
+from hcss_twin.scenario.section_types import parse_instant
 from hcss_twin.sweeps.design import Design
 from hcss_twin.sweeps.folder import INDEX, LOG, PointRecord, is_cube_name
 
 if TYPE_CHECKING:
     import xarray as xr
-
 
 MARK = "hcss_sweep"
 """Global attribute of a dataset, with the hash of the sweep."""
@@ -44,13 +34,10 @@ MARK = "hcss_sweep"
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open the dataset of a sweep; values are read from the file when they are used.
 
-    Swept keys, bands and cloud layers are selected by value or name:
-    ``open_sweep(path).radiance.sel(view_zenith=30, band="mwir")``. Close the dataset after use.
+    Swept keys, bands and cloud layers are selected by value or name: ``open_sweep(path).radiance.sel(view_zenith=30,
+    band="mwir")``. Close the dataset after use.
 
-    Raises
-    ------
-    CubeError
-        If the file is missing or is no dataset of a sweep.
+    Raises CubeError if the file is missing or is no dataset of a sweep.
     """
     import xarray as xr
 
@@ -77,16 +64,10 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     return named
 
 
-_MISSING_INTEGER = 255
-
-
 def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> None:
     """Check, before anything is computed, that a dataset may be written here.
 
-    Raises
-    ------
-    SweepError
-        If the file is something else than the dataset of this sweep, or there is no folder for it.
+    Raises SweepError if the file is something else than the dataset of this sweep, or there is no folder for it.
     """
     own = path.absolute().parent == folder.absolute()
     if own and (path.name in (INDEX, LOG) or is_cube_name(path.name)):
@@ -111,10 +92,7 @@ def write_dataset(path: Path, design: Design, digest: str, folder: Path, records
 
     Points without a cube are missing values: NaN, or ``_FillValue`` of whole numbers.
 
-    Raises
-    ------
-    SweepError
-        If no point has a cube, cubes do not have the same variables, or the disk refuses.
+    Raises SweepError if no point has a cube, cubes do not have the same variables, or the disk refuses.
     """
     cubes = {record.point: folder / record.file for record in records if record.file is not None}
     if not cubes:
@@ -122,6 +100,9 @@ def write_dataset(path: Path, design: Design, digest: str, folder: Path, records
     found = differences(cubes)
     with atomic_write(path, SweepError) as draft, netCDF4.Dataset(draft, "w", format="NETCDF4") as target:
         _Writer(target, design, records, cubes, found).write(digest)
+
+
+_MISSING_INTEGER = 255
 
 
 class _Writer:
@@ -184,25 +165,24 @@ class _Writer:
                 self._define_variable(name, variable)
 
     def _define_of_points(self, name: str, kind: Any, long_name: str) -> Any:
-        made = self._target.createVariable(name, kind, self._dims, fill_value=None if kind is str else False)
-        made.setncatts({"long_name": long_name, "coverage_content_type": "auxiliaryInformation"})
-        return made
+        variable = self._target.createVariable(name, kind, self._dims, fill_value=None if kind is str else False)
+        variable.setncatts({"long_name": long_name, "coverage_content_type": "auxiliaryInformation"})
+        return variable
 
     def _define_swept(self, place: int, key: str) -> None:
         shape = self._design.shape
         step = int(np.prod(shape[place + 1 :]))
         values = [self._records[number * step].values[key] for number in range(shape[place])]
         numbers, kind, attributes = swept_coordinate(key, values)
-        made = self._target.createVariable(
-            self._dims[place], kind, (self._dims[place],), fill_value=None if kind is str else False
-        )
-        made.setncatts(attributes)
-        made[:] = np.array(numbers, dtype=object if kind is str else kind)
+        name, fill = self._dims[place], None if kind is str else False
+        coordinate = self._target.createVariable(name, kind, (name,), fill_value=fill)
+        coordinate.setncatts(attributes)
+        coordinate[:] = np.array(numbers, dtype=object if kind is str else kind)
 
     def _define_variable(self, name: str, variable: Any) -> None:
         found = self._found
         if name == GRID_MAPPING and found.moves:
-            return  # a plane for each place cannot be told in CF: latitude and longitude are there
+            return  # a plane for each place cannot be expressed in CF: latitude and longitude are there
         is_data = "grid_mapping" in variable.ncattrs()
         attributes = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
         if found.moves:
@@ -221,19 +201,19 @@ class _Writer:
             layout = {"compression": "zlib", "complevel": filters["complevel"], "chunksizes": chunk}
         elif kind is not str:
             layout = {"contiguous": True}
-        made = self._target.createVariable(name, kind, dims, fill_value=None if kind is str else fill, **layout)
-        made.set_auto_maskandscale(False)
-        made.setncatts(attributes)
+        copy = self._target.createVariable(name, kind, dims, fill_value=None if kind is str else fill, **layout)
+        copy.set_auto_maskandscale(False)
+        copy.setncatts(attributes)
         if not is_data and name not in found.variables:
-            made[...] = variable[...]
+            copy[...] = variable[...]
 
     def _define_times(self, variable: Any) -> None:
         """Keep the time after the start of a point apart from its instants."""
         elapsed = self._target.createVariable(ELAPSED_TIME, "f8", ("time",), fill_value=False)
-        elapsed.setncatts(elapsed_attributes())
+        elapsed.setncatts(_ELAPSED_ATTRIBUTES)
         elapsed[:] = variable[:]
         dated = self._target.createVariable(FRAME_TIME, "f8", (*self._dims, "time"), fill_value=np.nan)
-        dated.setncatts(frame_time_attributes())
+        dated.setncatts(_FRAME_TIME_ATTRIBUTES)
 
     def _copy(self, cube: Any, index: Any) -> None:
         found = self._found
@@ -270,3 +250,130 @@ def _nothing(kind: Any) -> Any:
 
 def _of_point(attribute: str) -> str:
     return f"point_{attribute.removeprefix('hcss_')}"
+
+
+def dimension_of(key: str) -> str:
+    """Return the name of the dimension of a swept key: ``view_zenith`` of ``view.zenith``.
+
+    A cube has a ``time`` of its own, so that the scenario's becomes ``start_time``.
+    """
+    return "start_time" if key == "time" else re.sub(r"\W", "_", key, flags=re.ASCII)
+
+
+FRAME_TIME = "frame_time"
+"""Instant of each frame of each point, where points do not start together."""
+
+ELAPSED_TIME = "elapsed_time"
+"""Time along the dimension ``time`` then, which has no coordinate of its own."""
+
+_EPOCH = "seconds since 1970-01-01 00:00:00"
+
+
+def swept_coordinate(key: str, values: Sequence[Any]) -> tuple[list[Any], Any, dict[str, Any]]:
+    """Return the values along a dimension, their type and their attributes.
+
+    Numbers stay numbers, instants become seconds since 1970, text stays text and everything else becomes JSON.
+    """
+    attributes: dict[str, Any] = {
+        "long_name": f"swept key {key}",
+        "hcss_key": key,
+        "coverage_content_type": "coordinate",
+    }
+    if key == "time":
+        seconds = [parse_instant(each).timestamp() for each in values]
+        of_time = {"units": _EPOCH, "calendar": "standard", "units_metadata": "leap_seconds: none"}
+        return seconds, "f8", {**attributes, **of_time}
+    if all(isinstance(each, int) and not isinstance(each, bool) for each in values):
+        return list(values), "i8", attributes
+    if all(isinstance(each, int | float) and not isinstance(each, bool) for each in values):
+        return list(map(float, values)), "f8", attributes
+    return [each if isinstance(each, str) else json.dumps(each) for each in values], str, attributes
+
+
+_ELAPSED_ATTRIBUTES = {
+    "long_name": "time of the frame after the start of the point",
+    "comment": f"Instants are in {FRAME_TIME}.",
+    "units": "s",
+    "coverage_content_type": "coordinate",
+}
+
+
+_FRAME_TIME_ATTRIBUTES = {
+    "long_name": "time of the frame",
+    "standard_name": "time",
+    "units": _EPOCH,
+    "units_metadata": "leap_seconds: none",
+    "calendar": "standard",
+    "coverage_content_type": "coordinate",
+}
+
+
+def seconds_since_epoch(units: str) -> float:
+    """Return the start that the units of a cube's time name, in seconds since 1970."""
+    start = datetime.fromisoformat(units.removeprefix("seconds since "))
+    return start.replace(tzinfo=UTC).timestamp()
+
+
+NOT_COMPARED = frozenset({"date_created", "history", "id", FORMAT_ATTRIBUTE})
+"""Global attributes of a cube that its dataset does not take over."""
+
+
+@dataclass(frozen=True)
+class Differences:
+    """What a dataset needs its own dimensions for.
+
+    These are global attributes whose values differ, with the type of a variable that holds them, and coordinates whose
+    values differ; ``starts`` says whether first frames are at different instants, ``moves`` whether images lie at
+    different places.
+    """
+
+    attributes: Mapping[str, Any]
+    variables: frozenset[str]
+    starts: bool
+    moves: bool
+
+
+def differences(cubes: Mapping[int, Path]) -> Differences:
+    """Compare all cubes with the first, one at a time.
+
+    Raises SweepError if one has other variables, or variables of other sizes.
+    """
+    numbers = sorted(cubes)
+    attributes: dict[str, Any] = {}
+    variables: set[str] = set()
+    starts = moves = False
+    with netCDF4.Dataset(cubes[numbers[0]]) as first:
+        first.set_auto_maskandscale(False)
+        layout = _layout(first)
+        for number in numbers[1:]:
+            with netCDF4.Dataset(cubes[number]) as other:
+                other.set_auto_maskandscale(False)
+                _require_same_layout(layout, _layout(other), numbers[0], number)
+                for name in sorted({*first.ncattrs(), *other.ncattrs()} - NOT_COMPARED):
+                    one, another = (getattr(each, name, None) for each in (first, other))
+                    if one != another:
+                        known = another if one is None else one
+                        attributes[name] = str if isinstance(known, str) else "f8"
+                for name, variable in first.variables.items():
+                    twin = other.variables[name]
+                    if "grid_mapping" in variable.ncattrs():
+                        continue
+                    if not np.array_equal(variable[...], twin[...]):
+                        variables.add(name)
+                starts |= first.variables["time"].units != other.variables["time"].units
+                plane, another_plane = first.variables[GRID_MAPPING], other.variables[GRID_MAPPING]
+                moves |= any(plane.getncattr(name) != another_plane.getncattr(name) for name in plane.ncattrs())
+    return Differences(attributes, frozenset(variables), starts, moves)
+
+
+def _layout(cube: Any) -> dict[str, tuple[str, tuple[str, ...], tuple[int, ...]]]:
+    return {name: (str(each.dtype), each.dimensions, each.shape) for name, each in cube.variables.items()}
+
+
+def _require_same_layout(first: Mapping[str, Any], other: Mapping[str, Any], one: int, another: int) -> None:
+    unlike = sorted(name for name in {*first, *other} if first.get(name) != other.get(name))
+    if unlike:
+        raise SweepError(
+            f"cannot write one dataset: cubes of points {one} and {another} differ in the variables "
+            f"{', '.join(unlike)} or their sizes; the cubes themselves are complete"
+        )

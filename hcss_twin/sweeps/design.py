@@ -1,9 +1,10 @@
-"""What a sweep file asks for: a scenario, the keys that are swept, and how their values are combined."""
+"""The content of a sweep file: a scenario, the swept keys, and how their values are combined."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -13,13 +14,12 @@ from hcss_twin.core.errors import Problem, ScenarioError, closest, shown
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
-from hcss_twin.sweeps.axis import FORMS, Axis, axis_of
+from hcss_twin.sweeps.axis import FORMS, SweptAxis, axis_of
 
 FOLDERS = ("sweeps", "scenarios")
 """Of the catalog, in which names are looked up."""
 
 MAX_POINTS = 100_000
-
 _COMBINATIONS = ("product", "zip")
 _OPTIONS = ("combine", "dataset")
 
@@ -30,17 +30,15 @@ class Design:
 
     Attributes
     ----------
-    scenario : mapping
-        Keys of the scenario file without ``[sweep]``.
-    overrides : mapping
-        Keys replaced in all points.
+    scenario, overrides : mapping
+        Keys of the scenario file without ``[sweep]``, and keys replaced in all points.
     base : Path
         Folder from which relative paths lead.
-    axes : tuple of Axis
+    axes : tuple of SweptAxis
         In the order of the file.
     combine : str
-        ``product``: every value of each key with every value of the others, the last key changing fastest;
-        ``zip``: the first values of all keys, then the second, and so on.
+        ``product``: every value of each key with every value of the others, the last key changing fastest; ``zip``: the
+        first values of all keys, then the second, and so on.
     dataset : str or None
         Name of the file that is to hold all points.
     """
@@ -49,7 +47,7 @@ class Design:
     overrides: Mapping[str, Any]
     base: Path
     origin: str
-    axes: tuple[Axis, ...]
+    axes: tuple[SweptAxis, ...]
     combine: str
     dataset: str | None
 
@@ -86,6 +84,8 @@ class Design:
     ) -> Self:
         """Read a sweep.
 
+        Raises ScenarioError with everything that is wrong with the section; points are not looked at.
+
         Parameters
         ----------
         source : str, Path, mapping or Scenario
@@ -94,23 +94,9 @@ class Design:
             Dotted key to value, the same in all points.
         over : mapping, optional
             Swept keys and their values, as in ``[sweep]``, whose keys of the same name they replace.
-
-        Raises
-        ------
-        ScenarioError
-            With everything that is wrong with the section; points are not looked at.
         """
-        if isinstance(source, Scenario):
-            import json
-
-            raw, base, origin = json.loads(source.to_json()), source.base, source.origin
-        elif isinstance(source, Mapping):
-            raw, base, origin = dict(source), Path.cwd(), "sweep"
-        else:
-            (raw, base), origin = read_scenario_file(source, FOLDERS), str(source)
-        if not isinstance(raw, Mapping):
-            raise ScenarioError([Problem("sweep", f"{shown(raw)} is not a table of keys")], origin)
-        return cls._checked(dict(raw), dict(overrides or {}), dict(over or {}), base, origin)
+        raw, base, origin = read_keys(source, "sweep", FOLDERS)
+        return cls._checked(raw, dict(overrides or {}), dict(over or {}), base, origin)
 
     @classmethod
     def _checked(
@@ -120,7 +106,8 @@ class Design:
         if not isinstance(section, Mapping):
             raise ScenarioError([Problem(SWEEP, f"{shown(section)} is not a table; {_ALLOWED}")], origin)
         options = {name: section[name] for name in _OPTIONS if name in section}
-        given = {**_flat({name: each for name, each in section.items() if name not in _OPTIONS}), **over}
+        keys = {name: each for name, each in section.items() if name not in _OPTIONS}
+        given = {**joined_keys(keys, _is_nested), **over}
         problems = list(_option_problems(options))
         axes = []
         for key, values in given.items():
@@ -130,7 +117,7 @@ class Design:
                 problems.append(Problem(f"{SWEEP}.{key}", str(error)))
         if not given:
             problems.append(Problem(SWEEP, f"no key is swept; {_ALLOWED}"))
-        problems += _key_problems(given, overrides)
+        problems += key_problems(SWEEP, [*given], "swept", _ALLOWED, overrides, _OPTIONS)
         combine = options.get("combine", "product")
         if combine == "zip" and len({len(axis.values) for axis in axes}) > 1:
             lengths = ", ".join(f"{axis.key} has {len(axis.values)}" for axis in axes)
@@ -139,33 +126,33 @@ class Design:
             problems += _repeated(axes)
         if problems:
             raise ScenarioError(problems, origin)
-        made = cls(raw, overrides, base, origin, tuple(axes), combine, options.get("dataset"))
-        if made.count > MAX_POINTS:
-            shape = " x ".join(map(str, made.shape))
-            told = f"{shape} = {made.count} points; allowed: at most {MAX_POINTS}"
-            raise ScenarioError([Problem(SWEEP, told)], origin)
-        return made
+        design = cls(raw, overrides, base, origin, tuple(axes), combine, options.get("dataset"))
+        if design.count > MAX_POINTS:
+            shape = " x ".join(map(str, design.shape))
+            message = f"{shape} = {design.count} points; allowed: at most {MAX_POINTS}"
+            raise ScenarioError([Problem(SWEEP, message)], origin)
+        return design
 
 
 _ALLOWED = f'allowed: keys of a scenario, for example "view.zenith", each with {FORMS}'
 
 
-def _flat(section: Mapping[str, Any], path: str = "") -> dict[str, Any]:
-    """Join keys of nested tables by dots: TOML reads ``view.zenith = [...]`` as a table in a table.
+def _is_nested(table: Mapping[str, Any]) -> bool:
+    # Ranges, distributions and ensembles hold single values.
+    return all(isinstance(each, list | tuple | Mapping) for each in table.values())
 
-    A table that holds nothing but lists and tables is such a nested one; ranges, distributions and ensembles hold
-    single values.
-    """
-    found: dict[str, Any] = {}
+
+def joined_keys(
+    section: Mapping[str, Any], is_nested: Callable[[Mapping[str, Any]], bool], path: str = ""
+) -> dict[str, Any]:
+    """Join keys of nested tables by dots: TOML reads ``view.zenith = [...]`` as a table in a table."""
+    joined: dict[str, Any] = {}
     for name, each in section.items():
-        is_nested = isinstance(each, Mapping) and all(
-            isinstance(inner, list | tuple | Mapping) for inner in each.values()
-        )
-        if is_nested and each:
-            found.update(_flat(each, f"{path}{name}."))
+        if isinstance(each, Mapping) and each and is_nested(each):
+            joined.update(joined_keys(each, is_nested, f"{path}{name}."))
         else:
-            found[f"{path}{name}"] = each
-    return found
+            joined[f"{path}{name}"] = each
+    return joined
 
 
 def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
@@ -186,20 +173,47 @@ def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
         )
 
 
-def _key_problems(given: Mapping[str, Any], overrides: Mapping[str, Any]) -> Iterator[Problem]:
-    keys = list(given)
+def read_keys(
+    source: str | Path | Mapping[str, Any] | Scenario, kind: str, folders: tuple[str, ...] = ("scenarios",)
+) -> tuple[dict[str, Any], Path, str]:
+    """Return the keys of a scenario or sweep, the folder from which its relative paths lead, and its name for messages.
+
+    ``folders`` of the catalog are those in which a name is looked up. Raises ScenarioError if there are no keys.
+    """
+    raw: Any
+    if isinstance(source, Scenario):
+        raw, base, origin = json.loads(source.to_json()), source.base, source.origin
+    elif isinstance(source, Mapping):
+        raw, base, origin = source, Path.cwd(), kind
+    else:
+        (raw, base), origin = read_scenario_file(source, folders), str(source)
+    if not isinstance(raw, Mapping):
+        raise ScenarioError([Problem(kind, f"{shown(raw)} is not a table of keys")], origin)
+    return dict(raw), base, origin
+
+
+def key_problems(
+    section: str,
+    keys: Sequence[str],
+    adjective: str,
+    allowed: str,
+    overrides: Iterable[str] = (),
+    options: Sequence[str] = (),
+) -> Iterator[Problem]:
+    """Yield the keys of ``[sweep]`` or ``[uncertain]`` that overlap each other or an override, or are unknown."""
     for place, key in enumerate(keys):
         for other in keys[:place]:
             if keys_overlap(key, other):
-                yield Problem(f"{SWEEP}.{key}", f"overlaps {other}, which is swept, too; allowed: one of both")
+                yield Problem(f"{section}.{key}", f"overlaps {other}, which is {adjective}, too; allowed: one of both")
         for other in overrides:
             if keys_overlap(key, other):
-                yield Problem(f"{SWEEP}.{key}", f"is swept, but {other} is set to one value; allowed: one of both")
+                message = f"is {adjective}, but {other} is set to one value; allowed: one of both"
+                yield Problem(f"{section}.{key}", message)
         first = key.partition(".")[0]
         if first not in ScenarioModel.model_fields:
-            guess = closest(first, (*ScenarioModel.model_fields, *_OPTIONS))
+            guess = closest(first, (*ScenarioModel.model_fields, *options))
             hint = f"; closest is '{guess}'" if guess else ""
-            yield Problem(f"{SWEEP}.{key}", f"no key of a scenario; {_ALLOWED}{hint}")
+            yield Problem(f"{section}.{key}", f"no key of a scenario; {allowed}{hint}")
 
 
 def keys_overlap(one: str, other: str) -> bool:
@@ -208,7 +222,7 @@ def keys_overlap(one: str, other: str) -> bool:
     return a.startswith(b) or b.startswith(a)
 
 
-def _repeated(axes: list[Axis]) -> Iterator[Problem]:
+def _repeated(axes: list[SweptAxis]) -> Iterator[Problem]:
     for axis in axes:
         seen: set[str] = set()
         for value in axis.values:

@@ -1,12 +1,8 @@
-"""What is known about one point of a sweep.
-
-The folder of a sweep: its cubes, what is known of each point, and whose sweep it is.
-"""
+"""The folder of a sweep: its cubes, what is known of each point, and which sweep it belongs to."""
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import os
 import time
@@ -18,9 +14,9 @@ from typing import Any, Literal
 
 from hcss_twin.core.errors import CubeError, SweepError
 from hcss_twin.core.files import atomic_write
-from hcss_twin.sweeps.points import Point, ranges
+from hcss_twin.sweeps.points import PointOutcome, SweepPoint, sha256_of
 
-State = Literal["pending", "done", "failed"]
+PointState = Literal["pending", "done", "failed"]
 
 
 @dataclass(frozen=True)
@@ -33,21 +29,17 @@ class PointRecord:
         Number, from 0.
     values : mapping
         The swept keys with their values, SI numbers or what JSON has for others.
-    state : str
-        ``pending``, ``done`` or ``failed``.
-    file : str or None
-        Name of the cube in the sweep's folder; one whose certificate failed is kept.
-    bytes, sha256 : int, str or None
-        Of the cube.
+    file, bytes, sha256 : str, int, str or None
+        Of the cube in the sweep's folder; one whose certificate failed stays there.
     seconds : float or None
-        That computing took.
+        Time to compute the point.
     error : str or None
         Why it failed.
     """
 
     point: int
     values: Mapping[str, Any]
-    state: State = "pending"
+    state: PointState = "pending"
     file: str | None = None
     bytes: int | None = None
     sha256: str | None = None
@@ -63,39 +55,14 @@ class PointRecord:
         """Return plain values."""
         return {**asdict(self), "values": dict(self.values)}
 
-    def with_outcome(self, outcome: Outcome) -> PointRecord:
+    def with_outcome(self, outcome: PointOutcome) -> PointRecord:
         """Return it with what came of computing it."""
-        return replace(
-            self,
-            state="failed" if outcome.error else "done",
-            file=outcome.file,
-            bytes=outcome.bytes,
-            sha256=outcome.sha256,
-            seconds=outcome.seconds,
-            error=outcome.error,
-        )
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What came of computing one point; fields as in :class:`PointRecord`."""
-
-    point: int
-    file: str | None = None
-    bytes: int | None = None
-    sha256: str | None = None
-    seconds: float | None = None
-    error: str | None = None
-
-
-def sha256_of(path: Path) -> str:
-    """Return the hash of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        return replace(self, state="failed" if outcome.error else "done", **asdict(outcome))
 
 
 INDEX = "index.json"
 LOG = "points.jsonl"
+
 FORMAT = 1
 """Of the index; raised when its fields change their meaning."""
 
@@ -114,24 +81,15 @@ def is_cube_name(name: str) -> bool:
 
 
 class SweepFolder:
-    """Keeps what is known of every point, on the disk and here.
+    """The records of all points of a sweep, on disk and in memory.
 
     The log gets a line when a point is computed, and is never rewritten. The index is written as a whole, under a
     hidden name first; after a kill it may be a few points behind the log, which counts. A cube that is finished and has
-    the scenario of its point counts as done even where the log does not know it.
-
-    Parameters
-    ----------
-    path : Path
-        The folder.
-    digest : str
-        Of what the sweep computes.
-    about : mapping
-        What the index says of the sweep as a whole.
-    points : sequence of Point
+    the scenario of its point counts as done even where the log does not know it. ``digest`` is a hash of what the sweep
+    computes, ``about`` is what the index says of the sweep as a whole.
     """
 
-    def __init__(self, path: Path, digest: str, about: Mapping[str, Any], points: Sequence[Point]) -> None:
+    def __init__(self, path: Path, digest: str, about: Mapping[str, Any], points: Sequence[SweepPoint]) -> None:
         self.path = path
         self._digest, self._about, self._points = digest, about, points
         self.records = [PointRecord(point.number, point.values) for point in points]
@@ -141,17 +99,9 @@ class SweepFolder:
     def open(self, versions: Mapping[str, str], force: bool) -> Iterator[None]:
         """Claim the folder for this sweep while the block runs, and read what is known of it.
 
-        Parameters
-        ----------
-        versions : mapping of str to str
-            Of what has a share in the numbers; those of an earlier run must be the same.
-        force : bool
-            Remove what an earlier sweep, or this one, left there.
-
-        Raises
-        ------
-        SweepError
-            If it holds another sweep or something else, another process is writing to it, or it cannot be written.
+        The versions of what contributes to the numbers must be those of an earlier run. ``force`` removes what an
+        earlier sweep, or this one, left there. Raises SweepError if the folder holds another sweep or something else,
+        another process is writing to it, or it cannot be written.
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
@@ -179,7 +129,7 @@ class SweepFolder:
                 self._adopt_cubes()
                 self.write_index()
 
-    def note(self, outcome: Outcome) -> PointRecord:
+    def note(self, outcome: PointOutcome) -> PointRecord:
         """Take note of a computed point."""
         record = self.records[outcome.point].with_outcome(outcome)
         self.records[outcome.point] = record
@@ -290,19 +240,15 @@ class SweepFolder:
             path = self.path / cube_name(point.number, len(self._points))
             if record.file is None and path.is_file() and _is_cube_of(path, point):
                 error = _certificate_error(path)
-                outcome = Outcome(point.number, path.name, path.stat().st_size, sha256_of(path), None, error)
+                outcome = PointOutcome(point.number, path.name, path.stat().st_size, sha256_of(path), None, error)
                 self.note(outcome)
-
-    def told(self, state: str) -> str:
-        """List the points of a state."""
-        return ranges(record.point for record in self.records if record.state == state)
 
 
 def _has_size(path: Path, size: int | None) -> bool:
     return path.is_file() and path.stat().st_size == size
 
 
-def _is_cube_of(path: Path, point: Point) -> bool:
+def _is_cube_of(path: Path, point: SweepPoint) -> bool:
     from hcss_twin.cube.reader import scenario_text
 
     try:

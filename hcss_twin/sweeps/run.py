@@ -1,37 +1,31 @@
-"""Points computed one after the other in this process.
-
-A sweep from its file to a folder of cubes: the order of things, and nothing else.
-"""
+"""A sweep from its file to a folder of cubes."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import SweepError
-from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.core.versions import versions
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.sweeps.dataset_layout import require_one_layout
 from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.folder import INDEX, Outcome, PointRecord, SweepFolder, cube_name
-from hcss_twin.sweeps.points import Point, Schedule, digest_of, points_of, shared_tables
-from hcss_twin.sweeps.work import DATE, Task, compute
-
-
-def compute_here(schedule: Schedule[Task]) -> Iterator[Outcome]:
-    """Yield the outcome of each point."""
-    shelf = ResultCache()
-    while (following := schedule.next()) is not None:
-        index, task = following
-        outcome = compute(task, shelf)
-        schedule.finished(index, outcome.error is None)
-        yield outcome
-
+from hcss_twin.sweeps.folder import INDEX, PointRecord, SweepFolder, cube_name
+from hcss_twin.sweeps.points import (
+    DATE,
+    PointOutcome,
+    PointTask,
+    Schedule,
+    SweepPoint,
+    compute_here,
+    digest_of,
+    points_of,
+    require_one_layout,
+    shared_tables,
+)
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
@@ -40,15 +34,8 @@ Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 class SweepResult:
     """What a sweep left in its folder.
 
-    Attributes
-    ----------
-    folder : Path
-    points : tuple of PointRecord
-        All of them, in the order of their numbers.
-    computed : tuple of int
-        Numbers of the points that this run computed; the others were done before.
-    dataset : Path or None
-        The file that holds all points.
+    ``points`` are all of them, in the order of their numbers; ``computed`` are the numbers of those that this run
+    computed; ``dataset`` is the file that holds all points, if there is one.
     """
 
     folder: Path
@@ -64,10 +51,7 @@ class SweepResult:
     def cube(self, point: int) -> Path:
         """Return the path of a point's cube.
 
-        Raises
-        ------
-        SweepError
-            If the point failed without one.
+        Raises SweepError if the point failed without one.
         """
         record = self.points[point]
         if record.file is None:
@@ -112,8 +96,8 @@ def sweep(
     overrides : mapping, optional
         Dotted key to value, the same in all points.
     workers : int
-        Processes on this machine; 1 computes in this one. A script that asks for more needs the usual
-        ``if __name__ == "__main__":``.
+        Processes on this machine; 1 computes in this one. A script that asks for more needs the usual ``if __name__ ==
+        "__main__":``.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers compute instead; they must share the folder.
     dataset : path, optional
@@ -177,12 +161,12 @@ def _require_workers(workers: int, scheduler: str | None, origin: str) -> None:
         raise SweepError(f"{workers} workers beside the scheduler {scheduler}, which has its own; allowed: one of both")
 
 
-def _schedule(kept: SweepFolder, points: Iterable[Point], missing: list[Point]) -> Schedule[Task]:
+def _schedule(kept: SweepFolder, points: Iterable[SweepPoint], missing: list[SweepPoint]) -> Schedule[PointTask]:
     groups = {point.number: shared_tables(point.scenario) for point in points}
     compiled = {groups[record.point] for record in kept.records if record.state == "done"}
     date = os.environ.get(DATE)
     tasks = [
-        Task(
+        PointTask(
             point.number, point.scenario, str((kept.path / cube_name(point.number, len(kept.records))).resolve()), date
         )
         for point in missing
@@ -191,16 +175,21 @@ def _schedule(kept: SweepFolder, points: Iterable[Point], missing: list[Point]) 
 
 
 def _outcomes(
-    schedule: Schedule[Task], workers: int, scheduler: str | None, folder: Path, count: int
-) -> Generator[Outcome]:
+    schedule: Schedule[PointTask], workers: int, scheduler: str | None, folder: Path, count: int
+) -> Generator[PointOutcome]:
     """Yield outcomes as points are finished, from wherever they are computed."""
     if count == 0:
         return
     if scheduler is None and min(workers, count) == 1:
         yield from compute_here(schedule)
         return
-    from hcss_twin.sweeps.cluster import local_cluster, remote_cluster
-
+    try:
+        from hcss_twin.sweeps.cluster import local_cluster, remote_cluster
+    except ImportError as error:
+        raise SweepError(
+            "several workers need Dask, which is not installed: pip install 'hcss-twin[sweep]'; allowed without it: "
+            "one worker"
+        ) from error
     with ExitStack() as stack:
         opened = (
             local_cluster(min(workers, count)) if scheduler is None else remote_cluster(scheduler, folder.resolve())

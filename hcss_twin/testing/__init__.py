@@ -15,16 +15,15 @@ import pytest
 pytest.register_assert_rewrite(
     *(
         f"hcss_twin.testing.{name}"
-        for name in ("atmosphere", "clouds", "optics", "radiance", "registration", "sea", "sensor")
+        for name in ("clouds", "optics", "radiance", "registration", "samples", "sea", "sensor")
     )
 )
 
-from hcss_twin.testing.atmosphere import TransmittanceContract  # noqa: E402
 from hcss_twin.testing.clouds import CloudGeneratorContract  # noqa: E402
-from hcss_twin.testing.optics import OpticsContract  # noqa: E402
+from hcss_twin.testing.optics import OpticsContract, TransmittanceContract  # noqa: E402
 from hcss_twin.testing.radiance import RadianceModelContract  # noqa: E402
 from hcss_twin.testing.registration import assert_registered  # noqa: E402
-from hcss_twin.testing.samples import (  # noqa: E402  # noqa: E402
+from hcss_twin.testing.samples import (  # noqa: E402
     PlainGas,
     PlainOptics,
     PlainSea,

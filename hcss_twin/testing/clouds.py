@@ -11,11 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
-from hcss_twin.providers.registry.declared import check_declares, check_options
-from hcss_twin.testing.samples import sample_cloud_inputs, still
+from hcss_twin.testing.samples import ProviderContract, sample_cloud_inputs, still
 
 
-class CloudGeneratorContract:
+class CloudGeneratorContract(ProviderContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes
@@ -43,19 +42,9 @@ class CloudGeneratorContract:
         """Inputs of half coverage."""
         return self.make_inputs()
 
-    @pytest.fixture
-    def provider(self, inputs: CloudInputs) -> CloudGenerator:
-        """Provider made from ``inputs``."""
-        return self.make_provider(inputs)
-
     def frame(self, inputs: CloudInputs, time_s: float = 0.0) -> NDArray[np.float32]:
         """Return a whole frame of a new provider."""
         return whole(self.make_provider(inputs), inputs, time_s)
-
-    def test_declaration_is_sound(self, provider: CloudGenerator) -> None:
-        """Names, ranges and optional attributes that the engine understands."""
-        check_declares(provider.declares)
-        check_options(provider)
 
     def test_shape_and_type(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """float32 (rows, columns)."""
@@ -104,9 +93,9 @@ class CloudGeneratorContract:
     def test_returned_field_belongs_to_the_caller(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """A later call does not overwrite what an earlier one returned."""
         first = whole(provider, inputs)
-        kept = first.copy()
+        copy = first.copy()
         whole(provider, inputs, 3600.0)
-        np.testing.assert_array_equal(first, kept)
+        np.testing.assert_array_equal(first, copy)
 
     def test_windows_equal_the_whole(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """Any tiling gives the same field, for generators that declare themselves tileable or sum up their frames."""

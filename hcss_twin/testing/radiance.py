@@ -3,29 +3,117 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import Array, CloudLayer, RadianceInputs, RadianceModel, Sun
-from hcss_twin.providers.registry.declared import check_declares, check_options
-from hcss_twin.testing.jumps import largest_jump
-from hcss_twin.testing.samples import (
-    frozen,
-    sample_high_layer,
-    sample_layer,
-    sample_radiance_inputs,
-    sample_wavenumbers,
-)
+from hcss_twin.testing.samples import SpectralContract, frozen, sample_high_layer, sample_layer, sample_radiance_inputs
+
+NODES = 33
+"""Thicknesses, evenly spaced in the logarithm, for the search of bends."""
+
+BENDS = 2
+"""Intervals that are bisected."""
+
+HALVINGS = 24
+"""Bisections; then an interval is about 1e-8 of its thickness wide, and a change within it is a jump."""
+
+HAIR = 1e-9
+"""Relative distance of the checks on either side of a suspected thickness."""
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A sudden change.
+
+    Attributes
+    ----------
+    term : int
+        Which of the terms.
+    thickness_m : float
+        Where.
+    share : float
+        How much, as a share of the sum of all terms there.
+    """
+
+    term: int
+    thickness_m: float
+    share: float
+
+
+def largest_jump(columns: Callable[[Array], Array], low_m: float, high_m: float, suspected_m: Array) -> Jump:
+    """Return the largest change of a term within a hair of thickness.
+
+    At a jump second differences are large at both ends of one interval. The intervals with the largest are bisected
+    toward the larger change: smooth changes vanish, a jump stays. A jump smaller than the bends of the curve is only
+    detected at suspected thicknesses.
+
+    Parameters
+    ----------
+    columns : callable
+        Maps thicknesses (N,) to terms (N, K, V).
+    low_m, high_m : float
+        Range of thickness.
+    suspected_m : ndarray (S,)
+        Thicknesses within the range that are always checked on either side.
+    """
+    nodes = np.geomspace(low_m, high_m, NODES)
+    nodes[0], nodes[-1] = low_m, high_m
+    around = np.outer(suspected_m, (1.0 - HAIR, 1.0, 1.0 + HAIR)).ravel()
+    terms = columns(np.concatenate((nodes, around)))
+    values, beside = terms[:NODES], terms[NODES:].reshape(-1, 3, *terms.shape[1:])
+    jumps = [
+        _jump(at, one, other)
+        for at, each in zip(suspected_m.tolist(), beside, strict=True)
+        for one, other in ((each[0], each[1]), (each[1], each[2]))
+    ]
+    bend = np.max(np.abs(np.diff(values, n=2, axis=0)) / _sum(values)[1:-1, None], axis=2)  # (NODES - 2, K)
+    bend = np.concatenate((bend[:1], np.minimum(bend[:-1], bend[1:]), bend[-1:]))
+    most = np.argsort(np.max(bend, axis=1))[-BENDS:]
+    term = np.argmax(bend[most], axis=1)
+    left, right, at_left, at_right = nodes[most], nodes[most + 1], values[most], values[most + 1]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (left + right)
+        at_middle = columns(middle)
+        lower = _change(at_left, at_middle, term) >= _change(at_middle, at_right, term)
+        left, right = np.where(lower, left, middle), np.where(lower, middle, right)
+        at_left = np.where(lower[:, None, None], at_left, at_middle)
+        at_right = np.where(lower[:, None, None], at_middle, at_right)
+    jumps += [_jump(*each) for each in zip(right.tolist(), at_left, at_right, strict=True)]
+    return max(jumps, key=lambda jump: jump.share)
+
+
+def _jump(thickness_m: float, one: Array, other: Array) -> Jump:
+    """Largest difference between the terms (K, V) of two columns."""
+    changes = [float(_change(one[None], other[None], np.array([term]))[0]) for term in range(one.shape[0])]
+    share = max(changes)
+    return Jump(changes.index(share), thickness_m, share)
+
+
+def _change(one: Array, other: Array, term: NDArray[np.intp]) -> Array:
+    """Largest difference (I,) over wavenumbers of one term of each column (I, K, V), as a share of the sum."""
+    each = np.arange(term.size), term
+    change: Array = np.max(np.abs(one[each] - other[each]) / np.maximum(_sum(one), _sum(other)), axis=1)
+    return change
+
+
+def _sum(terms: Array) -> Array:
+    """Sum over terms: (N, K, V) to (N, V); not 0, so that one can divide by it."""
+    total: Array = np.maximum(np.sum(terms, axis=1), np.finfo(float).tiny)
+    return total
+
 
 _THICKNESS_M = frozen([[50.0], [120.0], [400.0], [800.0]])
 _TWO_LAYERS_M = frozen([[50.0, 0.0], [800.0, 0.0], [0.0, 100.0], [0.0, 2000.0], [50.0, 2000.0], [400.0, 150.0]])
 
 
-class RadianceModelContract:
+class RadianceModelContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes
@@ -46,18 +134,8 @@ class RadianceModelContract:
 
     @pytest.fixture
     def inputs(self) -> RadianceInputs:
-        """Inputs made of the kit's plain providers; override to choose others."""
+        """Inputs from the kit's plain providers; override to choose others."""
         return sample_radiance_inputs()
-
-    @pytest.fixture
-    def provider(self, inputs: RadianceInputs) -> RadianceModel:
-        """Provider made from ``inputs``."""
-        return self.make_provider(inputs)
-
-    @pytest.fixture
-    def wavenumber_cm1(self, provider: RadianceModel) -> Array:
-        """Wavenumbers to ask for; override to choose others."""
-        return sample_wavenumbers(provider.declares)
 
     @pytest.fixture(params=[None, 40.0], ids=["no sun", "sun"])
     def sun(self, request: pytest.FixtureRequest) -> Sun | None:
@@ -66,8 +144,7 @@ class RadianceModelContract:
 
     def test_declaration_is_sound(self, provider: RadianceModel) -> None:
         """Names and ranges that the engine understands; solar terms are terms."""
-        check_declares(provider.declares)
-        check_options(provider)
+        super().test_declaration_is_sound(provider)
         assert provider.terms
         assert provider.solar_terms <= set(provider.terms)
 
@@ -97,8 +174,8 @@ class RadianceModelContract:
         names, some, sun = list(provider.terms), wavenumber_cm1[::4], Sun(40.0, 200.0, 1.0)
 
         def columns(thickness_m: Array) -> Array:
-            found = provider.cloudy(some, thickness_m[:, None], sun)
-            return np.stack([found[name] for name in names], axis=1)
+            terms = provider.cloudy(some, thickness_m[:, None], sun)
+            return np.stack([terms[name] for name in names], axis=1)
 
         low, high, level = layer.thickness_min_m, layer.thickness_max_m, inputs.profile.altitude_m
         crossing = level - layer.base_m if anchor == "base" else layer.top_m - level
@@ -161,7 +238,7 @@ class RadianceModelContract:
     def test_clear_columns_do_not_depend_on_the_layers(
         self, provider: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array, sun: Sun | None
     ) -> None:
-        """A scene without cloud layers can be made, and is the clear column of one with them."""
+        """A scene without cloud layers equals the clear column of one with them."""
         cloudless = self.make_provider(dataclasses.replace(inputs, layers=()))
         without, beside = cloudless.clear(wavenumber_cm1, sun), provider.clear(wavenumber_cm1, sun)
         for name in provider.terms:

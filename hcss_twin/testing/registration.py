@@ -1,4 +1,4 @@
-"""Whether an installed plugin can be found, selected and configured."""
+"""Check that an installed plugin can be discovered, selected and configured."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Providers in closed form: partners for trying one provider without depending on the others.
-
-Ready-made inputs on which any provider can be tried.
-"""
+"""Providers in closed form, and ready-made inputs: partners on which any provider can be tried."""
 
 from __future__ import annotations
 
@@ -11,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
+import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.physics.paths import Path
@@ -32,6 +30,7 @@ from hcss_twin.providers import (
     SingleScattering,
     View,
 )
+from hcss_twin.providers.common import check_declares, check_options
 
 
 class PlainSea:
@@ -211,7 +210,7 @@ def sample_atmosphere_inputs(profile: Profile | None = None) -> AtmosphereInputs
 def sample_radiance_inputs(
     profile: Profile | None = None, layers: tuple[CloudLayer, ...] | None = None
 ) -> RadianceInputs:
-    """Return inputs of a radiance model, made of the plain providers of this kit.
+    """Return inputs of a radiance model from the plain providers of this kit.
 
     Parameters
     ----------
@@ -255,7 +254,7 @@ def _flat_sun(wavenumber_cm1: Array) -> Array:
 
 
 def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
-    """Return up to ``count`` wavenumbers at which a provider may be asked, within 500 to 4000 cm-1 if it can.
+    """Return up to ``count`` wavenumbers in the range of a provider, within 500 to 4000 cm-1 if it can.
 
     Its own nodes where it has a native grid, evenly spaced ones within its declared range otherwise.
     """
@@ -267,3 +266,30 @@ def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
     grid = declares.native_grid_cm1
     inside = grid[(grid >= low) & (grid <= high)]
     return frozen(inside[np.unique(np.linspace(0, inside.size - 1, count).astype(int))])
+
+
+class ProviderContract:
+    """What the classes of tests of all kinds share."""
+
+    def make_provider(self, inputs: Any) -> Any:
+        """Return the provider under test."""
+        raise NotImplementedError("define make_provider(self, inputs)")
+
+    @pytest.fixture
+    def provider(self, inputs: Any) -> Any:
+        """Provider made from ``inputs``."""
+        return self.make_provider(inputs)
+
+    def test_declaration_is_sound(self, provider: Any) -> None:
+        """Names, ranges and optional attributes that the engine understands."""
+        check_declares(provider.declares)
+        check_options(provider)
+
+
+class SpectralContract(ProviderContract):
+    """Of providers with spectral results."""
+
+    @pytest.fixture
+    def wavenumber_cm1(self, provider: Any) -> Array:
+        """Wavenumbers of the calls; override to choose others."""
+        return sample_wavenumbers(provider.declares)

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, SeaInputs, SeaModel
-from hcss_twin.providers.registry.declared import check_declares, check_options
-from hcss_twin.testing.samples import frozen, sample_sea_inputs, sample_wavenumbers
+from hcss_twin.testing.samples import SpectralContract, frozen, sample_sea_inputs
 
 _MU_OUT = frozen([1.0, 0.95, 0.9, 0.7, 0.5, 0.8])
 _MU_IN = frozen([0.9, 0.9, 0.5, 0.75, 0.5, 0.3])
 _AZIMUTH = frozen([0.0, np.pi, 2.5, 3.0, np.pi, 1.0])
 
 
-class SeaModelContract:
+class SeaModelContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes
@@ -39,21 +38,6 @@ class SeaModelContract:
     def inputs(self) -> SeaInputs:
         """Inputs; override to choose others."""
         return sample_sea_inputs()
-
-    @pytest.fixture
-    def provider(self, inputs: SeaInputs) -> SeaModel:
-        """Provider made from ``inputs``."""
-        return self.make_provider(inputs)
-
-    @pytest.fixture
-    def wavenumber_cm1(self, provider: SeaModel) -> Array:
-        """Wavenumbers to ask for; override to choose others."""
-        return sample_wavenumbers(provider.declares)
-
-    def test_declaration_is_sound(self, provider: SeaModel) -> None:
-        """Names, ranges and optional attributes that the engine understands."""
-        check_declares(provider.declares)
-        check_options(provider)
 
     def test_emissivity_shape_type_and_range(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """(M, V) of real numbers in [0, 1]."""

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
-from hcss_twin.providers.registry.declared import check_declares, check_measured, check_options
-from hcss_twin.testing.samples import frozen, sample_sensor_inputs
+from hcss_twin.providers.common import check_measured
+from hcss_twin.testing.samples import ProviderContract, frozen, sample_sensor_inputs
 
 _FRAMES = 3
 
 
-class SensorContract:
+class SensorContract(ProviderContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
     Attributes
@@ -36,11 +36,6 @@ class SensorContract:
         return sample_sensor_inputs()
 
     @pytest.fixture
-    def provider(self, inputs: SensorInputs) -> Sensor:
-        """Provider made from ``inputs``."""
-        return self.make_provider(inputs)
-
-    @pytest.fixture
     def scene(self, inputs: SensorInputs) -> Array:
         """Clean frames (F, B, y, x)."""
         low, high = self.scene_W_m2_sr
@@ -49,8 +44,7 @@ class SensorContract:
 
     def test_declaration_is_sound(self, provider: Sensor) -> None:
         """Names, ranges and optional attributes that the engine understands."""
-        check_declares(provider.declares)
-        check_options(provider)
+        super().test_declaration_is_sound(provider)
         check_measured(provider.variables)
 
     def test_shapes_types_and_what_was_promised(self, provider: Sensor, inputs: SensorInputs, scene: Array) -> None:

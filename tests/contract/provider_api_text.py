@@ -98,7 +98,8 @@ def kit(name, value):
     if not name.endswith("Contract"):
         return described(name, value) if not isinstance(value, type) else [f"class {name}{signature(value)}"]
     lines = [f"class {name}"]
-    for member, content in vars(value).items():
+    members = {name: each for base in reversed(value.__mro__[:-1]) for name, each in vars(base).items()}
+    for member, content in members.items():
         if member.startswith(("_", "test_")):
             continue
         if type(content).__name__ == "FixtureFunctionDefinition" or hasattr(content, "_pytestfixturefunction"):

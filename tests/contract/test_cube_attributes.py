@@ -6,9 +6,8 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.cube.attributes import ALWAYS, COMPUTED, PROVENANCE
 from hcss_twin.cube.document import markdown
-from hcss_twin.cube.metadata import DEFAULTS
+from hcss_twin.cube.metadata import ALWAYS, COMPUTED, DEFAULTS, PROVENANCE
 
 SMALL = {**CHEAP, "image.rows": 16, "image.columns": 20, "frames.count": 1, "bands": ["lwir"]}
 SPECS = {spec.name: spec for spec in (*PROVENANCE, *COMPUTED)}

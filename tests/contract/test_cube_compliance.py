@@ -9,8 +9,9 @@ from cheap import CHEAP
 
 pytest.importorskip("compliance_checker")
 
+from example_cube import example_frame, example_header
+
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.sensor_cube import is_replaced
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.plan.plan import Plan

@@ -7,11 +7,12 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from example_cube import example_frame, example_header
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.reader import open_cube, scenario_text
-from hcss_twin.cube.variables import VARIABLES, expand
+from hcss_twin.cube.requested_variables import expand
+from hcss_twin.cube.variables import VARIABLES
 from hcss_twin.cube.writer import CubeWriter
 
 

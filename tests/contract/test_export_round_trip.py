@@ -11,9 +11,9 @@ import rasterio
 import rasterio.warp
 from astropy.io import fits
 from astropy.wcs import WCS
+from example_cube import example_frame, example_header
 from PIL import Image
 
-from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.export.cube_export import export_cube
 from hcss_twin.cube.export.place import WGS84_INVERSE_FLATTENING, WGS84_SEMI_MAJOR_M, LocalPlane
 from hcss_twin.cube.reader import open_cube

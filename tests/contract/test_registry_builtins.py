@@ -10,8 +10,8 @@ from scipy.ndimage import gaussian_filter
 from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.clouds.database.entry import write_entry
-from hcss_twin.models.clouds.database.segmentation import Cleaning
+from hcss_twin.models.clouds.database import write_entry
+from hcss_twin.models.clouds.segmentation import Cleaning
 from hcss_twin.providers import Motion
 from hcss_twin.providers.registry import Kind, Registry
 from hcss_twin.providers.registry.guard import guard

@@ -7,9 +7,8 @@ import pytest
 
 import hcss_twin
 from hcss_twin.core.catalog import catalog_root
-from hcss_twin.sweeps.dataset_layout import require_one_layout
 from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.points import points_of
+from hcss_twin.sweeps.points import points_of, require_one_layout
 
 SHIPPED = sorted(path.stem for path in (catalog_root() / "sweeps").glob("*.toml"))
 PAGE = (Path(hcss_twin.__file__).parents[1] / "docs" / "how-to" / "sweeps.md").read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.models.radiance.brightness import BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.accuracy import SHARES, share_out
 from hcss_twin.plan.description import describe
 

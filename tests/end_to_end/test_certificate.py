@@ -252,7 +252,8 @@ def test_clear_pixels_with_drawn_waves_are_left_out_and_told():
 
 
 def test_attributes_that_a_cube_has_are_not_given_again(tmp_path):
-    from hcss_twin.cube.example import example_frame, example_header
+    from example_cube import example_frame, example_header
+
     from hcss_twin.cube.writer import CubeWriter
 
     header = example_header()

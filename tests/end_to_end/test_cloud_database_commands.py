@@ -15,7 +15,7 @@ from sample_data import sample_file
 from hcss_twin import Scenario, open_cube
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CatalogError, ScenarioError
-from hcss_twin.models.clouds.database.entry import read_entry
+from hcss_twin.models.clouds.database import read_entry
 from hcss_twin.plan.make_plan import make_plan
 
 

@@ -13,7 +13,7 @@ from cheap import CHEAP_OPTIONS
 from click.testing import CliRunner
 
 from hcss_twin.cli.main import cli
-from hcss_twin.core.compilation import COMPILING
+from hcss_twin.core.environment import COMPILING
 
 HCSS = [sys.executable, "-m", "hcss_twin.cli"]
 DEFAULT = ["--set", "image.rows=24", "--set", "image.columns=24", "--set", "frames.count=2"]

@@ -7,17 +7,17 @@ import sys
 from pathlib import Path
 
 import pytest
+from example_cube import example_frame, example_header
 
 import hcss_twin
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 
 SETUP = """
 import sys
-from hcss_twin.cube.example import example_frame, example_header
-from hcss_twin.cube.variables import expand
+from example_cube import example_frame, example_header
+from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.writer import CubeWriter
 """
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
+from example_cube import example_frame, example_header
 from pages import ends, read_page, view_of
 
 import hcss_twin
 from hcss_twin import HcssError, Scenario, open_cube, sense, simulate
 from hcss_twin.cli.main import cli
-from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.header import BandInfo
-from hcss_twin.cube.variables import expand
+from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.report.cube_report import choice, content
 from hcss_twin.report.cube_report.content import Reader, spread

@@ -12,11 +12,10 @@ from click.testing import CliRunner
 
 import hcss_twin
 from hcss_twin import PosteriorError, fit_dimension, read_posterior
-from hcss_twin.analysis.matching.fragment import empty_frame
+from hcss_twin.analysis.matching.dimension_range import empty_frame
 from hcss_twin.analysis.matching.structure import simulate_image
-from hcss_twin.analysis.uncertainty import chains, prepare
-from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram
-from hcss_twin.analysis.uncertainty.posterior_model import DimensionLikelihood
+from hcss_twin.analysis.uncertainty import chains, fit
+from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram, DimensionLikelihood
 from hcss_twin.cli.main import cli
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
@@ -30,7 +29,7 @@ def hcss(*arguments, catch=False):
 
 @pytest.fixture(autouse=True)
 def few_simulations(monkeypatch):
-    monkeypatch.setattr(prepare, "SIMULATIONS", (60, 60, 120))
+    monkeypatch.setattr(fit, "SIMULATIONS", (60, 60, 120))
 
 
 @pytest.fixture

@@ -12,9 +12,9 @@ from click.testing import CliRunner
 from sample_data import sample_file
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.analysis.matching.fragment import empty_frame
+from hcss_twin.analysis.matching.dimension_range import empty_frame
 from hcss_twin.analysis.matching.match import BUDGET
-from hcss_twin.analysis.matching.start import reference_cells
+from hcss_twin.analysis.matching.search import reference_cells
 from hcss_twin.analysis.matching.structure import simulate_image
 from hcss_twin.cli import match
 from hcss_twin.cli.main import cli

@@ -11,12 +11,12 @@ import netCDF4
 import numpy as np
 import pytest
 from cheap import CHEAP
+from example_cube import example_frame, example_header
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import CubeError, ProviderError
-from hcss_twin.cube.background_writer import MAX_WAITING, MAX_WAITING_BYTES, BackgroundWriter
-from hcss_twin.cube.example import example_frame, example_header
+from hcss_twin.cube.streamed_writer import MAX_WAITING, MAX_WAITING_BYTES, BackgroundWriter
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.engine import simulate
 from hcss_twin.engine.compile import compile_tables

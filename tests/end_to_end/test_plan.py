@@ -115,6 +115,12 @@ def test_a_band_narrower_than_the_atmosphere_resolves_is_told():
     assert "'10.8-10.81um' is 0.857 cm-1 wide" in told[0]
 
 
+def test_a_sea_too_cold_for_its_model_is_refused_with_key_value_and_range():
+    scenario = Scenario.load("stratus", {**TINY, "sea.temperature": 262.0})
+    with pytest.raises(ScenarioError, match=r"sea\.temperature: 262 K is outside .*; allowed: 263.15 to 318.15 K"):
+        make_plan(scenario)
+
+
 def test_a_sea_that_sends_nothing_has_a_plan():
     foam = {"sea.model": "rough-sea", "sea.wind_speed": 38.0, "sea.parameters": {"foam_emissivity": 0.0}}
     calm = {"sea.parameters": {**foam.pop("sea.parameters"), "re_reflection": False, "shadowing": "none"}}

@@ -15,7 +15,7 @@ from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import HcssError
 from hcss_twin.engine.certificate.part_sample import CLEAR, PARTS
 from hcss_twin.sweeps.propagation.dataset import open_propagation, with_summary
-from hcss_twin.sweeps.propagation.posterior_draws import PosteriorDraws
+from hcss_twin.sweeps.propagation.joint_sample import PosteriorDraws
 
 SMALL = CHEAP | {
     "image.rows": 40,
@@ -306,7 +306,7 @@ def test_a_section_says_what_is_uncertain_and_is_refused_where_it_would_be_ignor
             "is set to one value",
         ),
         (["--draws", "3", "--posterior", "POSTERIOR", "--uncertain", "clouds.coverage=uniform:0:1"], "overlaps"),
-        (["--draws", "3", "--posterior", "POSTERIOR", *IMAGERY], "'imagery'; a posterior is of clouds"),
+        (["--draws", "3", "--posterior", "POSTERIOR", *IMAGERY], "'imagery'; a posterior describes clouds"),
         (["--draws", "3", "--posterior", "POSTERIOR", "--layer", "1"], "layer 1 given; allowed: 0 to 0"),
         (["--draws", "3", "--posterior", "POSTERIOR", "--cube-of", "3"], "allowed: draws 0 to 2"),
         (["--draws", "3", "--posterior", "POSTERIOR", "--cube-of", "a"], "allowed: numbers of draws"),

@@ -11,7 +11,7 @@ from pages import Reader, view_of
 from test_cube_report import written
 
 import hcss_twin
-from hcss_twin.cube.variables import expand
+from hcss_twin.cube.requested_variables import expand
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 

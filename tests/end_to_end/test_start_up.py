@@ -9,7 +9,7 @@ import sys
 import pytest
 from cheap import CHEAP, CHEAP_OPTIONS
 
-from hcss_twin.core.compilation import COMPILING
+from hcss_twin.core.environment import COMPILING
 
 SMALL = ["--set", "image.rows=16", "--set", "image.columns=16", "--set", "frames.count=1", *CHEAP_OPTIONS]
 SCENARIO = {"image.rows": 16, "image.columns": 16, "frames.count": 1, **CHEAP}
@@ -63,7 +63,7 @@ def test_compiling_is_told_once_when_it_is_done_and_not_when_kernels_are_kept(tm
     kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
     code = """
 import numpy as np
-from hcss_twin.core.compilation import announce_compilation
+from hcss_twin.core.environment import announce_compilation
 from hcss_twin.plan.windows import pixel_sums
 with announce_compilation(print):
     pixel_sums(np.zeros((2, 2)), 2)
@@ -92,7 +92,7 @@ def test_the_first_run_on_a_machine_says_that_it_compiles_and_the_next_does_not(
 def test_kernels_of_others_are_not_announced(tmp_path):
     code = """
 from numba import njit
-from hcss_twin.core.compilation import announce_compilation
+from hcss_twin.core.environment import announce_compilation
 told = []
 with announce_compilation(told.append):
     njit(lambda x: x + 1)(1)

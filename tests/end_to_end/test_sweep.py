@@ -9,16 +9,15 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 
-import hcss_twin.sweeps.work
+import hcss_twin.sweeps.points
 from hcss_twin import CubeError, Scenario, SweepError, open_cube, open_sweep, simulate, sweep
 from hcss_twin.core import cache
-from hcss_twin.core.versions import versions
+from hcss_twin.core.environment import versions
 from hcss_twin.engine import compile
 from hcss_twin.models.atmosphere.band_model import provider as band_model
-from hcss_twin.sweeps import run
+from hcss_twin.sweeps import points
 from hcss_twin.sweeps import run as running
-from hcss_twin.sweeps.folder import Outcome
-from hcss_twin.sweeps.work import compute
+from hcss_twin.sweeps.points import PointOutcome, compute
 
 SMALL = {
     **CHEAP,
@@ -51,7 +50,7 @@ def computed(monkeypatch):
             raise failing[task.point]
         return compute(task, shelf)
 
-    monkeypatch.setattr(run, "compute", watched)
+    monkeypatch.setattr(points, "compute", watched)
     return numbers, failing
 
 
@@ -159,9 +158,9 @@ def test_points_without_a_cube_are_missing_in_the_dataset(tmp_path, monkeypatch)
     failing = {1}
 
     def faulty(task, shelf):
-        return Outcome(task.point, error="out of luck") if task.point in failing else compute(task, shelf)
+        return PointOutcome(task.point, error="out of luck") if task.point in failing else compute(task, shelf)
 
-    monkeypatch.setattr(run, "compute", faulty)
+    monkeypatch.setattr(points, "compute", faulty)
     result = swept(tmp_path / "sweep", {"seed": [1, 2, 3]}, SMALL, dataset=tmp_path / "all.nc")
     with open_sweep(result.dataset) as data:
         assert data.point_state.values.tolist() == [0, 1, 0]
@@ -177,14 +176,14 @@ def test_points_without_a_cube_are_missing_in_the_dataset(tmp_path, monkeypatch)
 
 
 def test_a_fault_of_the_code_is_one_of_its_point(tmp_path, monkeypatch):
-    make_plan = hcss_twin.sweeps.work.make_plan
+    make_plan = hcss_twin.sweeps.points.make_plan
 
     def faulty(scenario, shelf):
         if scenario.seed == 2:
             raise ZeroDivisionError("of a plugin")
         return make_plan(scenario, shelf=shelf)
 
-    monkeypatch.setattr("hcss_twin.sweeps.work.make_plan", faulty)
+    monkeypatch.setattr("hcss_twin.sweeps.points.make_plan", faulty)
     result = swept(tmp_path / "sweep", {"seed": [1, 2, 3]})
     assert [record.error for record in result.failed] == ["ZeroDivisionError: of a plugin"]
 
@@ -194,9 +193,9 @@ def test_a_cube_that_misses_its_accuracy_is_kept_told_and_not_made_again(tmp_pat
         passed = False
         lines = ("FAILED: by 2e-2",)
 
-    run = hcss_twin.sweeps.work.run
+    run = hcss_twin.sweeps.points.run
     monkeypatch.setattr(
-        "hcss_twin.sweeps.work.run", lambda plan, path, report: run(plan, path, report=lambda _: report(Failed))
+        "hcss_twin.sweeps.points.run", lambda plan, path, report: run(plan, path, report=lambda _: report(Failed))
     )
     scene = SMALL | {"output.certificate": 1}
     result = swept(tmp_path / "sweep", {"seed": [1, 2]}, scene)

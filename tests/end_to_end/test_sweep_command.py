@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from hcss_twin import ScenarioError, SweepError
 from hcss_twin.cli.main import cli
-from hcss_twin.sweeps import run
-from hcss_twin.sweeps.folder import Outcome
+from hcss_twin.sweeps import points
+from hcss_twin.sweeps.points import PointOutcome
 
 SCENE = {**CHEAP, "image.rows": 4, "image.columns": 4, "frames.count": 1, "output.variables": ["cloud_mask"]}
 FILE = """
@@ -59,7 +59,7 @@ def test_keys_are_swept_from_the_command_line(tmp_path):
 
 def test_a_failed_point_is_told_and_the_exit_code_is_1(monkeypatch):
     monkeypatch.setattr(
-        run, "compute", lambda task, shelf: Outcome(task.point, error="out of luck" if task.point else None)
+        points, "compute", lambda task, shelf: PointOutcome(task.point, error="out of luck" if task.point else None)
     )
     done = hcss("mine.toml")
     assert done.exit_code == 1

@@ -7,9 +7,8 @@ from pages import read_page
 
 import hcss_twin
 from hcss_twin import SweepError, open_cube, sweep
-from hcss_twin.sweeps import run
-from hcss_twin.sweeps.folder import Outcome
-from hcss_twin.sweeps.work import compute
+from hcss_twin.sweeps import points
+from hcss_twin.sweeps.points import PointOutcome, compute
 
 SMALL = {
     **CHEAP,
@@ -77,9 +76,9 @@ def test_both_say_the_same_of_points(pages):
 
 def test_failed_points_stand_with_their_errors(tmp_path, monkeypatch):
     def faulty(task, shelf):
-        return Outcome(task.point, error="out <of> luck") if task.point == 1 else compute(task, shelf)
+        return PointOutcome(task.point, error="out <of> luck") if task.point == 1 else compute(task, shelf)
 
-    monkeypatch.setattr(run, "compute", faulty)
+    monkeypatch.setattr(points, "compute", faulty)
     result = swept(tmp_path / "out", {"seed": [1, 2]}, dataset=tmp_path / "out" / "all.nc", changes=MASK)
     for path in (result.folder, result.dataset):
         found = read_page(hcss_twin.report(path))

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
+from example_cube import example_frame, example_header
 
 from hcss_twin.cli.main import cli
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.engine.cube_comparison import TOLERANCE

@@ -8,10 +8,10 @@ import pytest
 import xarray as xr
 from cheap import CHEAP
 from click.testing import CliRunner
+from example_cube import example_frame, example_header
 
 from hcss_twin import CubeError, Scenario, make_plan, open_cube
 from hcss_twin.cli.main import cli
-from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.cube.zarr_writer import ZarrWriter
 from hcss_twin.engine import parts as tiles_module

@@ -9,8 +9,8 @@ from scipy import constants
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.parameters import AsPrintedParameters
 from hcss_twin.models.radiance.as_printed import AsPrinted
-from hcss_twin.models.radiance.parameters import AsPrintedParameters
 from hcss_twin.providers import CloudLayer, Declares, Microphysics, RadianceInputs, SingleScattering, Sun, View
 
 WAVENUMBER = np.array([2500.0])

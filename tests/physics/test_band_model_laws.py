@@ -9,10 +9,10 @@ from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.core.errors import CatalogError, ProviderError
 from hcss_twin.models.atmosphere.band_model.absorber_density import level_state, relative_humidity
 from hcss_twin.models.atmosphere.band_model.absorption import CONTINUA, read_coefficients
-from hcss_twin.models.atmosphere.band_model.path_amounts import LayeredAir
+from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.models.atmosphere.parameters import BandModelParameters
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile, slant_length_m

@@ -5,8 +5,8 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics.mie import BulkOptics, MieOptics
-from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.models.parameters import BulkParameters, MieParameters
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.multiple_scattering.two_stream import solve_sun_two_stream
 from hcss_twin.providers import OpticsInputs
 from hcss_twin.scenario.cloud_types import load_cloud_type

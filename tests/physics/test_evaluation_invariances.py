@@ -2,14 +2,10 @@
 
 import numpy as np
 import pytest
+from fractional_brownian_surface import fractional_brownian_surface
 
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
-    body_dimension,
-    boundary_dimension,
-    box_counting_dimension,
-)
-from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
-from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
+from hcss_twin.analysis.measures.box_counting import body_dimension, boundary_dimension, box_counting_dimension
+from hcss_twin.analysis.measures.fractal_dimension import spectral_dimension, variogram_dimension
 from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics
 from hcss_twin.analysis.measures.morphology import morphology
 

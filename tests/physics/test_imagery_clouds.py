@@ -109,7 +109,7 @@ def test_coverage_that_is_not_used_is_said(tmp_path):
     assert f"{cloud.mean():.4g} of the scene's pixels" in notes
     assert "0.77, is not used" in notes
     notes = " ".join(_clouds(tmp_path, image, coverage=0.2, method="coverage").declares.notes)
-    assert "0.2 was asked for" in notes
+    assert "0.2 was requested" in notes
 
 
 def test_dark_clouds_are_the_negative_of_bright_ones(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 from hcss_twin.physics.multiple_scattering.directions import scattering_kernels
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 
 NAMES = ("reflection", "transmission", "direct", "emissivity", "far_share")
 ALBEDO = np.array([0.3, 0.95, 1.0])

@@ -6,7 +6,7 @@ import pytest
 from hcss_twin.physics.multiple_scattering.forward_peak import once_through
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.phase_function import delta_m
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 
 THICKNESS = np.array([0.0, 1e-8, 1e-3, 0.1, 1.0, 8.0, 64.0, 1e3, 1e6])[:, np.newaxis]

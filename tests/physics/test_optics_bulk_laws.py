@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.optics.bulk import bulk_efficiencies, bulk_properties
+from hcss_twin.models.optics.bulk import bulk_properties
 from hcss_twin.models.optics.mie import MieOptics
-from hcss_twin.models.optics.parameters import MieParameters
 from hcss_twin.models.optics.size_distribution import gamma_distribution, projected_area_m1
 from hcss_twin.models.optics.spheres import mie_efficiencies
+from hcss_twin.models.parameters import MieParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index
 from hcss_twin.providers import Microphysics, Optics, OpticsInputs
 
@@ -68,8 +68,8 @@ def test_coefficients_are_proportional_to_the_number_of_particles(optics) -> Non
 def test_efficiencies_are_coefficients_per_projected_area() -> None:
     index = load_refractive_index(Catalog(), "water")
     wavelength = np.array([3.5, 11.0])
-    q_ext, q_sca, q_abs = bulk_efficiencies(CUMULUS, index, wavelength, 200)
-    bulk = bulk_properties(CUMULUS, index, wavelength, 200)
+    bulk, area = bulk_properties(CUMULUS, index, wavelength, 200), projected_area_m1(CUMULUS)
+    q_ext, q_sca, q_abs = bulk.extinction_m1 / area, bulk.scattering_m1 / area, bulk.absorption_m1 / area
     np.testing.assert_allclose(q_ext, q_sca + q_abs, rtol=1e-13)
     np.testing.assert_allclose(q_ext * projected_area_m1(CUMULUS), bulk.extinction_m1, rtol=1e-13)
     assert np.all((q_ext > 1.5) & (q_ext < 3.5))

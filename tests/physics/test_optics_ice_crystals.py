@@ -8,8 +8,8 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.optics.ice_crystals import load_crystals
 from hcss_twin.models.optics.mie import BulkOptics, MieOptics
-from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
 from hcss_twin.models.optics.size_distribution import gamma_distribution, projected_area_m1
+from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import load_refractive_index, load_water_at
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Microphysics, OpticsInputs

@@ -8,10 +8,10 @@ import pytest
 from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.models.atmosphere.band_model.absorber_density import COLD_SELF_COLUMN, LevelState, level_state
 from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
-from hcss_twin.models.atmosphere.band_model.path_amounts import LayeredAir
+from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.models.atmosphere.parameters import BandModelParameters
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M
 from hcss_twin.providers import AtmosphereInputs

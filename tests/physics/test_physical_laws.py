@@ -7,13 +7,12 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.radiance.parameters import PhysicalParameters
+from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.cloud_slab import OperatorTable, thickness_grid
 from hcss_twin.models.radiance.physical.model import Physical, PhysicalTwoStream
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs, OpticsInputs, SeaInputs, Sun, View
-from hcss_twin.providers.registry.creation import parameters_model
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.testing.samples import (
@@ -34,7 +33,7 @@ TWO_LAYERS = np.array([[100.0, 300.0], [800.0, 2000.0], [0.0, 500.0], [60.0, 0.0
 def made(kind, name, inputs, **parameters):
     registry = Registry.defaults_only()
     entry = registry.resolve(kind, name)
-    return registry.create(entry, inputs, parameters_model(entry)(**parameters))
+    return registry.create(entry, inputs, registry.parameters_model(entry)(**parameters))
 
 
 def profile_at(temperature_K):

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from fractional_brownian_surface import fractional_brownian_surface
 
-from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
 from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, power_spectrum, spectral_distance_db
 from hcss_twin.core.errors import ImageError
 

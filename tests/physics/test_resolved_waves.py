@@ -5,8 +5,8 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.facets import smith_lambda
-from hcss_twin.models.sea.parameters import RoughSeaParameters
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.models.sea.slope_statistics import SlopeStatistics, Tilt
 from hcss_twin.providers import Grid, Motion, SeaInputs

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.parameters import CoxMunkParameters, RoughSeaParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.facets import incidence_nodes
-from hcss_twin.models.sea.parameters import CoxMunkParameters, RoughSeaParameters
 from hcss_twin.models.sea.reflection import INCIDENCE_COUNT
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.physics.fresnel import unpolarised_reflectance

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.parameters import CoxMunkParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea, mirror_facet
 from hcss_twin.models.sea.facets import facet_weights, incidence_nodes
-from hcss_twin.models.sea.parameters import CoxMunkParameters
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import SeaInputs
 

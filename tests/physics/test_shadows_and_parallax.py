@@ -9,7 +9,7 @@ from cheap import CHEAP
 from scipy.integrate import trapezoid
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.cube.variables import expand
+from hcss_twin.cube.requested_variables import expand
 from hcss_twin.engine import stream as stream_module
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.shadows import sun_paths

@@ -16,7 +16,7 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.spectrum import Spectrum
 from hcss_twin.models.radiance.physical import model as physical
 from hcss_twin.models.radiance.reference import reference_radiance
-from hcss_twin.models.radiance.spectral_nodes import all_nodes
+from hcss_twin.models.radiance.spectral_grid import all_nodes
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.plan import sunlight
 from hcss_twin.plan.assembly import Assembly

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
-from hcss_twin.models.radiance.spectral_nodes import all_nodes, choose_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralBand, all_nodes, choose_nodes, dense_grid
 
 
 def band(name, lower, upper):

@@ -18,7 +18,7 @@ from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.surrogate.evolution import EvolvingNoise
 from hcss_twin.models.clouds.surrogate.generator import SurrogateClouds
 from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.models.clouds.surrogate.spectrum import periodic_component
+from hcss_twin.models.clouds.surrogate.template import periodic_component
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
 THINNEST, THICKEST = 100.0, 2000.0

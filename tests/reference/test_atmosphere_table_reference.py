@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog, catalog_root
-from hcss_twin.models.atmosphere.parameters import TableParameters
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table import TableTransmittance
+from hcss_twin.models.parameters import TableParameters
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, dense_grid
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck

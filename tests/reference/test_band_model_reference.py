@@ -9,8 +9,8 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
-from hcss_twin.models.atmosphere.parameters import BandModelParameters
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.models.radiance.spectral_grid import dense_grid
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import ks_2samp, wasserstein_distance
 
-from hcss_twin.analysis.comparison.common import distribution_distance
+from hcss_twin.analysis.measures.image_measures import distribution_distance
 from hcss_twin.core.errors import ImageError
 
 

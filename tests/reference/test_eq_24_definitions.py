@@ -5,8 +5,7 @@ import math
 
 import pytest
 
-from hcss_twin.analysis.measures.definitions import DEFINITIONS, eq_24, four_measures
-from hcss_twin.analysis.measures.morphology import Morphology
+from hcss_twin.analysis.measures.morphology import DEFINITIONS, Morphology, eq_24, four_measures
 from hcss_twin.core.catalog import catalog_root
 
 PAPER = json.loads((catalog_root() / "paper" / "hcss-tables.json").read_text(encoding="utf-8"))

@@ -5,15 +5,15 @@ import math
 
 import numpy as np
 import pytest
+from fractional_brownian_surface import circulant_embedding, draw_surface
 
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
-    body_dimension,
-    boundary_dimension,
-    box_counting_dimension,
+from hcss_twin.analysis.measures.box_counting import body_dimension, boundary_dimension, box_counting_dimension
+from hcss_twin.analysis.measures.fractal_dimension import (
+    DimensionEstimate,
+    estimator_calibration,
+    spectral_dimension,
+    variogram_dimension,
 )
-from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate, Measured
-from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
-from hcss_twin.analysis.measures.fractional_brownian_surface import circulant_embedding, draw_surface
 
 # Far from the seeds that made the calibration and the stated errors.
 SEED = 70_000
@@ -72,7 +72,7 @@ def test_the_stated_error_is_the_root_mean_square_over_many_surfaces(estimator, 
 
 def test_the_variogram_table_agrees_with_an_earlier_measurement_of_its_own():
     # Bias and spread on 800 x 800 surfaces, found with other code: .000 +- .001 at H = .3, .003 +- .013 at .8.
-    table = Measured.load()
+    table = estimator_calibration()
     size = int(np.argmin(abs(table.log_size - math.log(800))))
     for hurst, bias, spread in ((0.3, 0.0, 0.001), (0.8, 0.003, 0.013)):
         at = int(np.argmin(abs(table.dimension - (3.0 - hurst))))
@@ -82,7 +82,7 @@ def test_the_variogram_table_agrees_with_an_earlier_measurement_of_its_own():
 
 
 def test_the_calibration_rises_and_returns_its_own_table():
-    table = Measured.load()
+    table = estimator_calibration()
     assert np.all(np.diff(table.mean["box counting, raw"], axis=1) > 0.0)
     for row, log_size in enumerate(table.log_size):
         for column, dimension in enumerate(table.dimension):

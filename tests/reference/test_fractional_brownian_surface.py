@@ -2,14 +2,10 @@
 
 import numpy as np
 import pytest
+from fractional_brownian_surface import circulant_embedding, draw_surface, fractional_brownian_surface
 from scipy import stats
 from scipy.fft import irfft2
 
-from hcss_twin.analysis.measures.fractional_brownian_surface import (
-    circulant_embedding,
-    draw_surface,
-    fractional_brownian_surface,
-)
 from hcss_twin.core.errors import ImageError
 
 EXPONENTS = [0.01, 0.1, 0.3, 0.5, 0.7, 0.75, 0.76, 0.9, 0.99]

@@ -7,11 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.analysis.matching.dimension_range import match_dimension
-from hcss_twin.analysis.matching.finish import refine
-from hcss_twin.analysis.matching.fragment import empty_frame
-from hcss_twin.analysis.matching.match import FRESH_SEEDS, SEARCH_SEEDS, match
-from hcss_twin.analysis.matching.start import brightness_exponent, fit_variogram, frame_cells, reference_cells
+from hcss_twin.analysis.matching.dimension_range import empty_frame, match_dimension
+from hcss_twin.analysis.matching.match import FRESH_SEEDS, SEARCH_SEEDS, Match, match
+from hcss_twin.analysis.matching.search import brightness_exponent, fit_variogram, frame_cells, reference_cells, refine
 from hcss_twin.analysis.matching.structure import (
     CloudImage,
     image_structure,
@@ -20,6 +18,7 @@ from hcss_twin.analysis.matching.structure import (
     underlying_structure,
 )
 from hcss_twin.analysis.matching.target import Target
+from hcss_twin.analysis.measures.morphology import morphology_errors
 from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
@@ -116,8 +115,19 @@ def test_search_lowers_what_it_makes_small_and_the_same_seed_gives_the_same_matc
 def test_judgement_uses_seeds_that_the_search_has_not_seen():
     _, image = made(0.5, (6.0, 6.0))
     found = match(Target(image, "simulated", ()), seed=4, budget=6)
+    assert len(set(found.seeds)) == FRESH_SEEDS
     assert not set(found.seeds) & set(range(4, 4 + SEARCH_SEEDS))
-    assert found.typical_seed in found.seeds
+    for seed, rmse in zip(found.seeds, found.rmse, strict=True):
+        assert morphology_errors(image.morphology(), found.simulate(seed).morphology()).rmse == rmse
+
+
+@pytest.mark.parametrize(
+    ("rmse", "typical"), [((0.5, 0.1, 0.3), 12), ((0.1, 0.2, 0.3, 0.4), 11), ((0.4, 0.1, 0.2, 0.3), 12), ((0.7,), 10)]
+)
+def test_the_typical_seed_has_the_median_error_and_of_two_the_lower(rmse, typical):
+    seeds = tuple(range(10, 10 + len(rmse)))
+    found = Match(None, None, (), rmse, seeds, None, None, 0.0, (), 0, ())
+    assert found.typical_seed == typical
 
 
 def test_stretched_diagonally_is_reported_as_not_matched():

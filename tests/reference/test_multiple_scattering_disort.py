@@ -9,7 +9,7 @@ import pytest
 from PythonicDISORT.pydisort import pydisort
 
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 
 STREAMS = 64
 HALF = STREAMS // 2

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 
 # S. Chandrasekhar, Radiative Transfer (Dover 1960), Table XI: H(mu) of conservative isotropic scattering.
 CONSERVATIVE_H = {0.1: 1.2474, 0.2: 1.4503, 0.3: 1.6425, 0.4: 1.8293, 0.5: 2.0128, 0.6: 2.1941, 0.7: 2.3740}

@@ -5,11 +5,10 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics import table_store
-from hcss_twin.models.optics.bulk import bulk_moments, bulk_properties
-from hcss_twin.models.optics.bulk_table import Accuracy, BulkTable
+from hcss_twin.models.optics.bulk import Accuracy, BulkTable, bulk_moments, bulk_properties
 from hcss_twin.models.optics.mie import BulkOptics, MieOptics
-from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
 from hcss_twin.models.optics.spheres import phase_function
+from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.providers import OpticsInputs
 from hcss_twin.scenario.cloud_types import load_cloud_type

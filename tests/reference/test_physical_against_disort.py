@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PythonicDISORT.pydisort import pydisort
 
-from hcss_twin.models.radiance.parameters import PhysicalParameters
+from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.physics.planck import planck

@@ -7,8 +7,8 @@ import pytest
 from numba import njit
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.refractive_index import load_refractive_index
-from hcss_twin.models.sea.parameters import RoughSeaParameters
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.providers import SeaInputs
 

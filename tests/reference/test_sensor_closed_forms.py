@@ -5,9 +5,9 @@ import pytest
 from scipy import integrate, interpolate, stats
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.sensor.noise import poisson
 from hcss_twin.models.sensor.parameters import RadiometerParameters
 from hcss_twin.models.sensor.radiometer import Radiometer
-from hcss_twin.models.sensor.random_numbers import poisson
 from hcss_twin.providers import Grid, SensorBand, SensorInputs
 
 PLANCK, LIGHT, BOLTZMANN = 6.62607015e-34, 299792458.0, 1.380649e-23

@@ -8,9 +8,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.clouds.database.segmentation import Cleaning, segment
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.sky import SingleClouds, Sky
+from hcss_twin.models.clouds.segmentation import Cleaning, segment
 
 FEW = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 

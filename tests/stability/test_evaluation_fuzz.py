@@ -8,12 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
-    body_dimension,
-    boundary_dimension,
-    box_counting_dimension,
-)
-from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
+from hcss_twin.analysis.measures.box_counting import body_dimension, boundary_dimension, box_counting_dimension
+from hcss_twin.analysis.measures.fractal_dimension import spectral_dimension, variogram_dimension
 from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics
 from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.errors import ImageError

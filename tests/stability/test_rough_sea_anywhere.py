@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.sea.parameters import RoughSeaParameters
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.providers import SeaInputs
 

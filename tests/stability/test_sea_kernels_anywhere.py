@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.parameters import CoxMunkParameters
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.facets import smith_lambda
-from hcss_twin.models.sea.parameters import CoxMunkParameters
 from hcss_twin.models.sea.sea_water import foam_coverage
 from hcss_twin.models.sea.slope_statistics import slope_statistics
 from hcss_twin.models.sea.wave_field import WaveField

@@ -20,17 +20,22 @@ from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
-from hcss_twin.models.atmosphere.parameters import BandModelParameters
 from hcss_twin.models.atmosphere.table_file import DIMENSIONS, FORMAT, FORMAT_VERSION, read_atmosphere_table
-from hcss_twin.models.clouds.database.entry import read_entry, write_entry
+from hcss_twin.models.clouds.database import read_entry, write_entry
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
 from hcss_twin.models.optics.ice_crystals import load_crystals
-from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
-from hcss_twin.models.radiance.parameters import AsPrintedParameters, PhysicalParameters
+from hcss_twin.models.parameters import (
+    AsPrintedParameters,
+    BandModelParameters,
+    BulkParameters,
+    CoxMunkParameters,
+    MieParameters,
+    PhysicalParameters,
+    RoughSeaParameters,
+)
 from hcss_twin.models.refractive_index import load_refractive_index
-from hcss_twin.models.sea.parameters import CoxMunkParameters, RoughSeaParameters
 from hcss_twin.scenario.bands import read_response
 
 BAD_NUMBERS = (math.nan, math.inf, -math.inf)

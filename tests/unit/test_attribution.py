@@ -6,9 +6,8 @@ import pytest
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import CloudGenerator, Declares
-from hcss_twin.providers.common import Note, applying, attributed
+from hcss_twin.providers.common import LAYER_OPTIONS, Note, applying, attributed, check_options
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
-from hcss_twin.providers.registry.declared import LAYER_OPTIONS, check_options
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.testing import sample_cloud_inputs
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.climatology import FURTHEST_KM, Climatology
+from hcss_twin.models.atmosphere.climatology import MAX_DISTANCE_KM, Climatology
 
 FILE = catalog_root() / "climatology" / "coads-monthly.nc"
 CLIMATE = Climatology(Catalog())
@@ -89,7 +89,7 @@ def test_coasts_are_sea(place):
 
 def test_where_no_ship_was_the_nearest_reports_are_used_and_their_distance_is_said():
     found = CLIMATE.look_up("sea_surface_temperature", -51.0, -21.0, middle_of(7))
-    assert 0 <= found.distance_km <= FURTHEST_KM
+    assert 0 <= found.distance_km <= MAX_DISTANCE_KM
     with netCDF4.Dataset(FILE) as dataset:
         missing = np.ma.getmaskarray(dataset["sea_surface_temperature"][6])
         rows, columns = np.nonzero(missing[20:24])
@@ -106,7 +106,7 @@ def test_where_no_ship_was_the_nearest_reports_are_used_and_their_distance_is_sa
     # A cell centre without report has none around it; its neighbours are 2 degrees away or more.
     assert distances
     assert min(distances) > 100
-    assert max(distances) <= FURTHEST_KM
+    assert max(distances) <= MAX_DISTANCE_KM
 
 
 def test_ice_and_empty_seas_are_told():

@@ -12,9 +12,16 @@ import xarray as xr
 
 from hcss_twin.analysis.cloud_import import ImportOptions, import_image
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.clouds.database.entry import NOT_STATED, read_entry, read_facts, write_entry
-from hcss_twin.models.clouds.database.folder import entry_name, entry_path, list_entries
-from hcss_twin.models.clouds.database.segmentation import Cleaning
+from hcss_twin.models.clouds.database import (
+    NOT_STATED,
+    entry_path,
+    list_entries,
+    read_entry,
+    read_facts,
+    valid_entry_name,
+    write_entry,
+)
+from hcss_twin.models.clouds.segmentation import Cleaning
 
 PLAIN = Cleaning(closing=1, opening=1, largest_hole=0, min_area=1)
 
@@ -258,5 +265,5 @@ def test_a_folder_lists_entries_and_what_is_none(image, tmp_path):
 @pytest.mark.parametrize(("name", "closest"), [("a b", "a-b"), ("../x", "x"), (".hidden", "hidden"), ("", "clouds")])
 def test_names_are_those_of_plain_files(name, closest):
     with pytest.raises(CatalogError, match=f"closest is '{closest}'"):
-        entry_name(name)
-    assert entry_name("GOES-16_C03.2") == "GOES-16_C03.2"
+        valid_entry_name(name)
+    assert valid_entry_name("GOES-16_C03.2") == "GOES-16_C03.2"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hcss_twin.models.clouds.database.segmentation import Cleaning, closed, disc, opened, segment, small_holes
+from hcss_twin.models.clouds.segmentation import Cleaning, closed, disc, opened, segment, small_holes
 
 NOTHING = np.zeros((40, 50), dtype=bool)
 PLAIN = Cleaning(closing=1, opening=1, largest_hole=0, min_area=1)

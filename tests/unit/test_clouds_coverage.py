@@ -1,5 +1,7 @@
 """Laws of the exact coverage (eq 5) and of the thickness map (eq 7)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,7 +10,8 @@ from hypothesis.extra import numpy as hnp
 from scipy import stats
 
 from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
-from hcss_twin.models.clouds.thickness import map_thickness
+from hcss_twin.models.clouds.thickness import frame_thickness
+from hcss_twin.testing import sample_layer
 
 COVERAGES = st.one_of(st.sampled_from([0.0, 1.0, 0.5, 1e-9, 1.0 - 1e-9]), st.floats(0.0, 1.0))
 SHAPES = hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12)
@@ -58,12 +61,18 @@ def test_p_is_the_normal_distribution_function():
     np.testing.assert_allclose(cloud_fraction_value(v), stats.norm.cdf(v), atol=2e-16)
 
 
+def layer(coverage, low, high):
+    limits = {"base_m": 0.0, "top_m": high, "thickness_min_m": low}
+    return replace(sample_layer(), coverage=coverage, edge_taper=0.0, **limits)
+
+
 @settings(deadline=None)
 @given(field=FIELDS, coverage=COVERAGES, limits=st.tuples(st.floats(0.0, 2e4), st.floats(1e-3, 2e4)).map(sorted))
 def test_cloudy_pixels_are_positive_and_within_the_limits_and_clear_ones_zero(field, coverage, limits):
     low, high = limits
+    field = field.astype(np.float32)
     mask = cloudy_pixels(field, coverage)
-    thickness = map_thickness(cloud_fraction_value(field[mask]), mask, low, high)
+    thickness = frame_thickness(field, layer(coverage, low, high))
     assert thickness.dtype == np.float32
     np.testing.assert_array_equal(thickness > 0.0, mask)
     cloudy = thickness[mask].astype(np.float64)
@@ -74,25 +83,25 @@ def test_cloudy_pixels_are_positive_and_within_the_limits_and_clear_ones_zero(fi
 
 
 def test_thickness_is_linear_in_p_and_spans_its_range():
-    p = np.array([0.5, 0.625, 0.75, 1.0])
-    mask = np.array([[True, False, True], [True, False, True]])
-    expected = np.array([[100.0, 0.0, 200.0], [300.0, 0.0, 500.0]])
-    np.testing.assert_allclose(map_thickness(p, mask, 100.0, 500.0), expected, rtol=1e-7)
+    p = np.array([[0.5, 0.2, 0.625], [0.75, 0.1, 0.9375]])
+    expected = np.where(p >= 0.5, 100.0 + 400.0 * (p - 0.5) / 0.4375, 0.0)
+    field = stats.norm.ppf(p).astype(np.float32)
+    np.testing.assert_allclose(frame_thickness(field, layer(4 / 6, 100.0, 500.0)), expected, rtol=1e-5)
 
 
 def test_one_cloudy_pixel_has_the_greatest_thickness():
-    mask = np.array([[False, True]])
-    assert map_thickness(np.array([0.9]), mask, 10.0, 300.0).tolist() == [[0.0, 300.0]]
+    field = np.array([[-1.0, 1.3]], dtype=np.float32)
+    assert frame_thickness(field, layer(0.5, 10.0, 300.0)).tolist() == [[0.0, 300.0]]
 
 
 def test_a_frame_without_clouds_is_all_zero():
-    assert not map_thickness(np.empty(0), np.zeros((3, 2), dtype=bool), 1.0, 2.0).any()
+    assert not frame_thickness(np.zeros((3, 2), dtype=np.float32), layer(0.0, 1.0, 2.0)).any()
 
 
 def test_rounding_to_single_precision_stays_inside_limits_that_are_no_single_precision_numbers():
-    p, mask = np.linspace(0.0, 1.0, 11), np.ones((1, 11), dtype=bool)
+    field = np.linspace(-3.0, 3.0, 11, dtype=np.float32)[None, :]
     for low, high in ((0.1, 1000.1), (33.3, 0.7e4), (0.3, 0.3)):
-        thickness = map_thickness(p, mask, low, high).astype(np.float64)
+        thickness = frame_thickness(field, layer(1.0, low, high)).astype(np.float64)
         assert thickness.max() <= high
         assert low == high or thickness.min() >= low
 
@@ -100,4 +109,4 @@ def test_rounding_to_single_precision_stays_inside_limits_that_are_no_single_pre
 @pytest.mark.parametrize("limits", [(-1.0, 5.0), (6.0, 5.0), (0.0, 0.0), (0.0, np.inf), (np.nan, 1.0)])
 def test_limits_out_of_order_are_refused(limits):
     with pytest.raises(ValueError, match="thickness"):
-        map_thickness(np.ones(1), np.ones((1, 1), dtype=bool), *limits)
+        frame_thickness(np.ones((1, 1), dtype=np.float32), layer(1.0, *limits))

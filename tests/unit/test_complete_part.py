@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from fractional_brownian_surface import fractional_brownian_surface
 
 from hcss_twin.analysis.measures.checks import complete_part
-from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
 from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, joint_histogram
 from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.errors import ImageError

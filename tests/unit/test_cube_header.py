@@ -4,10 +4,10 @@ from datetime import datetime, timedelta, timezone
 
 import numpy as np
 import pytest
+from example_cube import example_header
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.coordinates import coordinate_values, time_units
-from hcss_twin.cube.example import example_header
 from hcss_twin.cube.geometry import footprint
 from hcss_twin.cube.header import BandInfo, LayerInfo
 from hcss_twin.cube.metadata import creation_time, global_attributes

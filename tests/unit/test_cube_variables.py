@@ -6,7 +6,8 @@ import pytest
 
 from hcss_twin.cube.coordinates import COORDINATES
 from hcss_twin.cube.document import main, markdown
-from hcss_twin.cube.variables import VARIABLES, expand, term_variable
+from hcss_twin.cube.requested_variables import expand
+from hcss_twin.cube.variables import VARIABLES, term_variable
 
 TERMS = {"sea_emission": "Emission of the sea.", "sun_glint": "Glint."}
 

@@ -5,12 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import (
-    body_dimension,
-    boundary_dimension,
-    box_counting_dimension,
-)
-from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
+from hcss_twin.analysis.measures.box_counting import body_dimension, boundary_dimension, box_counting_dimension
+from hcss_twin.analysis.measures.fractal_dimension import spectral_dimension, variogram_dimension
 from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, to_grey_levels
 from hcss_twin.analysis.measures.morphology import Morphology, morphology, morphology_errors
 from hcss_twin.analysis.measures.semivariance import semivariances

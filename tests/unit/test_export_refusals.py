@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
+from example_cube import example_frame, example_header
 
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.example import example_frame, example_header
 from hcss_twin.cube.export.cube_export import export_cube
 from hcss_twin.cube.export.place import axis, local_plane
 from hcss_twin.cube.writer import CubeWriter
@@ -49,11 +49,11 @@ def run(*arguments):
         ({"variable": "radiane"}, r"variable 'radiane': .*closest is 'radiance'"),
         ({"variable": "latitude"}, "variable 'latitude': the cube holds no such image"),
         ({"bands": ["MWI"]}, "band 'MWI': .*allowed: MWIR, SWIR; closest is 'MWIR'"),
-        ({"bands": ["MWIR", "MWIR"]}, "band 'MWIR': asked for more than once"),
+        ({"bands": ["MWIR", "MWIR"]}, "band 'MWIR': requested more than once"),
         ({"bands": ["MWIR"], "variable": "cloud_mask"}, "cloud_mask is the same for all bands"),
         ({"frames": [3]}, "frame 3: the cube has 0 to 2; closest is 2"),
         ({"frames": [-1]}, "frame -1: the cube has 0 to 2; closest is 0"),
-        ({"frames": [1, 1]}, "frame 1: asked for more than once"),
+        ({"frames": [1, 1]}, "frame 1: requested more than once"),
         ({"output": "a.tif"}, r"a.tif: names of fits end in .fits or .fit or .fts"),
         ({"output": "nowhere/a.fits"}, "there is no folder .*nowhere"),
         ({"limits": (0.0, 1.0)}, "limits: fits holds the values themselves; allowed: for png"),
@@ -110,6 +110,12 @@ def test_a_disk_that_refuses_is_told_with_the_file(cube, to, monkeypatch):
 def test_every_format_has_names_of_its_own(cube):
     files = [path for to in FORMATS for path in export_cube(cube, to).files]
     assert len(set(files)) == len(files)
+
+
+def test_a_missing_rasterio_is_told_with_the_command(cube, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "rasterio", None)
+    with pytest.raises(CubeError, match=r"rasterio; install it with: pip install 'hcss-twin\[geotiff\]'"):
+        export_cube(cube, "geotiff")
 
 
 def test_a_missing_astropy_is_told_with_the_command(cube, monkeypatch):

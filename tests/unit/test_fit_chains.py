@@ -5,10 +5,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hcss_twin.analysis.uncertainty.chains import Chains, begin, converge, extend, judge, split_r_hat, walkers_of
-from hcss_twin.analysis.uncertainty.fit_run import Checkpoint, State
-from hcss_twin.analysis.uncertainty.posterior_model import SingleModel
-from hcss_twin.analysis.uncertainty.prepare import _pilot
+from hcss_twin.analysis.uncertainty.chains import (
+    MarkovChains,
+    SingleModel,
+    begin,
+    converge,
+    extend,
+    judge,
+    split_r_hat,
+    walkers_of,
+)
+from hcss_twin.analysis.uncertainty.fit import _pilot
+from hcss_twin.analysis.uncertainty.fit_run import Checkpoint, FitState
 from hcss_twin.core.errors import PosteriorError
 
 MEAN, COVARIANCE = np.array([1.0, -2.0]), np.array([[1.0, 0.9], [0.9, 2.0]])
@@ -82,7 +90,7 @@ def test_chains_end_at_their_limit():
 def test_interrupted_chains_go_on_as_if_they_had_not_been(tmp_path):
     whole = extend(NORMAL, extend(NORMAL, start(), 300), 200)
     checkpoint = Checkpoint(tmp_path / "state", "mine")
-    checkpoint.write(State((), extend(NORMAL, start(), 300)))
+    checkpoint.write(FitState((), extend(NORMAL, start(), 300)))
     resumed = checkpoint.read()
     assert resumed is not None
     again = extend(NORMAL, resumed.chains, 200)
@@ -92,7 +100,7 @@ def test_interrupted_chains_go_on_as_if_they_had_not_been(tmp_path):
 
 def test_states_of_other_fits_and_damaged_ones_are_refused(tmp_path):
     path = tmp_path / "state"
-    Checkpoint(path, "mine").write(State((), start()))
+    Checkpoint(path, "mine").write(FitState((), start()))
     with pytest.raises(PosteriorError, match=r"state of another fit.*delete"):
         Checkpoint(path, "yours").read()
     path.write_bytes(path.read_bytes()[:200])
@@ -103,11 +111,11 @@ def test_states_of_other_fits_and_damaged_ones_are_refused(tmp_path):
 def test_states_are_not_written_all_the_time(tmp_path):
     path = tmp_path / "state"
     checkpoint = Checkpoint(path, "mine")
-    checkpoint.write(State((), start()))
-    longer: Chains = extend(NORMAL, start(), 5)
-    checkpoint.write(State((), longer))
+    checkpoint.write(FitState((), start()))
+    longer: MarkovChains = extend(NORMAL, start(), 5)
+    checkpoint.write(FitState((), longer))
     assert checkpoint.read().chains.positions.shape[0] == 1
-    checkpoint.write(State((), longer), now=True)
+    checkpoint.write(FitState((), longer), now=True)
     assert checkpoint.read().chains.positions.shape[0] == 6
     checkpoint.remove()
     assert checkpoint.read() is None

@@ -6,9 +6,8 @@ from scipy.special import ndtr
 from scipy.stats import kstest
 
 from hcss_twin.analysis.uncertainty.chains import begin, extend
+from hcss_twin.analysis.uncertainty.parameter_space import Prior, Space
 from hcss_twin.analysis.uncertainty.population import PopulationModel
-from hcss_twin.analysis.uncertainty.priors import Prior
-from hcss_twin.analysis.uncertainty.space import Space
 
 LOW, HIGH = 0.02, 0.98
 USUAL = {"H": f"uniform:{LOW}:{HIGH}"}

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior, Space
 from hcss_twin.analysis.uncertainty.population import _log_between
-from hcss_twin.analysis.uncertainty.priors import Prior
-from hcss_twin.analysis.uncertainty.space import KINDS, Space
 from hcss_twin.core.errors import PosteriorError
 
 USUAL = {

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hcss_twin.models.clouds.fractal.frame_summary import summarise, thickness_in_frame
-from hcss_twin.models.clouds.thickness import frame_thickness
+from hcss_twin.models.clouds.coverage import summarise
+from hcss_twin.models.clouds.thickness import frame_thickness, thickness_in_frame
 from hcss_twin.testing import sample_cloud_inputs, sample_layer
 
 ROWS, COLUMNS = 7, 9

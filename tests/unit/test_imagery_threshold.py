@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hcss_twin.models.clouds.imagery.threshold import coverage_threshold, local_mean, local_threshold, otsu_threshold
+from hcss_twin.models.clouds.imagery.cloudiness import coverage_threshold, local_mean, local_threshold, otsu_threshold
 
 
 def _within_class_scatter(grey: np.ndarray, split: int) -> float:

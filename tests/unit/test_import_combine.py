@@ -6,7 +6,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.imports.combine import combine, surface_zenith_deg
 from hcss_twin.models.atmosphere.imports.run import ReadOptions, detect_format, parse_geometry, read_paths
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, SpectralPath
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, SpectralPath
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
 from hcss_twin.physics.planck import planck
@@ -21,7 +21,7 @@ def profile():
 
 
 def path(observer_km=100.0, end_km=0.0, angle_deg=180.0, depth=0.5, temperature_K=250.0, **changed):
-    sight = Geometry(observer_km * 1e3, end_km * 1e3, angle_deg)
+    sight = PathGeometry(observer_km * 1e3, end_km * 1e3, angle_deg)
     tau = np.full(WAVENUMBER.size, np.exp(-depth))
     values = {
         "wavenumber_cm1": WAVENUMBER,
@@ -66,10 +66,10 @@ def test_ray_upwards_keeps_its_angle_at_the_target(profile):
     ("changed", "message"),
     [
         ({"geometry": None, "source": "a.csv"}, "a.csv: the file does not tell its line of sight"),
-        ({"geometry": Geometry(2e3, 1e4, 30.0, horizontal=True)}, r"line 12\): the path is horizontal"),
-        ({"geometry": Geometry(0.0, 10e3, 30.0)}, r"ends at 10 km .* must reach space"),
-        ({"geometry": Geometry(2e3, 100e3, 90.9)}, "tangent point"),
-        ({"geometry": Geometry(100e3, 6e3, 99.9)}, "does not meet the surface"),
+        ({"geometry": PathGeometry(2e3, 1e4, 30.0, horizontal=True)}, r"line 12\): the path is horizontal"),
+        ({"geometry": PathGeometry(0.0, 10e3, 30.0)}, r"ends at 10 km .* must reach space"),
+        ({"geometry": PathGeometry(2e3, 100e3, 90.9)}, "tangent point"),
+        ({"geometry": PathGeometry(100e3, 6e3, 99.9)}, "does not meet the surface"),
     ],
 )
 def test_paths_that_do_not_join_target_and_space_are_refused(profile, changed, message):
@@ -160,8 +160,8 @@ def test_given_geometry_holds_over_the_header(tmp_path):
     file = write(tmp_path / "a.tp7", transmittance_run(WAVENUMBER, air(WAVENUMBER)[0]))
     sights = dict([parse_geometry("a.tp7=0,100,45"), parse_geometry("100,0,180")])
     (found,) = read_paths(file, ReadOptions(geometry=sights))
-    assert found.geometry == Geometry(0.0, 100e3, 45.0)
-    assert sights["*"] == Geometry(100e3, 0.0, 180.0)
+    assert found.geometry == PathGeometry(0.0, 100e3, 45.0)
+    assert sights["*"] == PathGeometry(100e3, 0.0, 180.0)
     with pytest.raises(ValueError, match=r"expected \[FILE=\]H1_km"):
         parse_geometry("a.tp7=0,100")
 

@@ -11,10 +11,10 @@ from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.imports.combine import REFRACTIVITY, combine
 from hcss_twin.models.atmosphere.imports.modtran_tape7 import read_tape7
-from hcss_twin.models.atmosphere.parameters import TableParameters
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table import TableTransmittance
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
+from hcss_twin.models.parameters import TableParameters
 from hcss_twin.physics.monotone_cubic import pchip_in_window, window_start
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M

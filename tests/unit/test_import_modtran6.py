@@ -6,7 +6,7 @@ from tape7_text import air, brightness
 
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.imports.modtran6 import read_modtran6_csv, read_modtran6_json
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry
 from hcss_twin.physics.planck import planck
 
 WAVENUMBER = np.arange(800.0, 1200.5, 10.0)
@@ -53,7 +53,7 @@ def test_json_case_is_converted_and_knows_its_geometry(tmp_path):
     np.testing.assert_allclose(path.transmittance, tau)
     # THRML_EM and THRML_SCT are parts: only together do they close the total.
     np.testing.assert_allclose(path.path_radiance, (1 - tau) * planck(WAVENUMBER, AIR_K), rtol=1e-9)
-    assert path.geometry == Geometry(100e3, 3e3, 150.0)
+    assert path.geometry == PathGeometry(100e3, 3e3, 150.0)
     assert (path.model, path.resolution_cm1) == (6, 10.0)
 
 
@@ -66,7 +66,7 @@ def test_every_json_case_is_a_path(tmp_path):
 def test_single_line_of_sight_in_mlos_is_used(tmp_path):
     one = case(MLOS=[{"H1ALT": 100.0, "H2ALT": 0.0, "OBSZEN": 170.0}])
     (path,) = read_modtran6_json(write_json(tmp_path / "a.json", one))
-    assert path.geometry == Geometry(100e3, 0.0, 170.0)
+    assert path.geometry == PathGeometry(100e3, 0.0, 170.0)
 
 
 def test_xflag_gives_the_unit_of_wavelength_and_radiance(tmp_path):
@@ -133,7 +133,7 @@ def csv_lines(units=True):
 @pytest.mark.parametrize("units", [True, False])
 def test_csv_columns_are_found_by_name_wherever_they_begin(tmp_path, units):
     (tmp_path / "a.csv").write_text("\n".join(csv_lines(units)))
-    sight = Geometry(100e3, 0.0, 180.0)
+    sight = PathGeometry(100e3, 0.0, 180.0)
     (path,) = read_modtran6_csv(tmp_path / "a.csv", sight)
     tau = air(WAVENUMBER)[0]
     np.testing.assert_allclose(path.transmittance, tau, rtol=1e-6)

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.analysis.matching.quantities import Quantity, describe_unmatched
+from hcss_twin.analysis.matching.quantities import MatchedQuantity, describe_unmatched
 from hcss_twin.analysis.matching.structure import Structure
 
 
 def quantity(image, simulated, **more):
-    return Quantity("level", "mean grey level of cloud", image, simulated, 1.0, 0.1, **more)
+    return MatchedQuantity("level", "mean grey level of cloud", image, simulated, 1.0, 0.1, **more)
 
 
 def test_a_simulation_a_quarter_brighter_than_the_image_has_an_error_of_a_quarter():

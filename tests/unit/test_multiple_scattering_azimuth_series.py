@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hcss_twin.physics.multiple_scattering.sun import AzimuthSeries
+from hcss_twin.physics.multiple_scattering.sunlight import AzimuthSeries
 
 
 def test_a_series_ends_where_two_modes_in_succession_are_small_and_the_last_one_ends_all():

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hcss_twin.physics.multiple_scattering.chains import chains
 from hcss_twin.physics.multiple_scattering.doubling import solve_chains
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 
 
 def of(thickness):

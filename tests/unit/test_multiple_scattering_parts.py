@@ -1,14 +1,13 @@
-"""Streams, moments, refusals and the choice of streams and modes."""
+"""Streams, moments and refusals."""
 
 import numpy as np
 import pytest
 from scipy.special import lpmv
 
-from hcss_twin.physics.multiple_scattering.choice import choose_modes, choose_streams, choose_sun_streams
 from hcss_twin.physics.multiple_scattering.directions import gauss_streams, normalised_legendre
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.phase_function import delta_m, phase_function
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 
 HG = np.array([[1.0], [0.8]])
 
@@ -94,52 +93,3 @@ def test_sunlight_without_meaning_is_refused(change, message) -> None:
     case |= {"relative_azimuth": [0.0], "streams": 4, "modes": 8}
     with pytest.raises(ValueError, match=message):
         solve_sun(**(case | change))
-
-
-SAMPLES = ([0.3, 10.0], [0.6, 0.95], np.array([[1.0, 1.0], [0.8, 0.9]]))
-
-
-def test_the_first_number_of_streams_that_keeps_the_tolerance_is_chosen() -> None:
-    mu = [1.0, 0.3]
-    loose, tight = choose_streams(*SAMPLES, mu, 0.01), choose_streams(*SAMPLES, mu, 1e-5)
-    assert loose.passed
-    assert tight.passed
-    assert loose.count < tight.count
-    assert [count for count, _ in tight.tried] == [4, 8, 16, 32][: len(tight.tried)]
-    assert all(difference > 1e-5 for _, difference in tight.tried[:-1])
-    # What was measured is the difference from twice as many.
-    few, many = (solve_layers(np.array([SAMPLES[0]]), *SAMPLES[1:], mu, n) for n in (loose.count, 2 * loose.count))
-    found = np.abs(few.emissivity[..., :2] - many.emissivity[..., :2]).max()
-    assert 0.0 < found <= loose.difference <= 0.01
-
-
-def test_a_tolerance_nothing_keeps_says_so() -> None:
-    choice = choose_streams(*SAMPLES, [0.2], 1e-12, counts=(2, 4))
-    assert not choice.passed
-    assert choice.count == 4
-    assert choice.difference > 1e-12
-
-
-def test_modes_and_streams_of_sunlight_are_chosen_by_error() -> None:
-    sunlit = ([1.0, 0.4], [0.8, 0.3], [1.0, 3.0])
-    streams = choose_sun_streams(*SAMPLES, *sunlit, 0.02, counts=(4, 8, 16))
-    assert streams.passed
-    modes = choose_modes(*SAMPLES, *sunlit, 8, 0.005)
-    assert modes.passed
-    assert 1 < modes.count <= 16
-    # At the zenith nothing depends on azimuth.
-    assert choose_modes(*SAMPLES, [1.0], [0.8], [1.0], 8, 1e-9).count == 1
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"tolerance": 0.0}, "tolerance 0: allowed above 0"),
-        ({"counts": (8, 4)}, r"counts \[8, 4\]: allowed whole numbers, ascending"),
-        ({"optical_thickness": []}, r"optical_thickness: shape \(0,\) given"),
-    ],
-)
-def test_choices_without_meaning_are_refused(change, message) -> None:
-    case = {"optical_thickness": SAMPLES[0], "albedo": SAMPLES[1], "moments": SAMPLES[2], "mu": [1.0]}
-    with pytest.raises(ValueError, match=message):
-        choose_streams(**(case | {"tolerance": 0.01} | change))

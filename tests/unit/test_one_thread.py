@@ -6,14 +6,12 @@ import sys
 
 import pytest
 
-from hcss_twin.models.radiance.physical.model import Physical
-
 # In a process of its own, whose number of threads is known.
 START = """
 import threading, time
 import scipy.linalg
 from threadpoolctl import threadpool_info
-from hcss_twin.models.radiance.physical.model import in_one_thread
+from hcss_twin.models.radiance.physical.execution import in_one_thread
 
 def threads():
     return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
@@ -74,7 +72,6 @@ assert threads() == {2}
 
 @pytest.mark.parametrize("call", ["clear(None, None)", "cloudy(None, scipy.linalg.hilbert(2)[:0, :0], None)"])
 def test_the_model_runs_in_one(call):
-    assert hasattr(Physical, "_shared")
     run(f"""
 from types import SimpleNamespace
 from hcss_twin.models.radiance.physical.model import Physical
@@ -86,7 +83,7 @@ class Model(Physical):
     def __init__(self):
         self._inputs = SimpleNamespace(layers=())
 
-    def _shared(self, *_):
+    def _scene(self, *_):
         assert threads() == {{1}}
         raise Asked
 

@@ -9,7 +9,7 @@ import pytest
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.optics import table_store
-from hcss_twin.models.optics.bulk_table import Accuracy, BulkTable
+from hcss_twin.models.optics.bulk import Accuracy, BulkTable
 from hcss_twin.models.optics.size_distribution import gamma_distribution
 from hcss_twin.models.optics.table_store import TableStore, cache_folder
 from hcss_twin.models.refractive_index import load_refractive_index
@@ -127,14 +127,24 @@ def test_a_cache_that_cannot_be_written_only_costs_time(index, tmp_path, monkeyp
 
 
 def test_a_user_without_a_home_gets_results_all_the_same(index, monkeypatch) -> None:
-    def homeless():
+    def homeless(*_, **__):
         raise RuntimeError("no home")
 
     for name in ("HCSS_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("pathlib.Path.home", homeless)
+    monkeypatch.setattr("platformdirs.user_cache_path", homeless)
     assert cache_folder() is None
     assert np.all(np.isfinite(completed(index)(WINDOW)[0]))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no HOME")
+def test_an_empty_home_is_no_home_and_not_the_root_folder(monkeypatch) -> None:
+    for name in ("HCSS_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.delenv("HOME", raising=False)
+    usual = cache_folder()
+    monkeypatch.setenv("HOME", "")
+    assert cache_folder() == usual
 
 
 def test_a_file_of_another_table_is_refused(index, tmp_path) -> None:

@@ -6,9 +6,9 @@ from scipy.optimize import brentq
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.models.atmosphere.parameters import TableParameters
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table import TableTransmittance
+from hcss_twin.models.parameters import TableParameters
 from hcss_twin.models.radiance.physical.power_law_gas import PowerLawGas
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.providers import AtmosphereInputs

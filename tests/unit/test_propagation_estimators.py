@@ -55,6 +55,22 @@ def test_regression_finds_the_shares_of_an_additive_function_from_draws_alone():
     np.testing.assert_allclose(estimators.first_by_rest(y) + estimators.total_by_seed(y), 1.0)
 
 
+@pytest.mark.parametrize("terms", [1, 3, 6])
+def test_a_share_by_regression_is_the_adjusted_coefficient_of_determination(terms):
+    """R^2 = 1 - (1 - R^2) (n - 1) / (n - p - 1), with R^2 by least squares with a constant; no effect of seeds."""
+    rng = np.random.default_rng(terms)
+    count = 15
+    x = rng.standard_normal((count, terms))
+    target = x[:, 0] + rng.standard_normal(count)
+    design = np.column_stack([np.ones(count), x])
+    residual = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
+    plain = 1.0 - np.sum(residual**2) / np.sum((target - target.mean()) ** 2)
+    adjusted = 1.0 - (1.0 - plain) * (count - 1) / (count - terms - 1)
+    found = estimators.first_by_regression(x, np.stack([target, target])[..., None])
+    assert found[0] == pytest.approx(adjusted, rel=1e-9)
+    assert abs(adjusted - plain) > 0.02
+
+
 def test_inputs_together_have_the_sum_of_their_shares_where_they_add():
     x, y = additive(400)
     together = estimators.first_by_regression(terms_of(x, 400), y)[0]

@@ -7,8 +7,8 @@ from scipy import stats
 
 from hcss_twin.analysis.uncertainty.posterior_file import read_posterior
 from hcss_twin.core.errors import PosteriorError, ScenarioError
-from hcss_twin.sweeps.propagation.joint_sample import joint_sample, uncertain_keys
-from hcss_twin.sweeps.propagation.posterior_draws import PosteriorDraws
+from hcss_twin.sweeps.propagation.draws import uncertain_keys
+from hcss_twin.sweeps.propagation.joint_sample import PosteriorDraws, joint_sample
 
 
 @pytest.mark.parametrize(

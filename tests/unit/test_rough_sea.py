@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.facets import smith_lambda
-from hcss_twin.models.sea.parameters import RoughSeaParameters
 from hcss_twin.models.sea.reflection import basis_values, checked_nodes, gathered_linearly
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.models.sea.sea_water import foam_coverage, foam_reflectance
@@ -87,12 +88,12 @@ def test_foam_laws_have_their_published_coefficients():
     ("changes", "message"),
     [
         ({"wind": 60.1}, r"wind_speed_m_s 60.1: allowed 0 to 60"),
-        ({"wind": 20.1, "slopes": "gram-charlier"}, r"'gram-charlier': allowed 0 to 20"),
-        ({"temperature_K": 250.0}, r"temperature_K 250.* 263.15 to 318.15.*water_temperature"),
+        ({"wind": 20.1, "slopes": "gram-charlier"}, r"sea.wind_speed: 20.1 m/s with .*'gram-charlier'; .* 0 to 20"),
+        ({"temperature_K": 250.0}, r"sea.temperature: 250 K .* 263.15 to 318.15.*water_temperature"),
     ],
 )
 def test_what_the_sea_cannot_be_is_refused(changes, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((ValueError, ScenarioError), match=message):
         sea(**changes)
 
 

@@ -84,7 +84,7 @@ WRONG = [
     ("image.pixel_size = '20 mm'", "image.pixel_size", "'mm' is not a unit of length"),
     ("sea.temperature = '5 degF'", "sea.temperature", "'degF'", "K, degC", "closest is 'degC'"),
     ("sea.temperature = '15 °C'", "sea.temperature", "closest is 'degC'"),
-    ("motion.wind_speed = '10 mph'", "motion.wind_speed", "closest is 'km/h'"),
+    ("motion.wind_speed = '10 mph'", "motion.wind_speed", "is not a unit of speed; allowed: a number in m/s"),
     ("motion.evolution_time = '30 mins'", "motion.evolution_time", "closest is 'min'"),
     ("image.pixel_size = 'abc'", "image.pixel_size", "'abc' is not a number with a unit"),
     # types

@@ -8,8 +8,8 @@ from pydantic import ValidationError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.parameters import CoxMunkParameters
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
-from hcss_twin.models.sea.parameters import CoxMunkParameters
 from hcss_twin.models.sea.pierson_moskowitz import significant_wave_height_m
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import SeaInputs, SeaModel

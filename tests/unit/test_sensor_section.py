@@ -9,7 +9,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.sensor.point_spread import read_kernel
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.sensor import Sensor, choose_sensor, load_sensor
+from hcss_twin.scenario.sensor import SensorSection, choose_sensor, load_sensor
 
 SCENE = """
 time = 2024-04-20T12:30:00+10:00
@@ -51,10 +51,10 @@ def test_shipped_sensors_are_sound_and_bring_their_bands(name):
 
 
 def test_keys_of_the_section_go_before_those_of_the_named_sensor():
-    choice = choose_sensor(Sensor(name="landsat-8-tirs", parameters={"nedt": 0.4}), Catalog())
+    choice = choose_sensor(SensorSection(name="landsat-8-tirs", parameters={"nedt": 0.4}), Catalog())
     assert choice.model == "hcss-twin/radiometer"
     assert choice.parameters == {"noise": "nedt", "nedt": 0.4, "nedt_temperature": 300.0}
-    other = choose_sensor(Sensor(name="landsat-8-tirs", model="hcss-other/pinhole"), Catalog())
+    other = choose_sensor(SensorSection(name="landsat-8-tirs", model="hcss-other/pinhole"), Catalog())
     assert (other.model, other.parameters) == ("hcss-other/pinhole", {})
 
 

@@ -3,8 +3,7 @@ import pytest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ProviderError
-from hcss_twin.models.radiance.brightness import BrightnessTemperature
-from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
+from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature, SolarSpectrum, SpectralBand, dense_grid
 from hcss_twin.physics.planck import planck
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.models import ResponseBand

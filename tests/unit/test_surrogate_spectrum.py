@@ -6,7 +6,7 @@ from scipy.sparse import lil_array
 from scipy.sparse.linalg import spsolve
 from scipy.stats import gamma, norm
 
-from hcss_twin.models.clouds.surrogate.spectrum import periodic_component, plane_magnitude, underlying_magnitude
+from hcss_twin.models.clouds.surrogate.template import periodic_component, plane_magnitude, underlying_magnitude
 
 
 def power_law(shape, beta, seed, cutoff=1.0):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.analysis.measures.temporal import temporal_autocorrelation
+from hcss_twin.analysis.measures.image_measures import temporal_autocorrelation
 from hcss_twin.core.errors import ImageError
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea import pierson_moskowitz, wave_spectrum
-from hcss_twin.models.sea.parameters import RoughSeaParameters
 from hcss_twin.models.sea.rough_sea import RoughSea
-from hcss_twin.models.sea.wave_contrast import glint_contrast_bound, resolved_slope, thermal_contrast_bound
-from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s
+from hcss_twin.models.sea.slope_statistics import resolved_variances
+from hcss_twin.models.sea.wave_field import WaveField, cutoff_frequency_rad_s, thermal_contrast_bound
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import SeaInputs
 
@@ -51,17 +51,14 @@ def test_frequencies_share_the_slope_equally():
 
 
 @pytest.mark.parametrize("spectrum", [PM, JONSWAP], ids=["pierson-moskowitz", "jonswap"])
-def test_the_field_has_the_resolved_slope_and_leaves_the_rest(spectrum):
+def test_the_field_has_the_resolved_slope_and_the_height_of_its_spectrum(spectrum):
     field = WaveField(spectrum, 30.0, 5.0, seed=1)
     window = slice(0, 300), slice(-100, 300)
     along, down = field.slopes(0.0, *window)
     assert along.shape == down.shape == (300, 400)
     assert along.var() + down.var() == pytest.approx(field.resolved_mean_square_slope, rel=0.05)
-    assert field.subpixel_mean_square_slope(0.0542) + field.resolved_mean_square_slope == pytest.approx(0.0542)
     elevation = field.elevation_m(0.0, *window)
     assert 4.0 * elevation.std() == pytest.approx(spectrum.significant_wave_height_m, rel=0.1)
-    with pytest.raises(ValueError, match="total mean-square slope"):
-        field.subpixel_mean_square_slope(1e-4)
 
 
 def test_slopes_are_the_derivatives_of_the_elevation():
@@ -121,22 +118,16 @@ def test_a_calm_sea_is_flat():
 def test_the_bound_holds_for_tilts_of_three_deviations_and_shrinks_with_the_pixel():
     sea = RoughSea(SeaInputs(10.0, 0.0, 290.0, Catalog()), RoughSeaParameters(foam=False))
     wavenumber, mu = 1e4 / np.array([10.8, 3.7]), np.cos(np.radians([0.0, 20.0, 40.0]))
-    bounds = [thermal_contrast_bound(sea, wavenumber, mu, resolved_slope(PM, p)) for p in (5.0, 20.0, 100.0)]
+    bounds = [
+        thermal_contrast_bound(sea, wavenumber, mu, resolved_variances(PM, p)[0] ** 0.5) for p in (5.0, 20.0, 100.0)
+    ]
     assert np.all(bounds[0] > bounds[1])
     assert np.all(bounds[1] > bounds[2])
     level = sea.emissivity(wavenumber, mu)
     for degrees in (-6.0, 3.0, 6.0):  # 20 m: three deviations are 6.4 degrees
         tilted = sea.emissivity(wavenumber, np.cos(np.arccos(mu) + np.radians(degrees)))
         assert np.all(np.abs(tilted / level - 1.0) <= bounds[1])
-    assert np.all(thermal_contrast_bound(sea, wavenumber, mu, resolved_slope(PM, 5.0), 1.0) == 0.0)
-
-
-def test_the_glint_bound_holds_for_every_smaller_tilt():
-    mirror, slope, rest = np.array([0.0, 0.1, 0.3]), 0.03, 0.05
-    bound = glint_contrast_bound(mirror, rest, slope)
-    for tilt in np.linspace(-0.09, 0.09, 19):
-        change = np.exp((mirror**2 - (mirror - tilt) ** 2) / rest) - 1.0
-        assert np.all(np.abs(change) <= bound + 1e-12)
+    assert np.all(thermal_contrast_bound(sea, wavenumber, mu, resolved_variances(PM, 5.0)[0] ** 0.5, 1.0) == 0.0)
 
 
 @pytest.mark.parametrize("pixel", [0.0, -1.0, np.nan])

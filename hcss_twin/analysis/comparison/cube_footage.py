@@ -1,7 +1,4 @@
-"""Brightness temperature of a cube's radiance, by the spectral response of its own bands.
-
-A cube as footage: one variable and band of it.
-"""
+"""A cube as footage: one variable and band, with the brightness temperature of its radiance."""
 
 from __future__ import annotations
 
@@ -17,10 +14,9 @@ from hcss_twin.analysis.comparison.footage import EvaluationChoice, Footage, Met
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError, HcssError, ImageError, choose_from
-from hcss_twin.cube.export.selection import Frame, Plane, Selection, select
+from hcss_twin.cube.export.selection import Plane, Selection, select
 from hcss_twin.engine.provenance import Recorded
-from hcss_twin.models.radiance.brightness import BrightnessTemperature
-from hcss_twin.models.radiance.spectral_grid import dense_grid
+from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature, dense_grid
 from hcss_twin.scenario.bands import Bands, spectral_band
 
 if TYPE_CHECKING:
@@ -43,10 +39,10 @@ def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Arra
         entries = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
     except (KeyError, ValidationError) as error:
         raise CubeError(f"{path}: its scenario has no bands that can be read") from error
-    found = [each for each in (spectral_band(entry, catalog) for entry in entries) if each.name == band]
-    if not found:
+    bands = [each for each in (spectral_band(entry, catalog) for entry in entries) if each.name == band]
+    if not bands:
         raise CubeError(f"{path}: its scenario has no band '{band}'")
-    temperature = BrightnessTemperature(dense_grid(found, None), [band])
+    temperature = BrightnessTemperature(dense_grid(bands, None), [band])
 
     def kelvin(radiance: Array) -> Array:
         return temperature.where_known(radiance.reshape(1, -1)).reshape(radiance.shape)
@@ -56,33 +52,17 @@ def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Arra
 
 # Beyond this wavelength cloud is taken for the cold part, as in images.
 _THERMAL_UM = 3.0
-
 _TEMPERATURE, _RADIANCE, _MASK = "brightness_temperature", "radiance", "cloud_mask"
 
 
 def cube_footage(
     title: str, dataset: xr.Dataset, path: Path, choice: EvaluationChoice, like: Footage | None
 ) -> Footage:
-    """Choose one variable and band of an open cube.
+    """Choose one variable and band of a cube, which stays open as long as frames are read.
 
-    Parameters
-    ----------
-    title : str
-        REAL or SIM, for messages.
-    dataset : Dataset
-        Open as long as frames are read.
-    path : Path
-        For messages.
-    choice : EvaluationChoice
-    like : Footage, optional
-        What it will be compared with: where no band is asked for, the one of its wavelength is taken.
-
-    Raises
-    ------
-    CubeError
-        If the cube lacks the variable, band or frame.
-    ImageError
-        If a choice does not fit it.
+    ``title`` (REAL or SIM) and ``path`` are for messages. Where no band is asked for, the one with the wavelength of
+    ``like``, the other side, is chosen. Raises CubeError if the cube lacks the variable, band or frame, and ImageError
+    if a choice does not fit it.
     """
     variable = choice.variable
     if variable is None and _TEMPERATURE in dataset:
@@ -106,8 +86,11 @@ def cube_footage(
     size = choice.pixel_size_m or abs(selection.grid.step_x_m)
     if choice.pixel_size_m and choice.pixel_size_m != abs(selection.grid.step_x_m):
         notes.append(f"Pixels of {abs(selection.grid.step_x_m):g} m are taken for pixels of {size:g} m.")
-    values = _reader(selection, frames)
-    bright = _bright(choice, selection.variable, plane, values, truth, method, notes)
+
+    def values(number: int) -> Array:
+        return np.asarray(selection.values(frames[number])[0], dtype=np.float64)
+
+    bright = _bright(choice, selection.variable, plane, values, truth, notes)
     return Footage(
         name=path.name,
         kind="cube",
@@ -129,13 +112,6 @@ def cube_footage(
     )
 
 
-def _reader(selection: Selection, frames: tuple[Frame, ...]) -> Callable[[int], Array]:
-    def read(number: int) -> Array:
-        return np.asarray(selection.values(frames[number])[0], dtype=np.float64)
-
-    return read
-
-
 def _band_like(title: str, selection: Selection, path: Path, like: Footage | None, notes: list[str]) -> str:
     """Return the only band, or the one that has the wavelength of the other file."""
     names = [plane.name for plane in selection.planes]
@@ -150,7 +126,7 @@ def _band_like(title: str, selection: Selection, path: Path, like: Footage | Non
         ]
         if around:
             best = min(around, key=lambda plane: (plane.upper_um or 0.0) - (plane.lower_um or 0.0))
-            notes.append(f"Band {best.name} of {', '.join(names)}: it holds {at:.4g} um, as {like.name} has.")
+            notes.append(f"Band {best.name} of {', '.join(names)}: it holds {at:.4g} um, as {like.name} does.")
             return best.name
     option = f"--{title.lower()}-band {names[0]}"
     raise CubeError(f"{path}: {len(names)} bands; choose one, as {option}; {choose_from('', names)}")
@@ -200,10 +176,9 @@ def _bright(
     plane: Plane,
     values: Callable[[int], Array],
     truth: Callable[[int], NDArray[np.bool_]] | None,
-    method: Method,
     notes: list[str],
 ) -> bool:
-    """Whether large values are cloud: as said, as the cube's own mask shows, or by wavelength."""
+    """Whether large values are cloud: by the option, else by the cube's own mask, else by wavelength."""
     if choice.cloud_is != "auto":
         return choice.cloud_is == "bright"
     if truth is not None and not variable.startswith("cloud_"):

@@ -1,4 +1,4 @@
-"""How like a real image or sequence a simulated one is."""
+"""Comparison of a simulated image, sequence or cube with a real one (``hcss evaluate``)."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcss_twin.analysis.comparison.common import (
+from hcss_twin.analysis.comparison.footage import EvaluationChoice
+from hcss_twin.analysis.comparison.image_footage import open_footage
+from hcss_twin.analysis.comparison.metrics import build_metrics
+from hcss_twin.analysis.comparison.pairing import (
     common_parts,
     common_quantity,
     distances_of_frames,
@@ -19,26 +21,21 @@ from hcss_twin.analysis.comparison.common import (
     same_pixel_size,
     typical_frame,
 )
-from hcss_twin.analysis.comparison.footage import EvaluationChoice
-from hcss_twin.analysis.comparison.image_footage import open_footage
-from hcss_twin.analysis.comparison.metrics import build_metrics
-from hcss_twin.analysis.comparison.result import Evaluation
+from hcss_twin.analysis.comparison.result import Evaluation, Side
 from hcss_twin.analysis.comparison.side import (
     MEANINGS,
-    Measured,
-    Prepared,
+    ComparedSide,
     Progress,
+    SideMeasures,
     correlation_over_time,
     measure_side,
     pictured,
 )
-from hcss_twin.analysis.comparison.side_result import Side
-from hcss_twin.analysis.measures.definitions import MODES, Mode
-from hcss_twin.analysis.measures.morphology import MorphologyErrors
+from hcss_twin.analysis.measures.morphology import MODES, Mode, MorphologyErrors
 from hcss_twin.analysis.measures.power_spectrum import mean_spectrum, spectral_distance_db
+from hcss_twin.core.arrays import Array
 
 BINS = 80
-
 _PathLike = str | os.PathLike[str]
 
 
@@ -53,8 +50,8 @@ def evaluate(
 ) -> Evaluation:
     """Compare a simulated image, sequence or cube with a real one.
 
-    Both sides are brought to one quantity: brightness temperature where both have it, else a unit that both share,
-    else grey levels of cloud. Nothing is resampled: where shapes differ the central part that both have is compared,
+    Both sides are converted to one quantity: brightness temperature where both have it, else a unit that both share,
+    else grey levels of cloud. Nothing is resampled: where shapes differ, the central part that both have is compared,
     and measures that depend on the size of pixels are marked where sizes differ.
 
     Parameters
@@ -65,7 +62,7 @@ def evaluate(
     real_choice, sim_choice : EvaluationChoice, optional
         Variable, band, frames, and what is cloud.
     whole : bool
-        Compare all of both although their shapes differ.
+        Compare whole frames although their shapes differ.
     progress : callable, optional
         Wraps the iterable of frames of a side, given their number.
 
@@ -90,15 +87,19 @@ def evaluate(
         quantity, unit, kind = common_quantity(first, second, notes)
         parts = common_parts(first, second, whole, notes)
         sides = (
-            Prepared("REAL", first, choices[0], kind, parts[0]),
-            Prepared("SIM", second, choices[1], kind, parts[1]),
+            ComparedSide("REAL", first, choices[0], kind, parts[0]),
+            ComparedSide("SIM", second, choices[1], kind, parts[1]),
         )
         measured = (measure_side(sides[0], progress), measure_side(sides[1], progress))
         return _compared(sides, measured, quantity, unit, notes)
 
 
 def _compared(
-    sides: tuple[Prepared, Prepared], measured: tuple[Measured, Measured], quantity: str, unit: str, notes: list[str]
+    sides: tuple[ComparedSide, ComparedSide],
+    measured: tuple[SideMeasures, SideMeasures],
+    quantity: str,
+    unit: str,
+    notes: list[str],
 ) -> Evaluation:
     real, sim = measured
     partners, pairing = pair_frames(real, sim)
@@ -106,18 +107,18 @@ def _compared(
         mode: errors_of_frames(real, sim, partners, mode, notes) for mode in MODES
     }
     distributions = distances_of_frames(sides, measured, partners)
-    edges = _edges(real.kept, sim.kept)
+    low = min(float(np.nanmin(side.kept)) for side in measured)
+    high = max(float(np.nanmax(side.kept)) for side in measured)
+    edges = np.linspace(low, high, BINS + 1)
     shown = typical_frame(errors["as-printed"], len(sim.frames))
     shown_real = partners[shown] if partners[shown] is not None else 0
     assert shown_real is not None
     results = [
-        _side(side, each, side.footage.notes, edges, which)
-        for side, each, which in zip(sides, measured, (shown_real, shown), strict=True)
+        _side(side, each, edges, which) for side, each, which in zip(sides, measured, (shown_real, shown), strict=True)
     ]
     spectra = (results[0].spectrum, results[1].spectrum)
     metrics = build_metrics(
-        real.frames,
-        sim.frames,
+        (real.frames, sim.frames),
         spectra,
         (results[0].temporal, results[1].temporal),
         unit,
@@ -139,29 +140,23 @@ def _compared(
     )
 
 
-def _edges(real: NDArray[np.float32], sim: NDArray[np.float32]) -> NDArray[np.float64]:
-    low = min(float(np.nanmin(real)), float(np.nanmin(sim)))
-    high = max(float(np.nanmax(real)), float(np.nanmax(sim)))
-    return np.linspace(low, high, BINS + 1)
-
-
-def _side(side: Prepared, measured: Measured, told: Sequence[str], edges: NDArray[np.float64], shown: int) -> Side:
+def _side(side: ComparedSide, measured: SideMeasures, edges: Array, shown: int) -> Side:
     footage = side.footage
-    notes = list(told)
+    notes = list(footage.notes)
     missing = sum(frame.missing for frame in measured.frames)
     if missing:
         share = missing / (len(measured.frames) * side.shape[0] * side.shape[1])
         notes.append(
-            f"{100 * share:.2f} % of the pixels are missing: left out of pairs, coverage and histograms; boxes and "
-            "spectra are of the largest rectangle without them."
+            f"{100 * share:.2f} % of the pixels are missing: excluded from pairs, coverage and histograms; boxes and "
+            "spectra use the largest rectangle without missing pixels."
         )
     empty = float(np.mean(np.isnan(measured.kept)))
     if footage.method == "valid" and empty > 0.0 and not missing:
-        notes.append(f"{100 * empty:.2f} % of the pixels have no value: they are clear, and in no histogram.")
+        notes.append(f"{100 * empty:.2f} % of the pixels have no value: they are clear, and not in the histogram.")
     for reason in dict.fromkeys(reason for frame in measured.frames for reason in frame.measures.left_out):
         notes.append(f"Not measured: {reason}.")
     for label, why in measured.left_out:
-        notes.append(f"Frame {label} left out: {why}.")
+        notes.append(f"Frame {label} is excluded: {why}.")
     if len(measured.frames) > 1 and footage.method in ("otsu", "local"):
         notes.append("Each frame has a threshold of its own.")
     spectra = [frame.measures.spectrum for frame in measured.frames if frame.measures.spectrum is not None]

@@ -1,7 +1,4 @@
-"""What of a file is compared.
-
-An opened image, several of them, or a cube: frames of one quantity.
-"""
+"""Frames of one quantity, from an image, several images or a cube; and the options by which they are chosen."""
 
 from __future__ import annotations
 
@@ -56,10 +53,7 @@ class EvaluationChoice:
     def check(self) -> None:
         """Refuse options that contradict each other: none is ignored.
 
-        Raises
-        ------
-        ImageOptionError
-            Naming the option.
+        Raises ImageOptionError naming the option.
         """
         if (self.coverage is None) is (self.method == "coverage"):
             raise ImageOptionError("coverage: goes with the method 'coverage', and only with it")
@@ -82,31 +76,23 @@ class Footage:
     ----------
     name : str
         Of the file.
-    kind : {"image", "images", "cube"}
-    quantity, units : str
-        What the values are; units are empty where the file does not say.
-    band : str
-        Spectral band in words; empty where the file does not say.
+    quantity, units, band : str
+        What the values are; units and the spectral band in words are empty where the file does not say.
     wavelength_um : float or None
-        About its middle.
-    shape : tuple of int
-        Rows and columns.
-    pixel_size_m : float or None
+        About the middle of the band.
     is_nominal : bool
         Whether the pixel size is that below a geostationary satellite.
     labels : tuple of str
         Of the frames: time, number or file.
     seconds : tuple of float or None
         Times of the frames after the first; None where they are not known.
-    bright_is_cloud : bool
     method : str
         How cloud is found, ``auto`` resolved.
     notes : tuple of str
         What was chosen and why.
-    values : callable
-        Number of a frame to its values (rows, columns), NaN where missing.
-    truth : callable or None
-        Number of a frame to its cloud mask (rows, columns), where the file has one.
+    values, truth : callable
+        Number of a frame to its values (rows, columns), NaN where missing, and to its cloud mask where the file has
+        one.
     kelvin : callable or None
         Values to brightness temperatures, where that is possible; NaN where there is none.
     """

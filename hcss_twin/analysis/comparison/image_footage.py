@@ -1,7 +1,4 @@
-"""Images as footage: one file, or several of one scene.
-
-What kind of file a path names.
-"""
+"""Opening of the two files of a comparison; one image, or several of one scene, as footage."""
 
 from __future__ import annotations
 
@@ -18,10 +15,10 @@ import numpy as np
 from hcss_twin.analysis.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ImageError, ImageOptionError
-from hcss_twin.cube.formats import is_zarr
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
+from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, has_values_in_cloud_only
-from hcss_twin.models.clouds.imagery.image import Image
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet
 from hcss_twin.models.clouds.imagery.reader import read_image
 
@@ -61,7 +58,7 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     coefficients = planck_coefficients(paths[0]) if first.units == UNITS else None
     kelvin: Callable[[Array], Array] | None = coefficients.kelvin if coefficients is not None else None
     if is_kelvin(first.units):
-        kelvin = _same
+        kelvin = np.asarray
     match = _WAVELENGTH.search(first.band)
     turned = [_northward(image) for image in images]
     return Footage(
@@ -85,21 +82,17 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     )
 
 
-def _same(values: Array) -> Array:
-    return values
-
-
-def _method(choice: EvaluationChoice, image: Image) -> Method:
+def _method(choice: EvaluationChoice, image: SatelliteImage) -> Method:
     if choice.method != "auto":
         return choice.method
     return "valid" if has_values_in_cloud_only(image) else "otsu"
 
 
-def _northward(image: Image) -> Array:
+def _northward(image: SatelliteImage) -> Array:
     return np.ascontiguousarray(image.values[:: -1 if image.north_first else 1, :: -1 if image.east_first else 1])
 
 
-def _require_alike(first_path: Path, first: Image, path: Path, image: Image) -> None:
+def _require_alike(first_path: Path, first: SatelliteImage, path: Path, image: SatelliteImage) -> None:
     """Refuse a sequence whose frames are not of one kind."""
     for what, one, other in (
         ("shape", first.values.shape, image.values.shape),
@@ -113,7 +106,7 @@ def _require_alike(first_path: Path, first: Image, path: Path, image: Image) -> 
             )
 
 
-def _seconds(images: Sequence[Image]) -> tuple[float, ...] | None:
+def _seconds(images: Sequence[SatelliteImage]) -> tuple[float, ...] | None:
     """Return times after the first image; None where a file tells no time or they do not ascend."""
     try:
         times = [datetime.fromisoformat(image.date) for image in images]
@@ -131,27 +124,11 @@ def open_footage(
     stack: ExitStack,
     like: Footage | None,
 ) -> Footage:
-    """Open an image, several images or a cube.
+    """Open an image, several images or a cube, which ``stack`` closes.
 
-    Parameters
-    ----------
-    title : str
-        REAL or SIM, for messages.
-    source : path or sequence of paths
-    choice : EvaluationChoice
-    stack : ExitStack
-        Closes a cube.
-    like : Footage, optional
-        What it will be compared with.
-
-    Raises
-    ------
-    CatalogError
-        If there is no such file, or it is not a usable image.
-    CubeError
-        If a cube cannot be read or lacks what is asked for.
-    ImageError
-        If a choice does not fit the file.
+    ``title`` is REAL or SIM, for messages; ``like`` is what it will be compared with. Raises CatalogError if there is
+    no such file or it is not a usable image, CubeError if a cube cannot be read or lacks what is asked for, and
+    ImageError if a choice does not fit the file.
     """
     choice.check()
     paths = [Path(source)] if isinstance(source, str | os.PathLike) else [Path(each) for each in source]

@@ -1,4 +1,4 @@
-"""What comes of comparing a real image or sequence with a simulated one."""
+"""Results of a comparison: what was measured of each side, the metrics of both, and their JSON document."""
 
 from __future__ import annotations
 
@@ -10,11 +10,153 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.comparison.common import DistributionDistance
-from hcss_twin.analysis.comparison.side_result import Side, side_document
-from hcss_twin.analysis.measures.definitions import DEFINITIONS, Mode
-from hcss_twin.analysis.measures.morphology import MorphologyErrors
+from hcss_twin.analysis.measures.image_measures import DistributionDistance, ImageMeasures, TemporalAutocorrelation
+from hcss_twin.analysis.measures.morphology import DEFINITIONS, Mode, MorphologyErrors
+from hcss_twin.analysis.measures.power_spectrum import PowerSpectrum
 from hcss_twin.core.json_numbers import json_list, json_number
+
+
+@dataclass(frozen=True)
+class FrameResult:
+    """One frame of one side.
+
+    Attributes
+    ----------
+    seconds : float
+        After the first frame; NaN where times are not known.
+    missing : int
+        Pixels of which it is not known whether they are cloudy.
+    truth_coverage : float
+        Cloudy part by the file's own mask; NaN where it has none.
+    """
+
+    label: str
+    seconds: float
+    measures: ImageMeasures
+    missing: int
+    truth_coverage: float
+
+
+@dataclass(frozen=True)
+class Pictured:
+    """The frame that is drawn, rows northward.
+
+    Attributes
+    ----------
+    level : ndarray of float32 (rows, columns)
+        0 clear, 1 to 255.
+    known : ndarray of bool (rows, columns)
+        Whether a pixel is known to be cloudy or clear.
+    pairs : ndarray of int64 (256, 256)
+        2-D histogram of horizontal neighbours.
+    """
+
+    label: str
+    values: NDArray[np.float64]
+    level: NDArray[np.float32]
+    known: NDArray[np.bool_]
+    pairs: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Side:
+    """The real or the simulated side.
+
+    Attributes
+    ----------
+    name, kind, quantity, units, band : str
+        Of the file.
+    shape, part : tuple of int
+        Rows and columns of the file, and of what was compared.
+    method, mask : str
+        How cloud was found, and in words; ``bright_is_cloud`` refers to the compared values.
+    left_out : sequence of (str, str)
+        Frames that could not be measured, and why.
+    histogram : ndarray (bins,)
+        Share of all compared pixels of all frames in each bin of :attr:`Evaluation.edges`.
+    spectrum, temporal : PowerSpectrum, TemporalAutocorrelation or None
+        Mean spectrum over frames; correlation over time where there are two frames or more.
+    """
+
+    name: str
+    kind: str
+    quantity: str
+    units: str
+    band: str
+    shape: tuple[int, int]
+    part: tuple[int, int]
+    pixel_size_m: float | None
+    method: str
+    mask: str
+    bright_is_cloud: bool
+    frames: Sequence[FrameResult]
+    left_out: Sequence[tuple[str, str]]
+    histogram: NDArray[np.float64]
+    spectrum: PowerSpectrum | None
+    temporal: TemporalAutocorrelation | None
+    pictured: Pictured
+    notes: Sequence[str]
+
+    @property
+    def pictured_coverage(self) -> float:
+        """Cloudy part of the known pixels of the pictured frame."""
+        return int(np.count_nonzero(self.pictured.level)) / int(np.count_nonzero(self.pictured.known))
+
+
+def side_document(side: Side) -> dict[str, Any]:
+    """Return all of a side but its picture, for JSON."""
+    spectrum, temporal = side.spectrum, side.temporal
+    return {
+        **{key: getattr(side, key) for key in ("name", "kind", "quantity", "units", "band", "method", "mask")},
+        "pixel_size_m": side.pixel_size_m,
+        "rows": side.shape[0],
+        "columns": side.shape[1],
+        "compared_rows": side.part[0],
+        "compared_columns": side.part[1],
+        "cloud_is": "bright" if side.bright_is_cloud else "dark",
+        "notes": list(side.notes),
+        "frames": [_frame(each) for each in side.frames],
+        "frames_left_out": [{"frame": label, "reason": why} for label, why in side.left_out],
+        "histogram": json_list(side.histogram),
+        "spectrum": None
+        if spectrum is None
+        else {
+            "wavenumber_cycles_per_pixel": json_list(spectrum.wavenumber),
+            "power": json_list(spectrum.power),
+            "direction_deg": json_list(spectrum.direction_deg),
+            "by_direction": json_list(spectrum.by_direction),
+        },
+        "temporal_autocorrelation": None
+        if temporal is None
+        else {
+            "lag_frames": temporal.lag.tolist(),
+            "lag_s": json_list(temporal.lag_s),
+            "correlation": json_list(temporal.correlation),
+            "decorrelation_s": json_number(temporal.decorrelation_s),
+            "pixels": temporal.pixels,
+        },
+    }
+
+
+def _frame(frame: FrameResult) -> dict[str, Any]:
+    measured = frame.measures
+    shape = {name: json_number(getattr(measured.morphology, name)) for name in vars(measured.morphology)}
+    return {
+        "label": frame.label,
+        "seconds": json_number(frame.seconds),
+        "missing_pixels": frame.missing,
+        "mean": measured.mean,
+        "deviation": measured.deviation,
+        "mean_level": measured.mean_level,
+        **shape,
+        "truth_coverage": json_number(frame.truth_coverage),
+        "dimensions": {
+            name: {"dimension": found.dimension, "standard_error": json_number(found.standard_error)}
+            for name, found in measured.dimensions.items()
+        },
+        "left_out": list(measured.left_out),
+    }
+
 
 TERMS: dict[Mode, dict[str, str]] = {
     "as-printed": {"EV": "EV", "Den": "Den, printed", "DP": "DP, printed", "FD": "FD"},
@@ -22,7 +164,7 @@ TERMS: dict[Mode, dict[str, str]] = {
 }
 """Terms of eq 24 in each definition, and the metrics that they are of."""
 
-Scale = Literal["any", "pixel size", "pixel size and number of pixels"]
+Dependence = Literal["any", "pixel size", "pixel size and number of pixels"]
 
 
 @dataclass(frozen=True)
@@ -31,23 +173,20 @@ class Metric:
 
     Attributes
     ----------
-    name, meaning, unit : str
     definition : {"as-printed", "corrected", "both"}
         Which of the two definitions it belongs to.
     group : str
-        Heading under which it stands.
+        Its heading in reports.
     real, sim, real_spread, sim_spread : float
         Means over frames and standard deviations; spreads of single frames are 0, of none NaN.
     difference : float
         sim - real; directions modulo half a turn.
-    scale : {"any", "pixel size", "pixel size and number of pixels"}
-        What it depends on besides what is seen.
-    comparable : bool
-        Whether both sides have what it depends on in common.
+    scale, comparable
+        What it depends on besides what is seen, and whether both sides have that in common.
     is_ratio : bool
         Whether a difference relative to the real value means something.
     limits : (float, float) or None
-        Least and greatest value that something of its kind can have; an estimator may find another.
+        Least and greatest possible value; an estimator may exceed them.
     """
 
     name: str
@@ -60,7 +199,7 @@ class Metric:
     real_spread: float
     sim_spread: float
     difference: float
-    scale: Scale
+    scale: Dependence
     comparable: bool
     is_ratio: bool = True
     limits: tuple[float, float] | None = None
@@ -85,12 +224,10 @@ class Evaluation:
 
     Attributes
     ----------
-    real, sim : Side
     quantity, unit : str
         What both sides' values were compared in: brightness temperature (K), a common unit, or grey levels ("").
     pairing : str
         Which frame was compared with which, in words.
-    metrics : sequence of Metric
     errors : dict of str to sequence of MorphologyErrors
         Eq 24 for each simulated frame, "as-printed" and "corrected"; empty where a value divided by is 0.
     distributions : sequence of DistributionDistance
@@ -118,10 +255,7 @@ class Evaluation:
     def metric(self, name: str) -> Metric:
         """Return a metric by its name.
 
-        Raises
-        ------
-        KeyError
-            If there is none.
+        Raises KeyError if there is none.
         """
         for each in self.metrics:
             if each.name == name:

@@ -1,7 +1,4 @@
-"""Grey levels of the clouds in one frame, as `hcss match` and the static scenes have them.
-
-One side of a comparison: its frames brought to the compared quantity and part, and measured.
-"""
+"""One side of a comparison: its frames brought to the compared quantity and part, clouds found, and measured."""
 
 from __future__ import annotations
 
@@ -14,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.comparison.footage import EvaluationChoice, Footage, Method
-from hcss_twin.analysis.comparison.side_result import FrameResult, Pictured
+from hcss_twin.analysis.comparison.result import FrameResult, Pictured
 from hcss_twin.analysis.measures.histogram_metrics import joint_histogram, to_grey_levels
-from hcss_twin.analysis.measures.image_measures import measure_image
-from hcss_twin.analysis.measures.temporal import TemporalAutocorrelation, temporal_autocorrelation
+from hcss_twin.analysis.measures.image_measures import TemporalAutocorrelation, measure_image, temporal_autocorrelation
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
+from hcss_twin.core.errors import ImageError, ordinal
 from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, relative_grey, thickness_of
 
 LEVELS = (1.0, 255.0)
@@ -37,28 +33,12 @@ MEANINGS: dict[Method, str] = {
 def grey_clouds(
     values: Array, bright: bool, method: Method, choice: EvaluationChoice, truth: NDArray[np.bool_] | None
 ) -> NDArray[np.float32]:
-    """Return the grey levels of a frame: 0 clear or missing, 1 to 255 cloudy, not rounded.
+    """Return the grey levels of a frame (rows, columns): 0 clear or missing, 1 to 255 cloudy, not rounded.
 
     Eq 7 of the HCSS paper: linear from the threshold (the least cloudy value, where the mask is no threshold) to the
-    99.9th percentile of the cloudy pixels.
-
-    Parameters
-    ----------
-    values : ndarray (rows, columns)
-        NaN where missing.
-    bright : bool
-        Whether large values are cloud.
-    method : str
-        How cloud is found, not ``auto``.
-    choice : EvaluationChoice
-        Coverage and window.
-    truth : ndarray of bool or None
-        Cloud mask, for method ``truth``.
-
-    Raises
-    ------
-    ImageError
-        If there is no contrast or no cloud.
+    99.9th percentile of the cloudy pixels. ``values`` (rows, columns) are NaN where missing, ``bright`` says whether
+    large ones are cloud, ``method`` is not ``auto``, and ``truth`` is the mask of method ``truth``. Raises ImageError
+    if there is no contrast or no cloud.
     """
     known = ~np.isnan(values)
     if not known.any():
@@ -90,24 +70,20 @@ def grey_clouds(
 
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
-In = Literal["kelvin", "unit", "grey levels"]
+ComparedAs = Literal["kelvin", "unit", "grey levels"]
 
-MAX_KEPT = 2**25
-"""Values that are kept for histograms and the correlation over time; of more, every n-th row and column."""
+MAX_VALUES = 2**25
+"""Values held for histograms and the correlation over time; of more, every n-th row and column."""
+
+# Relative range of values in which nothing can be told from the error of the radiance tables, a cube's usual accuracy.
+_INVISIBLE = 1e-3
 
 
 @dataclass(frozen=True)
-class Frame:
-    """What is measured of one frame.
+class FrameArrays:
+    """One frame (rows, columns): values, NaN where there is none; grey levels, 0 clear or missing, 1 to 255 cloudy.
 
-    Attributes
-    ----------
-    values : ndarray (rows, columns)
-        NaN where there is none.
-    level : ndarray of float32 (rows, columns)
-        Grey level: 0 clear or missing, 1 to 255 cloudy.
-    known : ndarray of bool (rows, columns)
-        Whether a pixel is known to be cloudy or clear.
+    ``known`` says whether a pixel is known to be cloudy or clear.
     """
 
     values: Array
@@ -116,24 +92,16 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Prepared:
-    """How frames of one side are brought to what is compared.
+class ComparedSide:
+    """How frames of one side are converted to the compared quantity and cut to the compared part (rows, columns).
 
-    Attributes
-    ----------
-    title : str
-        REAL or SIM, for messages.
-    footage : Footage
-    choice : EvaluationChoice
-    quantity : {"kelvin", "unit", "grey levels"}
-    part : tuple of slice
-        Rows and columns.
+    ``title`` is REAL or SIM, for messages.
     """
 
     title: str
     footage: Footage
     choice: EvaluationChoice
-    quantity: In
+    quantity: ComparedAs
     part: tuple[slice, slice]
 
     @property
@@ -142,13 +110,10 @@ class Prepared:
         rows, columns = self.part
         return rows.stop - rows.start, columns.stop - columns.start
 
-    def frame(self, number: int) -> Frame:
+    def frame(self, number: int) -> FrameArrays:
         """Return the part of a frame; clouds are found in the whole frame.
 
-        Raises
-        ------
-        ImageError
-            If there is no contrast or no cloud.
+        Raises ImageError if there is no contrast or no cloud.
         """
         footage = self.footage
         values = footage.values(number)
@@ -167,23 +132,14 @@ class Prepared:
         known = np.ones(part.shape, np.bool_) if footage.method == "valid" else ~np.isnan(part)
         if self.quantity == "grey levels":
             part = np.where(known, level.astype(np.float64), np.nan)
-        return Frame(np.ascontiguousarray(part), np.ascontiguousarray(level), np.ascontiguousarray(known))
+        return FrameArrays(np.ascontiguousarray(part), np.ascontiguousarray(level), np.ascontiguousarray(known))
 
 
 @dataclass(frozen=True)
-class Measured:
-    """What was found in the frames of one side.
+class SideMeasures:
+    """Measures of the frames of one side, with their numbers; labels of the others, and why they were excluded.
 
-    Attributes
-    ----------
-    frames : tuple of FrameResult
-    numbers : tuple of int
-        Of these frames.
-    left_out : tuple of (str, str)
-        Labels of the others, and why.
-    kept : ndarray of float32 (T, rows, columns)
-        Values, thinned by ``step`` along both axes.
-    step : int
+    ``kept`` (T, rows, columns) holds the values, thinned by ``step`` along both axes.
     """
 
     frames: tuple[FrameResult, ...]
@@ -193,17 +149,14 @@ class Measured:
     step: int
 
 
-def measure_side(side: Prepared, progress: Progress | None = None) -> Measured:
-    """Measure all frames of a side; those without measurable clouds are left out and told.
+def measure_side(side: ComparedSide, progress: Progress | None = None) -> SideMeasures:
+    """Measure all frames of a side; those without measurable clouds are left out and listed with the reason.
 
-    Raises
-    ------
-    ImageError
-        If no frame can be measured.
+    Raises ImageError if no frame can be measured.
     """
     footage = side.footage
     rows, columns = side.shape
-    step = math.ceil(math.sqrt(max(1.0, footage.count * rows * columns / MAX_KEPT)))
+    step = math.ceil(math.sqrt(max(1.0, footage.count * rows * columns / MAX_VALUES)))
     frames, numbers, left_out, kept = [], [], [], []
     every: Iterable[int] = range(footage.count)
     for number in every if progress is None else progress(every, footage.count):
@@ -229,11 +182,33 @@ def measure_side(side: Prepared, progress: Progress | None = None) -> Measured:
     if not frames:
         label, why = left_out[0]
         which = "" if footage.count == 1 else f", frame {label}"
-        raise ImageError(f"{side.title} {footage.name}{which}: {why}")
-    return Measured(tuple(frames), tuple(numbers), tuple(left_out), np.stack(kept), step)
+        raise ImageError(f"{side.title} {footage.name}{which}: {_without_contrast(side) or why}")
+    return SideMeasures(tuple(frames), tuple(numbers), tuple(left_out), np.stack(kept), step)
 
 
-def correlation_over_time(measured: Measured, notes: list[str]) -> TemporalAutocorrelation | None:
+def _without_contrast(side: ComparedSide) -> str:
+    """Say that clouds cannot be seen in the variable or band of a cube, if that is so; else return nothing."""
+    footage = side.footage
+    if footage.kind != "cube":
+        return ""
+    ranges, largest = [], 0.0
+    for number in range(footage.count):
+        values = footage.values(number)
+        if not np.isnan(values).all():
+            ranges.append(float(np.nanmax(values) - np.nanmin(values)))
+            largest = max(largest, float(np.nanmax(np.abs(values))))
+    if not ranges or max(ranges) > _INVISIBLE * largest:
+        return ""
+    where = f"band {footage.band}" if footage.band else footage.quantity
+    option = f"--{side.title.lower()}"
+    return (
+        f"no pixel differs from clear sea by more than {max(ranges):.2g} {footage.units}".rstrip()
+        + f", {max(ranges) / max(largest, 1e-300):.1g} of the {footage.quantity}: clouds are invisible in {where}; "
+        f"choose another band ({option}-band) or variable ({option}-variable)"
+    )
+
+
+def correlation_over_time(measured: SideMeasures, notes: list[str]) -> TemporalAutocorrelation | None:
     """Return the autocorrelation of a side with several frames; None, and why in ``notes``, where it has none."""
     if len(measured.frames) < 2:
         return None
@@ -243,12 +218,12 @@ def correlation_over_time(measured: Measured, notes: list[str]) -> TemporalAutoc
     seconds = np.array([frame.seconds for frame in measured.frames])
     steps = np.diff(seconds)
     if np.isnan(seconds).any():
-        notes.append("The files tell no times: the correlation over time is by order.")
+        notes.append("The files give no times: the correlation over time is by frame number.")
     elif np.ptp(steps) > 0.01 * float(np.mean(steps)):
-        notes.append("Frames are not evenly spaced in time: the correlation over time is by order.")
+        notes.append("Frames are not evenly spaced in time: the correlation over time is by frame number.")
     if measured.step > 1:
         notes.append(
-            f"Correlation over time and histograms are of every {measured.step}th row and column of the "
+            f"Correlation over time and histograms use every {ordinal(measured.step)} row and column of the "
             f"{len(measured.frames)} frames."
         )
     try:
@@ -259,13 +234,13 @@ def correlation_over_time(measured: Measured, notes: list[str]) -> TemporalAutoc
     if found.is_unresolved:
         after = "" if np.isnan(seconds).any() else f", {found.lag_s[1]:g} s later"
         notes.append(
-            f"Decorrelation is too quick to be told: in the next frame{after}, the correlation is "
+            f"Decorrelation is faster than the interval between frames: in the next frame{after}, the correlation is "
             f"{found.correlation[1]:.2g}, below 1/e."
         )
     return found
 
 
-def pictured(side: Prepared, number: int) -> Pictured:
+def pictured(side: ComparedSide, number: int) -> Pictured:
     """Return a frame to be drawn, with its 2-D histogram as ``morphology`` counts it."""
     frame = side.frame(number)
     level = frame.level

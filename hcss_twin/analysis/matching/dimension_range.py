@@ -10,9 +10,10 @@ from typing import Literal
 
 import numpy as np
 
-from hcss_twin.analysis.matching.match import FRESH_SEEDS, SEARCH_SEEDS, rounded
+from hcss_twin.analysis.matching.match import FRESH_SEEDS, SEARCH_SEEDS, clouds_fragment, rounded
 from hcss_twin.analysis.matching.structure import CloudImage, simulate_image
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
@@ -24,7 +25,6 @@ _HURST = (0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
 
 # Between two Hurst exponents with the wanted dimension between theirs.
 _BISECTIONS = 6
-
 _APART = 1000
 
 
@@ -37,14 +37,9 @@ class DimensionMatch:
     parameters : FractalParameters
         Complete, rounded as they are written.
     dimension : {"fractal", "surface"}
-        Which dimension it is, an attribute of
-        :class:`hcss_twin.analysis.measures.morphology.Morphology` without ``_dimension``.
-    wanted : (float, float)
-        The range.
-    dimensions : tuple of float
-        Of the fresh simulations.
-    seeds : tuple of int
-        Their seeds, which the search has not used.
+        Attribute of :class:`hcss_twin.analysis.measures.morphology.Morphology` without ``_dimension``.
+    dimensions, seeds : tuple
+        Of the fresh simulations; the search has not used these seeds.
     changed : str
         What was changed of the parameters it started with.
     """
@@ -71,32 +66,23 @@ def match_dimension(
     dimension: Dimension = "fractal",
     seed: int = 0,
 ) -> DimensionMatch:
-    """Change H, and L only if that is not enough, until the mean dimension lies in a range.
+    """Change H, and L only if that is not enough, until the mean dimension lies in a range within 2 to 3.
 
-    A dimension need not be monotonic in H: the body's is not. Therefore H is scanned first, and among the
-    solutions the one nearest to the start is taken. Where the scan crosses the middle of the range, that is
-    aimed at.
+    A dimension need not be monotonic in H: the body's is not. Therefore H is scanned first, and among the solutions the
+    one nearest to the start, which is complete, is taken. Where the scan crosses the middle of the range, that is the
+    target. Raises ImageError if there is no such range or no mean lies in it; the message gives what was reached.
 
     Parameters
     ----------
-    wanted : (float, float)
-        Range of the dimension, within 2 to 3.
-    start : FractalParameters
-        Complete.
     coverage : float
-        Fraction of cloudy pixels, which the body's dimension depends on most.
+        Fraction of cloudy pixels, on which the body's dimension depends most.
     like : CloudImage
         Size and pixels; its levels do not matter.
     dimension : {"fractal", "surface"}
         That of the tables of the paper, or that of the grey levels' variogram.
     seed : int
-        The search uses this seed and the five after it; the mean over ten from 1000 later on must lie in
-        the range as well.
-
-    Raises
-    ------
-    ImageError
-        If the range is none, or no mean lies in it; says what was reached.
+        The search uses this seed and the five after it; the mean over ten from 1000 later on must lie in the range as
+        well.
     """
     low, high = wanted
     if not 2.0 <= low < high <= 3.0:
@@ -173,3 +159,42 @@ def _changes(start: FractalParameters, found: FractalParameters) -> str:
     if found.L != start.L:
         parts.append(f"L from {list(start.L or ())} to {list(found.L or ())}")
     return " and ".join(parts) or "nothing"
+
+
+# The frame of the paper's tables.
+SIDE = 800
+PIXEL_SIZE_M = 20.0
+
+
+def type_parameters(cloud_type: str, catalog: Catalog) -> FractalParameters:
+    """Return the complete parameters of a cloud type of the catalog.
+
+    Raises CatalogError if there is no such type.
+    """
+    shape = catalog.toml(catalog.find(cloud_type, "cloud_types", ".toml"))["fractal"]
+    x, y = shape["L"]
+    first, last = shape["k"]
+    return FractalParameters(gamma=float(shape["gamma"]), H=float(shape["H"]), L=(float(x), float(y)), k=(first, last))
+
+
+def empty_frame(rows: int = SIDE, columns: int = SIDE, pixel_size_m: float = PIXEL_SIZE_M) -> CloudImage:
+    """Return a frame that only has a size; that of the paper by default."""
+    return CloudImage(np.zeros((rows, columns), dtype=np.float32), pixel_size_m)
+
+
+def dimension_fragment(
+    found: DimensionMatch, coverage: float, like: CloudImage, started_from: str, cloud_type: str
+) -> str:
+    """Return TOML as :func:`match_fragment`, for a range of the fractal dimension.
+
+    ``started_from`` says whose parameters were changed.
+    """
+    low, high = found.wanted
+    mean = sum(found.dimensions) / len(found.dimensions)
+    comments = [
+        f"Clouds with a {found.dimension} dimension of {low:g} to {high:g}, found by hcss match from the "
+        f"parameters of {started_from}; changed: {found.changed}.",
+        f"Over {len(found.seeds)} seeds that the search had not seen it is {mean:.3f} ({min(found.dimensions):.3f} "
+        f"to {max(found.dimensions):.3f}); {found.inside:.0%} of them lie in the range.",
+    ]
+    return clouds_fragment(found.parameters, coverage, like, cloud_type, comments)

@@ -1,21 +1,25 @@
-"""Algorithm 1 of the HCSS paper: generator parameters whose morphology is that of an image."""
+"""Algorithm 1 of the HCSS paper: generator parameters whose morphology is that of an image, and their TOML."""
 
 from __future__ import annotations
 
+import json
 import math
+import textwrap
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from hcss_twin.analysis.matching.finish import Progress, refine
-from hcss_twin.analysis.matching.quantities import Quantity, compare, describe_unmatched
-from hcss_twin.analysis.matching.start import (
+from hcss_twin.analysis.matching.quantities import MatchedQuantity, compare, describe_unmatched
+from hcss_twin.analysis.matching.search import (
     BRIGHTNESS_EXPONENT,
     FEWEST_CELLS,
     HURST,
+    Progress,
     brightness_exponent,
     fit_variogram,
     frame_cells,
+    refine,
 )
 from hcss_twin.analysis.matching.structure import (
     CloudImage,
@@ -28,7 +32,8 @@ from hcss_twin.analysis.matching.structure import (
 )
 from hcss_twin.analysis.matching.target import Target
 from hcss_twin.analysis.measures.morphology import morphology_errors
-from hcss_twin.core.errors import ImageError
+from hcss_twin.core.errors import CatalogError, ImageError
+from hcss_twin.core.files import atomic_write
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 # Realisations per step of the search, and fresh ones by which its result is judged.
@@ -51,22 +56,18 @@ class Match:
 
     Attributes
     ----------
-    target : Target
-        What was matched.
     parameters : FractalParameters
         Complete, rounded as they are written.
-    quantities : tuple of Quantity
+    quantities : tuple of MatchedQuantity
         The image beside the fresh simulations.
-    rmse : tuple of float
-        Eq 24 for each fresh simulation, as a fraction.
+    rmse, start_rmse : tuple of float
+        Eq 24 for each fresh simulation, as a fraction, and for the analytic start with the same seeds.
     seeds : tuple of int
         Seeds of the fresh simulations, which the search has not used.
     structure, simulated_structure : Structure
         Semivariances of the image, and mean ones of the fresh simulations.
     start_misfit : float
         Root mean square of ln(expected / inferred) variogram of the analytic start.
-    start_rmse : tuple of float
-        Eq 24 of the start with the same seeds.
     simulations : int
         Images that the search simulated.
     unmatched : tuple of str
@@ -75,7 +76,7 @@ class Match:
 
     target: Target
     parameters: FractalParameters
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[MatchedQuantity, ...]
     rmse: tuple[float, ...]
     seeds: tuple[int, ...]
     structure: Structure
@@ -108,8 +109,9 @@ class Match:
 def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progress | None = None) -> Match:
     """Find parameters of the fractal generator for an image.
 
-    The variogram of the normal field under the image gives gamma, H, L and k without any simulation;
-    simulations then refine H, L and the brightness exponent. Coverage is exact by construction.
+    The variogram of the normal field under the image gives gamma, H, L and k without any simulation; simulations then
+    refine H, L and the brightness exponent. Coverage is exact by construction. Raises ImageError if the image has too
+    little cloud to be measured, or the budget or the seed is negative.
 
     Parameters
     ----------
@@ -120,12 +122,7 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
     budget : int
         Images that the search may simulate; 0 keeps the start.
     progress : callable, optional
-        Is told after each step how many images it simulated.
-
-    Raises
-    ------
-    ImageError
-        If the image has too little cloud to be measured, or the budget or the seed is negative.
+        Called after each step with the number of images that it simulated.
     """
     if seed < 0 or budget < 0:
         raise ImageError(f"seed, budget: {seed} and {budget} given, allowed: 0 or more")
@@ -135,19 +132,19 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
     structure = image_structure(image.level, lags)
     start = fit_variogram(underlying_structure(image.level, structure), image)
     first = start.parameters.model_copy(update={"brightness_exponent": brightness_exponent(image)})
-    found, simulations = first, 0
+    best, simulations = first, 0
     if budget > 0:
-        finish = refine(image, structure, first, tuple(range(seed, seed + SEARCH_SEEDS)), budget, progress)
-        found, simulations = finish.parameters, finish.simulations
-    found = rounded(found)
+        refinement = refine(image, structure, first, tuple(range(seed, seed + SEARCH_SEEDS)), budget, progress)
+        best, simulations = refinement.parameters, refinement.simulations
+    best = rounded(best)
     fresh = tuple(range(seed + _APART, seed + _APART + FRESH_SEEDS))
-    images = [simulate_image(found, image.coverage, image, each) for each in fresh]
+    images = [simulate_image(best, image.coverage, image, each) for each in fresh]
     begun = [simulate_image(first, image.coverage, image, each) for each in fresh] if budget else images
     simulated = mean_structure([image_structure(each.level, lags) for each in images])
     quantities = compare(image, images)
     return Match(
         target=target,
-        parameters=found,
+        parameters=best,
         quantities=quantities,
         rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in images),
         seeds=fresh,
@@ -156,7 +153,7 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
         start_misfit=start.misfit,
         start_rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in begun),
         simulations=simulations,
-        unmatched=(*_at_limits(found, image), *describe_unmatched(quantities, structure, simulated)),
+        unmatched=(*_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),
     )
 
 
@@ -164,18 +161,10 @@ def rounded(parameters: FractalParameters) -> FractalParameters:
     """Round H, L and the brightness exponent to four digits: what is written is what was judged."""
     if parameters.H is None or parameters.L is None:
         raise ValueError("parameters: H and L must be given")
-    x, y = parameters.L
-    return parameters.model_copy(
-        update={
-            "H": _digits(parameters.H),
-            "L": (_digits(x), _digits(y)),
-            "brightness_exponent": _digits(parameters.brightness_exponent),
-        }
+    hurst, x, y, exponent = (
+        float(f"{each:.4g}") for each in (parameters.H, *parameters.L, parameters.brightness_exponent)
     )
-
-
-def _digits(value: float) -> float:
-    return float(f"{value:.4g}")
+    return parameters.model_copy(update={"H": hurst, "L": (x, y), "brightness_exponent": exponent})
 
 
 def _at_limits(parameters: FractalParameters, image: CloudImage) -> list[str]:
@@ -195,3 +184,59 @@ def _at_limits(parameters: FractalParameters, image: CloudImage) -> list[str]:
         if not _NEAR * limits[0] < value < limits[1] / _NEAR:
             lines.append(f"{name}: {value:g} is at the limit of the search, {limits[0]:g} to {limits[1]:g}")
     return lines
+
+
+_WIDTH = 110
+
+
+def match_fragment(match: Match, cloud_type: str) -> str:
+    """Return TOML: the section ``[clouds]``, and as comments what it was made from and how good it is.
+
+    It may end any scenario file without clouds; the image's size and pixels, for which it was judged, are a comment.
+    """
+    best, worst = min(match.rmse), max(match.rmse)
+    comments = [
+        f"Clouds like those of {match.target.source}, found by hcss match.",
+        *match.target.notes,
+        f"RMSE of eq 24 of the HCSS paper over {len(match.rmse)} seeds that the search had not seen: "
+        f"{match.mean_rmse:.1%} ({best:.1%} to {worst:.1%}).",
+        *(f"Not matched: {line}." for line in match.unmatched),
+    ]
+    return clouds_fragment(match.parameters, match.coverage, match.target.image, cloud_type, comments)
+
+
+def clouds_fragment(
+    parameters: FractalParameters, coverage: float, image: CloudImage, cloud_type: str, comments: list[str]
+) -> str:
+    """Return the section ``[clouds]`` of a scenario with complete parameters, judged at ``image``, under comments."""
+    rows, columns = image.level.shape
+    lines: list[str] = []
+    for comment in (
+        *comments,
+        f"Judged at: image = {{rows = {rows}, columns = {columns}, pixel_size = {image.pixel_size_m:g}}}",
+        f"The type {cloud_type} gives height and particles, which grey levels do not determine.",
+    ):
+        # A comment in TOML holds no control characters, a file name may.
+        plain = "".join(letter if letter.isprintable() else "?" for letter in comment)
+        lines += textwrap.wrap(plain, _WIDTH, initial_indent="# ", subsequent_indent="#   ")
+    lines += [
+        "",
+        "[clouds]",
+        f"type = {json.dumps(cloud_type)}",
+        f"coverage = {round(coverage, 9)!r}",
+        'generator = "fractal"',
+        "",
+        "[clouds.parameters]",
+    ]
+    for name, value in parameters.model_dump().items():
+        lines.append(f"{name} = {list(value) if isinstance(value, tuple) else value!r}")
+    return "\n".join(lines) + "\n"
+
+
+def write_fragment(text: str, path: Path) -> None:
+    """Write a fragment, whole or not at all.
+
+    Raises CatalogError if the file cannot be written.
+    """
+    with atomic_write(path, CatalogError) as draft:
+        draft.write_text(text, encoding="utf-8")

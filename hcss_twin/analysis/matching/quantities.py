@@ -1,7 +1,4 @@
-"""Properties of an image that no parameter of the fractal field changes.
-
-An image beside simulations of it, quantity by quantity.
-"""
+"""A matched image beside simulations of it, quantity by quantity."""
 
 from __future__ import annotations
 
@@ -20,8 +17,8 @@ _STEPS = (2, 4, 8)
 def obliqueness(image: CloudImage) -> float:
     """Return the ratio of mean square differences along the two diagonals, at least 1.
 
-    1 where clouds are stretched along x or y, or not at all: the lattices of eq 2 are. Geometric mean
-    over diagonal steps of 2, 4 and 8 pixels.
+    1 where clouds are stretched along x or y, or not at all: the lattices of eq 2 are. Geometric mean over diagonal
+    steps of 2, 4 and 8 pixels.
     """
     level = image.level.astype(np.float64)
     ratios = []
@@ -62,25 +59,17 @@ _CLOSE_SEMIVARIANCE = 0.25
 # What no parameter changes differs if it lies this many standard deviations of the simulations outside.
 _FAR_OUTSIDE = 2.0
 
-EQ24 = ("EV", "Den", "DP", "FD")
-
 
 @dataclass(frozen=True)
-class Quantity:
-    """One measure of the image and of the simulations.
+class MatchedQuantity:
+    """One measure of the image, and its mean and standard deviation over the simulations.
 
     Attributes
     ----------
-    name, meaning : str
-        For people.
-    image : float
-        Of the image.
-    simulated, spread : float
-        Mean and standard deviation over simulations.
     tolerance : float
         Largest |error| that counts as matched; infinity where the quantity is only shown.
     is_ratio : bool
-        Whether the error is relative to the image's value or a difference. Eq 24, which the RMSE is made of, divides
+        Whether the error is relative to the image's value or a difference. Eq 24, of which the RMSE consists, divides
         by the simulated value instead.
     is_one_sided : bool
         Whether an image with less than the simulations have is one of their own.
@@ -110,13 +99,10 @@ class Quantity:
         return not size > self.tolerance
 
 
-def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Quantity, ...]:
+def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[MatchedQuantity, ...]:
     """Measure everything in the image and in the simulations.
 
-    Raises
-    ------
-    ImageError
-        If an image has too little cloud to be measured.
+    Raises ImageError if an image has too little cloud to be measured.
     """
     measured = image.morphology()
     shapes = [each.morphology() for each in simulations]
@@ -131,36 +117,29 @@ def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Quant
         ("anisotropy", "semivariance along y / along x, 1-2 pixels", "anisotropy", _CLOSE_RATIO, True),
         ("aspect", "length along x / along y", "aspect", _CLOSE_RATIO, True),
     )  # fmt: skip
-    quantities = [
-        _quantity(name, meaning, getattr(measured, field), [getattr(s, field) for s in shapes], close, ratio)
-        for name, meaning, field, close, ratio in rows
-    ]
+    quantities = []
+    for name, meaning, field, close, is_ratio in rows:
+        values = [getattr(each, field) for each in shapes]
+        mean, spread = float(np.mean(values)), float(np.std(values))
+        quantities.append(MatchedQuantity(name, meaning, getattr(measured, field), mean, spread, close, is_ratio))
     levels = [each.mean_level for each in simulations]
-    quantities.append(_quantity("level", "mean grey level of cloud", image.mean_level, levels, _CLOSE_RATIO, True))
+    mean, spread = float(np.mean(levels)), float(np.std(levels))
+    meaning = "mean grey level of cloud"
+    quantities.append(MatchedQuantity("level", meaning, image.mean_level, mean, spread, _CLOSE_RATIO))
     for name, meaning, measure in (
         ("oblique", "ratio of differences along the two diagonals", obliqueness),
         ("uneven", "scatter of the coverage of the four quarters", unevenness),
     ):
         values = [measure(each) for each in simulations]
-        limit = _FAR_OUTSIDE * float(np.std(values))
-        quantities.append(_quantity(name, meaning, measure(image), values, limit, False, is_one_sided=True))
+        mean, spread = float(np.mean(values)), float(np.std(values))
+        limit = _FAR_OUTSIDE * spread
+        quantities.append(MatchedQuantity(name, meaning, measure(image), mean, spread, limit, False, True))
     return tuple(quantities)
 
 
-def _quantity(
-    name: str,
-    meaning: str,
-    image: float,
-    simulated: Sequence[float],
-    tolerance: float,
-    is_ratio: bool,
-    is_one_sided: bool = False,
-) -> Quantity:
-    mean, spread = float(np.mean(simulated)), float(np.std(simulated))
-    return Quantity(name, meaning, image, mean, spread, tolerance, is_ratio, is_one_sided)
-
-
-def describe_unmatched(quantities: Sequence[Quantity], image: Structure, simulated: Structure) -> tuple[str, ...]:
+def describe_unmatched(
+    quantities: Sequence[MatchedQuantity], image: Structure, simulated: Structure
+) -> tuple[str, ...]:
     """Say in sentences what differs, and why where that is known."""
     lines = []
     for each in quantities:

@@ -1,9 +1,7 @@
-"""How an image differs from itself some pixels away, and what that says about the field under it.
+"""Cloud images as grey levels, their semivariances, and those of the Gaussian field under them.
 
-A cloud image as the morphology sees it: clear pixels 0, cloudy ones 1 to 255, linear in thickness.
-
-Measured and simulated images come through the same layer, one that is 1 to 255 thick, so that both
-have the same definition of a grey level: that of eq 7 of the HCSS paper.
+Clear pixels are 0, cloudy ones 1 to 255, linear in thickness (eq 7 of the HCSS paper). Measured and simulated images
+come from the same layer, 1 to 255 thick, so that a grey level means the same in both.
 """
 
 from __future__ import annotations
@@ -75,10 +73,7 @@ def octave_lags(shape: tuple[int, ...]) -> list[int]:
 def image_structure(level: NDArray[Any], lags: list[int]) -> Structure:
     """Measure the semivariances of an image (rows, columns) with its clear pixels.
 
-    Raises
-    ------
-    ImageError
-        If the image does not vary at some lag.
+    Raises ImageError if the image does not vary at some lag.
     """
     found = semivariances(level, lags)
     if not (np.all(found.along_x > 0.0) and np.all(found.along_y > 0.0)):
@@ -89,17 +84,16 @@ def image_structure(level: NDArray[Any], lags: list[int]) -> Structure:
 def underlying_structure(level: NDArray[Any], measured: Structure) -> Structure:
     """Infer the semivariances of the normal field whose map to grey levels is the image.
 
-    A grey level is a function g of the standard normal score of its pixel; g is the quantile function
-    of the image's own grey levels, clear pixels included. For two scores with the correlation rho,
-    (1/2) E[(g(a) - g(b))^2] is a function of rho alone; it is tabulated and inverted (Gaussian
-    anamorphosis, J.-P. Chiles and P. Delfiner, Geostatistics, 2nd ed., Wiley 2012, section 6.3). So
-    clear pixels, whose field values nobody has seen, need none.
+    A grey level is a function g of the standard normal score of its pixel; g is the quantile function of the image's
+    own grey levels, clear pixels included. For two scores with the correlation rho, (1/2) E[(g(a) - g(b))^2] is a
+    function of rho alone; it is tabulated and inverted (Gaussian anamorphosis, J.-P. Chiles and P. Delfiner,
+    Geostatistics, 2nd ed., Wiley 2012, section 6.3). So clear pixels, whose field values nobody has seen, need none.
 
     Returns
     -------
     Structure
-        1 - rho of normal scores with the frame's own mean and variance, at most 1.8: what a frame with
-        few large clouds may have at long lags.
+        1 - rho of normal scores with the frame's own mean and variance, at most 1.8: what a frame with few large clouds
+        may have at long lags.
     """
     one_minus = np.geomspace(_SMALLEST, _LARGEST, _TABLE_NODES)
     table = _grey_semivariance(level, one_minus)
@@ -167,10 +161,7 @@ class CloudImage:
     def morphology(self) -> Morphology:
         """Measure it.
 
-        Raises
-        ------
-        ImageError
-            If there is too little cloud, or it does not vary.
+        Raises ImageError if there is too little cloud, or it does not vary.
         """
         return morphology(self.level, self.cloudy)
 
@@ -189,10 +180,7 @@ def grey_inputs(
 def simulate_image(parameters: FractalParameters, coverage: float, like: CloudImage, seed: int) -> CloudImage:
     """Simulate one frame of the size and the pixels of another image.
 
-    Raises
-    ------
-    ScenarioError
-        If ``parameters`` leave something open.
+    Raises ScenarioError if ``parameters`` leave something open.
     """
     rows, columns = like.level.shape
     generator = FractalClouds(grey_inputs(coverage, rows, columns, like.pixel_size_m, seed), parameters)

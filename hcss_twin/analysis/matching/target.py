@@ -1,4 +1,4 @@
-"""The image that is to be matched."""
+"""The image that is to be matched: the clouds that the imagery generator would make of a file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.analysis.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE
 from hcss_twin.core.errors import CatalogError, ImageError, ScenarioError
-from hcss_twin.models.clouds.database.entry import read_facts
+from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
     cloudiness_level,
@@ -21,15 +21,14 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     thickness_of,
 )
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
-from hcss_twin.models.clouds.imagery.image import Image
-from hcss_twin.models.clouds.imagery.moving_window import MovingWindow, position_problems
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
 from hcss_twin.providers import Grid
 
 # Larger images are cut to this many rows and columns unless told otherwise: the paper's frame.
 LARGEST_SIDE = 800
-
 Method = Literal["auto", "otsu", "local", "coverage", "valid"]
 
 # What has no meaning for an entry, which has been cut out already.
@@ -46,9 +45,9 @@ class ImageChoice:
         As the parameters of the imagery generator
         (:class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`).
     method : {"auto", "otsu", "local", "coverage", "valid"}
-        How cloudy pixels are found. ``valid``, for products that have values in cloud only, takes every
-        pixel that has one; ``auto`` is ``valid`` for variables that are called cloud top something and
-        have missing pixels, ``otsu`` for all others.
+        How cloudy pixels are found. ``valid``, for products that have values in cloud only, takes every pixel that has
+        one; ``auto`` is ``valid`` for variables that are called cloud top something and have missing pixels, ``otsu``
+        for all others.
     coverage : float or None
         Fraction of cloudy pixels, for method ``coverage``.
     pixel_size_m : float or None
@@ -72,16 +71,9 @@ class ImageChoice:
 
 @dataclass(frozen=True)
 class Target:
-    """A cloud image and what was done to get it.
+    """The part of an image that is matched, the name of its file, and notes.
 
-    Attributes
-    ----------
-    image : CloudImage
-        The part that is matched.
-    source : str
-        Name of the file.
-    notes : tuple of str
-        Which part it is, how clouds were found, what is nominal or missing.
+    The notes say which part it is, how clouds were found, and what is nominal or missing.
     """
 
     image: CloudImage
@@ -92,21 +84,16 @@ class Target:
 def read_target(path: Path, choice: ImageChoice | None = None) -> Target:
     """Read an image with the generator of static scenes: its clouds are what would be simulated from it.
 
-    Parameters
-    ----------
-    path : Path
-        NetCDF (GOES ABI among them), GeoTIFF, picture, ``.npy`` or ``.npz``; or an entry of the cloud
-        database, whose mask has been cleaned.
-    choice : ImageChoice, optional
-        Part and threshold.
+    The file is NetCDF (GOES ABI among them), GeoTIFF, picture, ``.npy`` or ``.npz``; or an entry of the cloud database,
+    whose mask has been cleaned.
 
     Raises
     ------
     CatalogError
         If the file is not a usable image.
     ImageError
-        If it gives no pixel size and none is given, is too small, or has no cloud or no clear pixel
-        where a threshold was to find some; or options contradict each other or the file.
+        If it gives no pixel size and none is given, is too small, or has no cloud or no clear pixel although a
+        threshold was to find some; or options contradict each other or the file.
     ScenarioError
         If part and image do not fit, or pixels are missing.
     """
@@ -151,29 +138,29 @@ def _read(path: Path, choice: ImageChoice) -> Target:
 
 
 @dataclass(frozen=True)
-class _Source:
+class _ImageFacts:
     """What a file says about itself; ``image`` is None for an entry, ``why`` tells why there is no size."""
 
     shape: tuple[int, ...]
     pixel_size_m: float | None
     is_nominal: bool
     why: str
-    image: Image | None
+    image: SatelliteImage | None
 
 
-def _open(path: Path, choice: ImageChoice) -> _Source:
+def _open(path: Path, choice: ImageChoice) -> _ImageFacts:
     try:
         facts, shape = read_facts(path)
     except CatalogError:
         # Any other image. If it was meant to be an entry, the reader says what is wrong with it.
         image = read_image(path, choice.variable)
         why = f" ({image.pixel_size_note})" if image.pixel_size_note else ""
-        return _Source(image.values.shape, image.pixel_size_m, image.pixel_size_is_nominal, why, image)
+        return _ImageFacts(image.values.shape, image.pixel_size_m, image.pixel_size_is_nominal, why, image)
     usual = ImageChoice()
     given = [name for name in _OF_AN_IMAGE if getattr(choice, name) != getattr(usual, name)]
     if given:
         raise ImageError(f"{', '.join(given)}: has no meaning for an entry of the database; leave it out")
-    return _Source(shape, facts.pixel_size_m, facts.pixel_size_is_nominal, "", None)
+    return _ImageFacts(shape, facts.pixel_size_m, facts.pixel_size_is_nominal, "", None)
 
 
 def _check(choice: ImageChoice) -> None:
@@ -184,7 +171,7 @@ def _check(choice: ImageChoice) -> None:
         raise ImageError("window_pixels: goes with the method 'local', and only with it")
 
 
-def _method(choice: ImageChoice, image: Image | None) -> Literal["otsu", "local", "coverage", "valid"]:
+def _method(choice: ImageChoice, image: SatelliteImage | None) -> Literal["otsu", "local", "coverage", "valid"]:
     if choice.method != "auto":
         return choice.method
     return "valid" if image is not None and has_values_in_cloud_only(image) else "otsu"
@@ -221,7 +208,7 @@ def _imagery_level(
     return clouds.thickness_m(0.0, slice(0, grid.rows), slice(0, grid.columns)), said
 
 
-def _valid_level(image: Image, choice: ImageChoice, grid: Grid) -> NDArray[np.float32]:
+def _valid_level(image: SatelliteImage, choice: ImageChoice, grid: Grid) -> NDArray[np.float32]:
     """Return grey levels of an image whose pixels are cloud wherever they have a value."""
     origins = (choice.row_origin, choice.column_origin)
     rows, columns = image.values.shape

@@ -1,7 +1,4 @@
-"""What every measure asks of an image and of a mask.
-
-The largest rectangle of an image that has no missing pixel.
-"""
+"""Checks of images and masks that all measures share, and the largest rectangle without missing pixels."""
 
 from __future__ import annotations
 
@@ -23,10 +20,7 @@ def checked_image(name: str, image: NDArray[Any], smallest: int = SMALLEST_SIDE)
 
     Other integers, booleans excepted, become float64; values are not looked at.
 
-    Raises
-    ------
-    ImageError
-        If it is not two-dimensional, has a side shorter than ``smallest``, or holds no real numbers.
+    Raises ImageError if it is not two-dimensional, has a side shorter than ``smallest``, or holds no real numbers.
     """
     array = np.asarray(image)
     if array.ndim != 2:
@@ -47,10 +41,7 @@ def checked_image(name: str, image: NDArray[Any], smallest: int = SMALLEST_SIDE)
 def checked_mask(name: str, mask: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Return ``mask`` as a contiguous array of bool with the given shape.
 
-    Raises
-    ------
-    ImageError
-        If its type or its shape differs.
+    Raises ImageError if its type or its shape differs.
     """
     array = np.asarray(mask)
     if array.dtype != np.bool_:
@@ -63,10 +54,7 @@ def checked_mask(name: str, mask: NDArray[Any], shape: tuple[int, ...]) -> NDArr
 def checked_levels(levels: int, fewest: int, grey: NDArray[np.uint8] | None = None) -> None:
     """Check a number of grey levels and that all levels of ``grey`` lie below it.
 
-    Raises
-    ------
-    ImageError
-        If one of the two is not so.
+    Raises ImageError if one of the two is not so.
     """
     if not fewest <= levels <= 256:
         raise ImageError(
@@ -79,13 +67,10 @@ def checked_levels(levels: int, fewest: int, grey: NDArray[np.uint8] | None = No
 def finite_range(name: str, image: NDArray[Any]) -> tuple[NDArray[Any], float, float]:
     """Return the image with its least and greatest value.
 
-    Numbers so large or so small that their differences leave the range of double precision are
-    multiplied by a power of two, which changes no digit.
+    Numbers so large or so small that their differences leave the range of double precision are multiplied by a power of
+    two, which changes no digit.
 
-    Raises
-    ------
-    ImageError
-        If a pixel is not finite or all are equal.
+    Raises ImageError if a pixel is not finite or all are equal.
     """
     low, high = float(image.min()), float(image.max())
     if not (math.isfinite(low) and math.isfinite(high)):
@@ -104,46 +89,20 @@ def range_within(name: str, image: NDArray[Any], mask: NDArray[np.bool_] | None)
 
     Without any pixel the range is empty: (inf, -inf).
 
-    Raises
-    ------
-    ImageError
-        If one of these pixels is not finite.
+    Raises ImageError if one of these pixels is not finite.
     """
-    if mask is None:
-        low, high = float(image.min()), float(image.max())
-    else:
-        low, high = _range_within(image, mask)
+    inside = image if mask is None else image[mask]
+    low, high = (float(inside.min()), float(inside.max())) if inside.size else (math.inf, -math.inf)
     if math.isnan(low) or low == -math.inf or high == math.inf:
         raise ImageError(f"{name}: a cloudy pixel is not finite, allowed: finite numbers")
     return low, high
 
 
-@njit(cache=True, nogil=True)
-def _range_within(image: Any, mask: Any) -> tuple[float, float]:
-    low, high = np.inf, -np.inf
-    broken = False
-    for i in range(image.shape[0]):
-        for j in range(image.shape[1]):
-            if mask[i, j]:
-                value = np.float64(image[i, j])
-                low, high = min(low, value), max(high, value)
-                broken |= value != value
-    return (np.nan, np.nan) if broken else (low, high)
-
-
 def complete_part(valid: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return rows and columns of the largest rectangle in which all pixels are valid.
+    """Return rows and columns of the largest rectangle in which all pixels are valid (rows, columns).
 
-    Box counts and spectra need full rectangles; this one invents no value.
-
-    Parameters
-    ----------
-    valid : ndarray of bool (rows, columns)
-
-    Returns
-    -------
-    tuple of slice
-        Empty where no pixel is valid; the first in reading order of those equally large.
+    Box counts and spectra need full rectangles; this one invents no value. It is empty where no pixel is valid, and the
+    first in reading order of those equally large.
     """
     mask = checked_mask("valid", valid, np.asarray(valid).shape)
     if mask.all():

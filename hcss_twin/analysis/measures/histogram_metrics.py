@@ -25,8 +25,8 @@ class HistogramMetrics:
     density : float
         Den (eq 22): mean of 1 / (1 + |g - g'|), greater than 0 and at most 1. The paper prints ten times it.
     diagonal_peak : float
-        DP (eq 23): pairs of equal levels over W - 1, as printed; the mean height of the diagonal, which has
-        W entries, would be W in the denominator. It grows with the number of pixels.
+        DP (eq 23): pairs of equal levels over W - 1, as printed; the mean height of the diagonal, which has W entries,
+        would be W in the denominator. It grows with the number of pixels.
     """
 
     entropy: float
@@ -39,6 +39,9 @@ def to_grey_levels(
 ) -> NDArray[np.uint8]:
     """Quantise an image: cloudy pixels to 1 .. levels - 1, clear ones to 0.
 
+    Raises ImageError if a cloudy value is not finite or outside ``low`` to ``high``, or an argument is not as
+    described.
+
     Parameters
     ----------
     values : ndarray of float32, float64 or integers (rows, columns)
@@ -49,11 +52,6 @@ def to_grey_levels(
         Grey levels W, 3 to 256.
     mask : ndarray of bool (rows, columns), optional
         Cloudy pixels; all, by default.
-
-    Raises
-    ------
-    ImageError
-        If a cloudy value is not finite or outside ``low`` to ``high``, or an argument is not as described.
     """
     pixels = checked_image("values", values, smallest=1)
     checked_levels(levels, 3)
@@ -94,10 +92,7 @@ def histogram_metrics(
 
     Arguments are those of ``joint_histogram``.
 
-    Raises
-    ------
-    ImageError
-        If the type, the shape, a level or ``levels`` is not as described, or no pair counts.
+    Raises ImageError if the type, the shape, a level or ``levels`` is not as described, or no pair counts.
     """
     counts = joint_histogram(grey, levels, valid)
     pairs = int(counts.sum())
@@ -112,6 +107,8 @@ def joint_histogram(
 ) -> NDArray[np.int64]:
     """Count the pairs f(x, y) = g, f(x + 1, y) = g' of horizontal neighbours: G(g, g') of eqs 21 to 23.
 
+    Raises ImageError if the type, the shape, a level or ``levels`` is not as described.
+
     Parameters
     ----------
     grey : ndarray of uint8 (rows, columns)
@@ -124,11 +121,6 @@ def joint_histogram(
     Returns
     -------
     ndarray of int64 (levels, levels)
-
-    Raises
-    ------
-    ImageError
-        If the type, the shape, a level or ``levels`` is not as described.
     """
     image = np.asarray(grey)
     if image.dtype != np.uint8:

@@ -1,7 +1,8 @@
-"""Everything that is measured in one image."""
+"""Measures of an image, of the change in a sequence, and of the distance between the values of two images."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -9,13 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.analysis.measures.box_counting import box_counting_dimension
 from hcss_twin.analysis.measures.checks import complete_part
-from hcss_twin.analysis.measures.definitions import GREY_LEVELS
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import box_counting_dimension
-from hcss_twin.analysis.measures.fractal_dimension.estimate import DimensionEstimate
-from hcss_twin.analysis.measures.fractal_dimension.slopes import spectral_dimension, variogram_dimension
-from hcss_twin.analysis.measures.morphology import Morphology, morphology
+from hcss_twin.analysis.measures.fractal_dimension import DimensionEstimate, spectral_dimension, variogram_dimension
+from hcss_twin.analysis.measures.morphology import GREY_LEVELS, Morphology, morphology
 from hcss_twin.analysis.measures.power_spectrum import PowerSpectrum, power_spectrum
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 
 
@@ -51,22 +51,12 @@ class ImageMeasures:
     left_out: tuple[str, ...]
 
 
-def measure_image(values: NDArray[np.float64], level: NDArray[np.float32], known: NDArray[np.bool_]) -> ImageMeasures:
+def measure_image(values: Array, level: NDArray[np.float32], known: NDArray[np.bool_]) -> ImageMeasures:
     """Measure an image of values and the grey levels of its clouds.
 
-    Parameters
-    ----------
-    values : ndarray of float64 (rows, columns)
-        Any unit; NaN where there is none. At least 32 x 32 pixels.
-    level : ndarray of float32 (rows, columns)
-        Grey level: 0 where clear or missing, 1 to 255 where cloudy.
-    known : ndarray of bool (rows, columns)
-        Whether a pixel is known to be cloudy or clear; others count for nothing.
-
-    Raises
-    ------
-    ImageError
-        If the clouds cannot be measured (see ``morphology``).
+    ``values`` (rows, columns), at least 32 x 32, have any unit and are NaN where there is none; ``level`` is 0 where
+    clear or missing and 1 to 255 where cloudy; pixels that are not ``known`` to be cloudy or clear do not count. Raises
+    ImageError if the clouds cannot be measured (see ``morphology``).
     """
     valid = ~np.isnan(values)
     shape = morphology(level, level > 0.0, known)
@@ -104,3 +94,156 @@ def _or_reason(measure: Callable[[], Any], name: str, left_out: list[str]) -> An
     except ImageError as error:
         left_out.append(f"{name}: {error}")
         return None
+
+
+@dataclass(frozen=True)
+class TemporalAutocorrelation:
+    """Correlation of images that lie some frames apart.
+
+    Attributes
+    ----------
+    lag : ndarray of int64 (L,)
+        Frames: 0, 1, 2, ...
+    lag_s : ndarray (L,)
+        Mean time between them, seconds; NaN where times are not known.
+    correlation : ndarray (L,)
+        Mean correlation over all pairs of images this far apart.
+    pairs : ndarray of int64 (L,)
+        Number of these pairs: one image is one sample, so that long lags say little.
+    pixels : int
+        Pixels that were followed.
+    """
+
+    lag: NDArray[np.int64]
+    lag_s: Array
+    correlation: Array
+    pairs: NDArray[np.int64]
+    pixels: int
+
+    @property
+    def decorrelation_s(self) -> float:
+        """Time after which the correlation falls below 1/e, linear between lags.
+
+        NaN where it never does, and where it has by the second image: then it is shorter than the images can tell.
+        """
+        after = self._first_below
+        if after < 2 or np.isnan(self.lag_s).any():
+            return math.nan
+        ends = slice(after - 1, after + 1)
+        return float(np.interp(-1.0 / math.e, -self.correlation[ends], self.lag_s[ends]))
+
+    @property
+    def is_unresolved(self) -> bool:
+        """Whether the correlation has fallen below 1/e by the second image."""
+        return self._first_below == 1
+
+    @property
+    def _first_below(self) -> int:
+        below = np.flatnonzero(self.correlation < 1.0 / math.e)
+        return int(below[0]) if below.size else 0
+
+
+def temporal_autocorrelation(frames: NDArray[Any], seconds: Array | None = None) -> TemporalAutocorrelation:
+    """Correlate images with later ones at fixed pixels.
+
+    The correlation of two images is that of their pixels, each image less its own mean. Whatever moves through the
+    field of view (wind, platform) takes correlation away as change does. Raises ImageError if there are fewer than two
+    images, no pixel has values in all, or an image is constant.
+
+    Parameters
+    ----------
+    frames : ndarray of real numbers (T, rows, columns)
+        Two or more images; pixels that are NaN in one of them do not count.
+    seconds : ndarray (T,), optional
+        Times, ascending.
+    """
+    count = frames.shape[0]
+    if frames.ndim != 3 or count < 2:
+        raise ImageError(f"frames: shape {frames.shape} given, allowed: (T, rows, columns) with T of 2 or more")
+    flat = frames.reshape(count, -1).astype(np.float64)
+    flat = flat[:, ~np.isnan(flat).any(axis=0)]
+    if flat.shape[1] < 2:
+        raise ImageError("frames: no two pixels have values in all images, allowed: some")
+    flat -= flat.mean(axis=1, keepdims=True)
+    length = np.sqrt(np.einsum("ij,ij->i", flat, flat))
+    if length.min() == 0.0:
+        raise ImageError(f"frames: image {int(length.argmin())} is constant, allowed: values that vary")
+    flat /= length[:, None]
+    # Rounding must not make an image more like itself than it is.
+    matrix = np.clip(flat @ flat.T, -1.0, 1.0)
+    lag = np.arange(count)
+    correlation = np.array([1.0, *(float(np.mean(np.diagonal(matrix, n))) for n in lag[1:])])
+    times = np.full(count, np.nan) if seconds is None else np.asarray(seconds, dtype=np.float64)
+    lag_s = np.array([float(np.mean(times[n:] - times[: count - n])) for n in lag])
+    return TemporalAutocorrelation(lag, lag_s, correlation, count - lag, flat.shape[1])
+
+
+@dataclass(frozen=True)
+class DistributionDistance:
+    """Differences of two distributions of values.
+
+    Attributes
+    ----------
+    mean_difference : float
+        Second less first, in the unit of the values.
+    deviation_ratio : float
+        Standard deviation of the second over that of the first.
+    wasserstein : float
+        W1: the mean amount by which values must change to turn one distribution into the other, in the unit of the
+        values.
+    wasserstein_centred : float
+        The same after both means were subtracted: what is left is shape.
+    kolmogorov_smirnov : float
+        Greatest difference of the cumulative distributions, 0 to 1.
+    """
+
+    mean_difference: float
+    deviation_ratio: float
+    wasserstein: float
+    wasserstein_centred: float
+    kolmogorov_smirnov: float
+
+
+def distribution_distance(first: NDArray[Any], second: NDArray[Any]) -> DistributionDistance:
+    """Compare the values of two images.
+
+    Raises ImageError if one has no value.
+
+    Parameters
+    ----------
+    first, second : ndarray of real numbers, any shapes
+        In the same unit; NaN is missing.
+    """
+    one, other = _sorted("first", first), _sorted("second", second)
+    mean_one, mean_other = float(np.mean(one)), float(np.mean(other))
+    spread_one, spread_other = float(np.std(one)), float(np.std(other))
+    width, difference = _cumulative_difference(one, other)
+    centred_width, centred = _cumulative_difference(one - mean_one, other - mean_other)
+    ratio = spread_other / spread_one if spread_one else (1.0 if spread_other == 0.0 else math.inf)
+    return DistributionDistance(
+        mean_difference=mean_other - mean_one,
+        deviation_ratio=ratio,
+        wasserstein=float(width @ difference),
+        wasserstein_centred=float(centred_width @ centred),
+        kolmogorov_smirnov=float(difference.max()) if difference.size else 0.0,
+    )
+
+
+def _sorted(name: str, values: NDArray[Any]) -> Array:
+    flat = np.asarray(values, dtype=np.float64).ravel()
+    flat = np.sort(flat[~np.isnan(flat)])
+    if flat.size == 0:
+        raise ImageError(f"{name}: no value given, allowed: one or more that are not missing")
+    return flat
+
+
+def _cumulative_difference(one: Array, other: Array) -> tuple[Array, Array]:
+    """Return the steps between all values, and |F1 - F2| on each; one sort serves both distances."""
+    every = np.concatenate([one, other])
+    every.sort(kind="stable")
+    places = every[:-1]
+    difference: Array = np.abs(
+        np.searchsorted(one, places, side="right") / one.size
+        - np.searchsorted(other, places, side="right") / other.size
+    )
+    return np.diff(every), difference

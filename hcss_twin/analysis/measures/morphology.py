@@ -1,6 +1,7 @@
-"""Eq 24 of the HCSS paper: errors relative to the simulated values, and their root mean square.
+"""The shape of the clouds in an image in a few numbers, and eq 24 of the HCSS paper, which compares two images.
 
-The shape of the clouds in an image in a few numbers, and how far two images differ in them.
+Eqs 21 to 24 exist as the paper prints them and as they should be. Factors that both images share cancel in eq 24: Den
+ten times too large and DP divided by W - 1 leave the errors and the RMSE as they are. Only the denominator matters.
 """
 
 from __future__ import annotations
@@ -8,15 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.analysis.measures.box_counting import body_dimension, boundary_dimension
 from hcss_twin.analysis.measures.checks import SMALLEST_SIDE, checked_image, checked_mask, complete_part, range_within
-from hcss_twin.analysis.measures.fractal_dimension.box_counting import body_dimension, boundary_dimension
 from hcss_twin.analysis.measures.histogram_metrics import histogram_metrics, to_grey_levels
 from hcss_twin.analysis.measures.semivariance import semivariances
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 
 
@@ -26,8 +28,8 @@ def relative_errors(real: Sequence[float], simulated: Sequence[float]) -> tuple[
     Parameters
     ----------
     real, simulated : sequence of float
-        The same measures of both images, none of the simulated ones 0. With the images exchanged, errors are
-        relative to the real values.
+        The same measures of both images, none of the simulated ones 0. With the images exchanged, errors are relative
+        to the real values.
     """
     return tuple(abs(one - other) / abs(other) for one, other in zip(real, simulated, strict=True))
 
@@ -61,23 +63,23 @@ class Morphology:
     diagonal_peak : float
         DP (eq 23); grows with the number of pixels.
     fractal_dimension : float
-        FD as the paper seems to mean it: box counting of the body under the grey levels
-        (``body_dimension``). Grows with coverage.
+        FD as the paper seems to mean it: box counting of the body under the grey levels (``body_dimension``). Grows
+        with coverage.
     coverage : float
         Cloudy part of the pixels.
     surface_dimension : float
-        Fractal dimension D of the cloudy values, from the variogram at lags 1 and 2 of pairs of cloudy
-        pixels, as ``variogram_dimension`` does it.
+        Fractal dimension D of the cloudy values, from the variogram at lags 1 and 2 of pairs of cloudy pixels, as
+        ``variogram_dimension`` does it.
     boundary_dimension : float
         Fractal dimension of the mask's boundary; NaN where all that is counted is cloudy, or clear.
     anisotropy : float
-        Semivariance along y over that along x, at equal lags (geometric mean over lags 1 and 2), over pairs
-        of cloudy pixels: 1 where both axes are alike, greater where clouds are long along x.
+        Semivariance along y over that along x, at equal lags (geometric mean over lags 1 and 2), over pairs of cloudy
+        pixels: 1 where both axes are alike, greater where clouds are long along x.
     aspect : float
-        Length along x over length along y at which values have changed by as much: the geometric mean of the
-        ratio of the lags at which the variograms along x and y have equal semivariance, over the
-        semivariances that both reach at lags 1, 2, 4, ... up to an eighth of the shorter side. For a field
-        f(x / a, y / b) it is a / b. NaN where they have no range in common, as white noise has none.
+        Length along x over length along y at which values have changed by as much: the geometric mean of the ratio of
+        the lags at which the variograms along x and y have equal semivariance, over the semivariances that both reach
+        at lags 1, 2, 4, ... up to an eighth of the shorter side. For a field f(x / a, y / b) it is a / b. NaN where
+        they have no range in common, as white noise has none.
     """
 
     entropy: float
@@ -105,26 +107,21 @@ class MorphologyErrors:
 def morphology(values: NDArray[Any], mask: NDArray[np.bool_], valid: NDArray[np.bool_] | None = None) -> Morphology:
     """Measure the shape of the clouds in an image.
 
-    Cloudy values become the grey levels 1 to 255, linearly between their least and greatest (the
-    C_min and C_max of eq 7), and clear pixels level 0, as in Fig 14 of the HCSS paper.
+    Cloudy values become the grey levels 1 to 255, linearly between their least and greatest (the C_min and C_max of eq
+    7), and clear pixels level 0, as in Fig 14 of the HCSS paper. Raises ImageError if no pixel is cloudy, cloudy values
+    are not finite or all equal, an axis has fewer than 100 pairs of cloudy pixels at lag 1 or 2, or one of them does
+    not vary along an axis; or if no rectangle of 32 x 32 pixels is without missing ones.
 
     Parameters
     ----------
     values : ndarray of float32, float64 or integers (rows, columns)
-        Anything that grows with cloud (thickness, cloud fraction value, radiance): at least 32 x 32
-        pixels, any unit. Clear pixels may be anything, NaN included.
+        Anything that grows with cloud (thickness, cloud fraction value, radiance): at least 32 x 32 pixels, any unit.
+        Clear pixels may be anything, NaN included.
     mask : ndarray of bool (rows, columns)
         Cloudy pixels.
     valid : ndarray of bool (rows, columns), optional
-        Pixels that are not missing; all, by default. Pairs of neighbours count if both are valid, coverage is
-        that of the valid pixels, and boxes are counted in the largest rectangle without missing pixels.
-
-    Raises
-    ------
-    ImageError
-        If no pixel is cloudy, cloudy values are not finite or all equal, an axis has fewer than 100
-        pairs of cloudy pixels at lag 1 or 2, or one of them does not vary along an axis; or if no rectangle of
-        32 x 32 pixels is without missing ones.
+        Pixels that are not missing; all, by default. Pairs of neighbours count if both are valid, coverage is that of
+        the valid pixels, and boxes are counted in the largest rectangle without missing pixels.
     """
     pixels = checked_image("values", values)
     cloudy = checked_mask("mask", mask, pixels.shape)
@@ -187,7 +184,7 @@ def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, fl
     return dimension, ratio, _ratio_of_lengths(along_x, along_y)
 
 
-def _ratio_of_lengths(along_x: NDArray[np.float64], along_y: NDArray[np.float64]) -> float:
+def _ratio_of_lengths(along_x: Array, along_y: Array) -> float:
     """Return the mean ratio of lags with equal semivariance, from its logarithms at lags 1, 2, 4, ..."""
     # Where sampling noise lets a variogram fall it is continued level, so that it can be inverted.
     rising_x, rising_y = np.maximum.accumulate(along_x), np.maximum.accumulate(along_y)
@@ -203,13 +200,10 @@ def _ratio_of_lengths(along_x: NDArray[np.float64], along_y: NDArray[np.float64]
 def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErrors:
     """Compare two images by eq 24 of the HCSS paper.
 
-    Each error is |true - simulated| / simulated, with the simulated value in the denominator as
-    printed, so that exchanging the images changes it. The RMSE is over EV, Den, DP and FD.
+    Each error is |true - simulated| / simulated, with the simulated value in the denominator as printed, so that
+    exchanging the images changes it. The RMSE is over EV, Den, DP and FD.
 
-    Raises
-    ------
-    ImageError
-        If a simulated value is 0, as the entropy of an image of one grey level is.
+    Raises ImageError if a simulated value is 0, as the entropy of an image of one grey level is.
     """
     names = ("entropy", "density", "diagonal_peak", "fractal_dimension")
     for name in names:
@@ -217,3 +211,84 @@ def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErro
             raise ImageError(f"simulated.{name}: 0 given, allowed: anything else, as eq 24 divides by it")
     errors = relative_errors([getattr(true, name) for name in names], [getattr(simulated, name) for name in names])
     return MorphologyErrors(**dict(zip(names, errors, strict=True)), rmse=root_mean_square(errors))
+
+
+GREY_LEVELS = 256
+
+PRINTED_DENSITY = 10.0
+"""The paper's Den is this many times eq 22, which is at most 1 (its Tables VIII and IX: 7.3 to 8.5)."""
+
+Mode = Literal["as-printed", "corrected"]
+MODES: tuple[Mode, ...] = ("as-printed", "corrected")
+
+
+@dataclass(frozen=True)
+class Definition:
+    """One measure in both definitions.
+
+    Attributes
+    ----------
+    name : str
+        EV, Den, DP, FD or RMSE.
+    as_printed, corrected : str
+        In words.
+    """
+
+    name: str
+    as_printed: str
+    corrected: str
+
+
+DEFINITIONS = (
+    Definition(
+        "EV",
+        "entropy of the 2-D histogram of horizontal neighbours in bits (eq 21); the paper's printed values are about "
+        "half of what eq 21 gives for such clouds",
+        "the same",
+    ),
+    Definition("Den", "ten times eq 22: the printed values exceed its bound of 1", "eq 22: mean of 1 / (1 + |g - g'|)"),
+    Definition(
+        "DP",
+        "pairs of equal neighbours over W - 1 = 255 (eq 23)",
+        "over W = 256, the entries of the diagonal; either grows with the number of pixels",
+    ),
+    Definition(
+        "FD",
+        "eq 6, whose limit runs the wrong way and names no set, has to be read: boxes that fill the body of the cloud, "
+        "the one count that gives the printed values",
+        "the same; dimensions of surface and outline are separate rows",
+    ),
+    Definition(
+        "RMSE",
+        "eq 24: errors relative to the simulated values",
+        "errors relative to the real values, which do not depend on the simulation",
+    ),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FourMeasures:
+    """EV, Den, DP and FD in one of the definitions."""
+
+    entropy: float
+    density: float
+    diagonal_peak: float
+    fractal_dimension: float
+
+
+def four_measures(measured: Morphology, mode: Mode) -> FourMeasures:
+    """Return EV, Den, DP and FD of an image in the definition of ``mode``."""
+    if mode == "as-printed":
+        density, peak = PRINTED_DENSITY * measured.density, measured.diagonal_peak
+    else:
+        density, peak = measured.density, measured.diagonal_peak * (GREY_LEVELS - 1) / GREY_LEVELS
+    return FourMeasures(measured.entropy, density, peak, measured.fractal_dimension)
+
+
+def eq_24(real: Morphology, simulated: Morphology, mode: Mode) -> MorphologyErrors:
+    """Compare two images by eq 24, relative to the simulated (as printed) or to the real values (corrected).
+
+    Raises ImageError if a value that is divided by is 0.
+    """
+    # |a - b| / b: exchanging the images exchanges the denominators.
+    return morphology_errors(real, simulated) if mode == "as-printed" else morphology_errors(simulated, real)

@@ -1,7 +1,4 @@
-"""What an image goes through before its spectrum is taken.
-
-Power of an image by wavenumber and by direction.
-"""
+"""Power of an image by wavenumber and by direction."""
 
 from __future__ import annotations
 
@@ -15,24 +12,40 @@ from numpy.typing import NDArray
 from scipy.fft import fftfreq, rfft2, rfftfreq
 
 from hcss_twin.analysis.measures.checks import checked_image, finite_range
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 
 
-def hann(size: int) -> NDArray[np.float64]:
+def hann(size: int) -> Array:
     """Return a Hann window (size,) without its zeros, which would waste the outer pixels."""
-    window: NDArray[np.float64] = np.sin(np.pi * np.arange(1, size + 1) / (size + 1)) ** 2
+    window: Array = np.sin(np.pi * np.arange(1, size + 1) / (size + 1)) ** 2
     return window
 
 
-def without_plane(surface: NDArray[np.float64]) -> NDArray[np.float64]:
+def without_plane(surface: Array) -> Array:
     """Subtract the plane of least squares (rows, columns); on a full grid its terms are orthogonal."""
     rows, columns = surface.shape
     y = np.arange(rows) - (rows - 1) / 2.0
     x = np.arange(columns) - (columns - 1) / 2.0
     slope_y = float(surface.sum(axis=1) @ y) / (columns * float(y @ y))
     slope_x = float(surface.sum(axis=0) @ x) / (rows * float(x @ x))
-    result: NDArray[np.float64] = surface - surface.mean() - slope_y * y[:, None] - slope_x * x
+    result: Array = surface - surface.mean() - slope_y * y[:, None] - slope_x * x
     return result
+
+
+def windowed_power(image: NDArray[Any]) -> tuple[Array, float]:
+    """Return the power (rows, columns // 2 + 1) of an image less its plane under a Hann window, and the image's range.
+
+    The power is that of the image over its range. Raises ImageError if the image is constant, a plane, or not finite.
+    """
+    pixels, least, greatest = finite_range("image", image)
+    span = greatest - least
+    surface = without_plane((pixels.astype(np.float64) - least) / span)
+    if np.abs(surface).max() < 1e-9:
+        raise ImageError("image: a plane, allowed: values that vary otherwise")
+    rows, columns = surface.shape
+    surface *= hann(rows)[:, None] * hann(columns)
+    return np.abs(rfft2(surface, overwrite_x=True)) ** 2, span
 
 
 RINGS_PER_OCTAVE = 4
@@ -67,19 +80,19 @@ class PowerSpectrum:
     by_direction : ndarray (SECTORS,)
         Power of each sector over that of all directions at the same wavenumber, mean over rings: 1 where all are alike.
     degree : float
-        Strength a of the anisotropy, where power goes as 1 + a cos 2 (direction - d): 0 alike in all directions; 1
-        and more where nearly all waves advance along d.
+        Strength a of the anisotropy, where power goes as 1 + a cos 2 (direction - d): 0 alike in all directions; 1 and
+        more where nearly all waves advance along d.
     degree_noise : float
         Root mean square of ``degree`` that an isotropic Gaussian image of this size has by chance.
     long_axis_deg : float
         Direction along which things are long, d + 90, 0 to 180; noise unless ``degree`` well exceeds its noise.
     """
 
-    wavenumber: NDArray[np.float64]
-    power: NDArray[np.float64]
-    waves: NDArray[np.float64]
-    direction_deg: NDArray[np.float64]
-    by_direction: NDArray[np.float64]
+    wavenumber: Array
+    power: Array
+    waves: Array
+    direction_deg: Array
+    by_direction: Array
     degree: float
     degree_noise: float
     long_axis_deg: float
@@ -88,29 +101,20 @@ class PowerSpectrum:
 def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
     """Measure the power of an image by rings and by directions.
 
-    The image less its plane of least squares is multiplied by a Hann window along each axis. Rings are four per
-    octave of wavenumber, up to the Nyquist wavenumber of the axes. For directions the power of each wave is divided
-    by the mean of its ring, and rings count alike, so that large scales do not outweigh all others.
+    The image less its plane of least squares is multiplied by a Hann window along each axis. Rings are four per octave
+    of wavenumber, up to the Nyquist wavenumber of the axes. For directions the power of each wave is divided by the
+    mean of its ring, and rings count alike, so that large scales do not outweigh all others. Raises ImageError if the
+    image is too small, constant, flat but for a slope, or not finite.
 
     Parameters
     ----------
     image : ndarray of float32, float64 or integers (rows, columns)
         At least 32 x 32 pixels, any unit; x runs along columns, y along rows.
-
-    Raises
-    ------
-    ImageError
-        If the image is too small, constant, flat but for a slope, or not finite.
     """
-    pixels, least, greatest = finite_range("image", checked_image("image", image))
-    span = greatest - least
-    surface = without_plane((pixels.astype(np.float64) - least) / span)
-    if np.abs(surface).max() < 1e-9:
-        raise ImageError("image: a plane, allowed: values that vary otherwise")
-    rows, columns = surface.shape
+    pixels = checked_image("image", image)
+    density, span = windowed_power(pixels)
+    rows, columns = pixels.shape
     window_y, window_x = hann(rows), hann(columns)
-    surface *= window_y[:, None] * window_x
-    density = np.abs(rfft2(surface, overwrite_x=True)) ** 2
     density *= span**2 / (float(window_y @ window_y) * float(window_x @ window_x))
     along_y, along_x = fftfreq(rows)[:, None], rfftfreq(columns)[None, :]
     wavenumber = np.hypot(along_y, along_x)
@@ -146,13 +150,8 @@ def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
 
 
 def _directions(
-    ring: NDArray[np.int64],
-    angle: NDArray[np.float64],
-    power: NDArray[np.float64],
-    mean_power: NDArray[np.float64],
-    waves: NDArray[np.float64],
-    oriented: NDArray[np.bool_],
-) -> tuple[NDArray[np.float64], float, float]:
+    ring: NDArray[np.int64], angle: Array, power: Array, mean_power: Array, waves: Array, oriented: NDArray[np.bool_]
+) -> tuple[Array, float, float]:
     """Return relative power by sector (SECTORS,), and its mean times cos and sin of twice the direction."""
     oriented = oriented & (mean_power > 0.0)
     if not oriented.any():
@@ -167,7 +166,7 @@ def _directions(
     total = np.bincount(place, relative, size).reshape(-1, SECTORS)[oriented]
     filled = count > 0
     means = np.divide(total, count, out=np.zeros_like(total), where=filled)
-    by_direction: NDArray[np.float64] = means.sum(axis=0) / np.maximum(filled.sum(axis=0), 1)
+    by_direction: Array = means.sum(axis=0) / np.maximum(filled.sum(axis=0), 1)
     # Less the mean of the waves there are: a pixel grid's own directions are not the image's.
     moments = []
     for wave in (np.cos(2.0 * angle), np.sin(2.0 * angle)):
@@ -203,8 +202,8 @@ def mean_spectrum(spectra: Sequence[PowerSpectrum]) -> PowerSpectrum | None:
 def spectral_distance_db(first: PowerSpectrum | None, second: PowerSpectrum | None) -> float:
     """Return the root mean square difference of two spectra in decibels, over the rings that both have.
 
-    Rings count alike: four per octave. 10 dB is a factor of ten in power. NaN where there is no
-    common ring, or one without power, or no spectrum.
+    Rings count alike: four per octave. 10 dB is a factor of ten in power. NaN where there is no common ring, or one
+    without power, or no spectrum.
     """
     if first is None or second is None:
         return math.nan

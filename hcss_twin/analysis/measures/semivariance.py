@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hcss_twin.analysis.measures.checks import checked_image, checked_mask
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 
 
@@ -23,34 +24,34 @@ class Semivariances:
     lags : ndarray of int64 (lags,)
         Distances in pixels.
     along_x, along_y : ndarray of float64 (lags,)
-        1/2 mean (f(p + lag) - f(p))^2 along columns (x) and along rows (y), in squared units of the image;
-        NaN where no pair exists.
+        1/2 mean (f(p + lag) - f(p))^2 along columns (x) and along rows (y), in squared units of the image; NaN where no
+        pair exists.
     pairs_x, pairs_y : ndarray of int64 (lags,)
         Pairs that each mean was taken over.
     """
 
     lags: NDArray[np.int64]
-    along_x: NDArray[np.float64]
-    along_y: NDArray[np.float64]
+    along_x: Array
+    along_y: Array
     pairs_x: NDArray[np.int64]
     pairs_y: NDArray[np.int64]
 
     @property
-    def pooled(self) -> NDArray[np.float64]:
+    def pooled(self) -> Array:
         """Mean of both axes (lags,), weighted with their pairs at the first lag.
 
-        The weights are the same at all lags, so that unlike axes make no slope of their own. An
-        axis without pairs at the first lag does not count.
+        The weights are the same at all lags, so that unlike axes make no slope of their own. An axis without pairs at
+        the first lag does not count.
         """
         x, y = self.pairs_x[0], self.pairs_y[0]
         if x == 0 or y == 0:
             return self.along_y if x == 0 else self.along_x
         share = float(x) / float(x + y)
-        result: NDArray[np.float64] = share * self.along_x + (1.0 - share) * self.along_y
+        result: Array = share * self.along_x + (1.0 - share) * self.along_y
         return result
 
 
-def _mean(total: NDArray[np.float64], pairs: NDArray[np.int64]) -> NDArray[np.float64]:
+def _mean(total: Array, pairs: NDArray[np.int64]) -> Array:
     result = np.full(total.shape, np.nan)
     np.divide(total, pairs, out=result, where=pairs > 0)
     return result
@@ -61,6 +62,9 @@ def semivariances(
 ) -> Semivariances:
     """Measure the variogram along both axes, in one pass per lag.
 
+    Raises ImageError if a counting pixel or the square of a difference is not finite, or image, mask or lags are not as
+    described.
+
     Parameters
     ----------
     image : ndarray of float32, float64 or integers (rows, columns)
@@ -69,11 +73,6 @@ def semivariances(
         Distances in pixels, each at least 1 and shorter than the longer side.
     mask : ndarray of bool (rows, columns), optional
         Pixels that count: a pair counts if both its pixels do. All, by default.
-
-    Raises
-    ------
-    ImageError
-        If a counting pixel or the square of a difference is not finite, or image, mask or lags are not as described.
     """
     pixels = checked_image("image", image, smallest=2)
     if pixels.dtype == np.uint8:
@@ -93,13 +92,13 @@ def semivariances(
             "image: a pixel is not finite, or the square of a difference is not, allowed: finite numbers "
             "wherever the mask is true"
         )
-    halves: NDArray[np.float64] = 0.5 * sums
+    halves: Array = 0.5 * sums
     return Semivariances(distances, _mean(halves[0], pairs[0]), _mean(halves[1], pairs[1]), pairs[0], pairs[1])
 
 
 def _sums(
     pixels: NDArray[Any], lags: NDArray[np.int64], valid: NDArray[np.bool_] | None
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+) -> tuple[Array, NDArray[np.int64]]:
     """Return sums of squares and numbers of pairs, both (x then y, lags)."""
     rows, columns = pixels.shape
     sums = np.zeros((2, lags.size))

@@ -1,10 +1,12 @@
-"""Expected variograms of many fractal fields at once: as clouds/expected_variogram.py, compiled.
+"""Expected variograms of many fractal fields at once, and the likelihood of a fractal dimension that follows from them.
 
-A chain asks for some 100 000 of them. A test compares both.
+A chain needs some 100 000 variograms, so that the sums of ``models/clouds/fractal/expected_variogram.py`` are compiled
+here once more; a test compares both.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +14,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from hcss_twin.analysis.uncertainty.parameter_space import SHAPE
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import PosteriorError
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM, REFERENCE_LENGTH_M
 
@@ -46,7 +50,10 @@ class BatchVariogram:
     def __call__(
         self, shapes: Array, lags: NDArray[np.int64], pixel_size_m: float, rows: int, columns: int
     ) -> tuple[Array, Array]:
-        """Return semivariograms along x, then along y, and the variance within one frame.
+        """Return semivariograms along x, then along y, (N, 2 M), and the expected variance within one frame (N,).
+
+        The semivariogram is 1 - correlation of the field, whose variance is 1; the variance is that of
+        :func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`.
 
         Parameters
         ----------
@@ -54,18 +61,6 @@ class BatchVariogram:
             H, gamma, Lx, Ly; L in cells per 16 km.
         lags : ndarray of int64 (M,)
             Pixels, 1 or more.
-        pixel_size_m : float
-            Side of a pixel.
-        rows, columns : int
-            The frame.
-
-        Returns
-        -------
-        semivariogram : ndarray (N, 2 M)
-            1 - correlation of the field, whose variance is 1.
-        variance : ndarray (N,)
-            Expected within the frame
-            (:func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`).
         """
         semivariogram = np.empty((shapes.shape[0], 2 * lags.size))
         variance = np.empty(shapes.shape[0])
@@ -145,3 +140,55 @@ def _fill(
                 semivariogram[n, lags.size + m] += share * apart
         semivariogram[n] /= total
         variance[n] = 1.0 - common / total
+
+
+# Those of hcss_twin.analysis.measures.fractal_dimension.
+_LAGS = np.array([1, 2], dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class DimensionLikelihood:
+    """Normal density of a dimension about that of the expected variogram.
+
+    D = 3 - slope / 2, the slope that of ln of the field's semivariance, the mean of both axes, between lags of 1 and 2
+    pixels: what ``variogram_dimension`` measures.
+
+    Attributes
+    ----------
+    dimension, error : float
+        Measured, and its standard deviation.
+    rows, columns, pixel_size_m
+        Of the image that it was measured in.
+    variogram : BatchVariogram
+        Of the field, expected.
+    """
+
+    dimension: float
+    error: float
+    rows: int
+    columns: int
+    pixel_size_m: float
+    variogram: BatchVariogram
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises PosteriorError if the dimension is not between 2 and 3, or the error not positive.
+        """
+        if not 2.0 <= self.dimension <= 3.0:
+            closest = 2 if self.dimension < 2.0 else 3
+            raise PosteriorError(f"fractal dimension: {self.dimension:g} given, allowed: 2 to 3; closest is {closest}")
+        if not 0.0 < self.error < math.inf:
+            raise PosteriorError(f"error of the fractal dimension: {self.error:g} given, allowed: greater than 0")
+
+    def expected(self, shapes: Array) -> Array:
+        """Return the dimension (N,) of H, gamma, Lx, Ly (N, 4)."""
+        semivariance, _ = self.variogram(shapes, _LAGS, self.pixel_size_m, self.rows, self.columns)
+        near = semivariance[:, 0] + semivariance[:, 2]
+        far = semivariance[:, 1] + semivariance[:, 3]
+        return np.asarray(3.0 - 0.5 * np.log(far / near) / math.log(2.0))
+
+    def __call__(self, values: Array) -> Array:
+        """Return ln of the likelihood (N,), up to a constant, of H, gamma, Lx, Ly, coverage (N, 5)."""
+        difference = (self.expected(values[:, : len(SHAPE)]) - self.dimension) / self.error
+        return np.asarray(-0.5 * difference * difference)

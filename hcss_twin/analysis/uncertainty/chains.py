@@ -1,19 +1,73 @@
-"""Whether chains have converged.
-
-Chains that run until they have converged: emcee, in blocks, which can be stopped and gone on with.
-"""
+"""Markov chains of emcee: the posterior density of one image, resumable sampling in blocks, and convergence."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.posterior_model import Model
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Space
 from hcss_twin.core.arrays import Array
+
+Likelihood = Callable[[Array], Array]
+"""From H, gamma, Lx, Ly, coverage (N, 5) to ln of the likelihood (N,)."""
+
+
+class PosteriorModel(Protocol):
+    """What chains need to know."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name of each dimension."""
+
+    def log_probability(self, position: Array) -> Array:
+        """Return ln of the posterior density (N,) of positions (N, D)."""
+
+    def moves(self) -> list[tuple[Any, float]]:
+        """Return emcee's moves and their weights."""
+
+    def values(self, position: Array) -> dict[str, Array]:
+        """Return the parameters (...) or (..., image) at positions (..., D)."""
+
+
+@dataclass(frozen=True)
+class SingleModel:
+    """Parameters of one image."""
+
+    space: Space
+    likelihood: Likelihood
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Free parameters."""
+        return self.space.names
+
+    def log_probability(self, position: Array) -> Array:
+        """Return ln of the posterior density (N,) of positions (N, D)."""
+        total = self.space.log_prior(position)
+        possible = np.isfinite(total)
+        total[~possible] = -np.inf
+        if possible.any():
+            found = self.likelihood(self.space.complete(position[possible]))
+            total[possible] += np.where(np.isnan(found), -np.inf, found)
+        return total
+
+    def moves(self) -> list[tuple[Any, float]]:
+        """Return differential evolution, with whole jumps between modes now and then.
+
+        Half the autocorrelation time of the stretch move here.
+        """
+        from emcee.moves import DEMove
+
+        return [(DEMove(), 0.9), (DEMove(gamma0=1.0), 0.1)]
+
+    def values(self, position: Array) -> dict[str, Array]:
+        """Return the free parameters (...) at positions (..., D)."""
+        return {name: KINDS[name].scale.back(position[..., i]) for i, name in enumerate(self.names)}
+
 
 BURN_IN = 0.2
 """Part of the steps that is dropped."""
@@ -52,7 +106,7 @@ class Convergence:
 
     @property
     def fraction(self) -> float:
-        """How far they are on the way, at least 1 where they have converged; never more than a rough guess."""
+        """Rough part of the way to convergence; 1 or more where chains have converged."""
         parts = [
             self.steps / (LONGEST * float(np.max(self.autocorrelation_time))),
             float(np.min(self.effective_size)) / self.wanted,
@@ -120,17 +174,10 @@ _PER_DIMENSION, _FEWEST_WALKERS = 4, 32
 
 
 @dataclass(frozen=True)
-class Chains:
-    """What has been sampled so far.
+class MarkovChains:
+    """All steps so far: positions (steps, walkers, D) and ln of their densities (steps, walkers).
 
-    Attributes
-    ----------
-    positions : ndarray (steps, walkers, D)
-        All steps.
-    log_probability : ndarray (steps, walkers)
-        Of them.
-    random_state : tuple
-        Of numpy's Mersenne twister after the last step.
+    ``random_state`` is that of numpy's Mersenne twister after the last step.
     """
 
     positions: Array
@@ -142,23 +189,19 @@ class Chains:
         """Steps after the burn-in."""
         return slice(int(BURN_IN * self.positions.shape[0]), None)
 
-    def judge(self, wanted: float) -> Convergence:
-        """Measure their convergence."""
-        return judge(self.positions[self.kept], wanted)
-
 
 def walkers_of(dimensions: int) -> int:
     """Return how many walkers a space of so many dimensions gets, an even number."""
     return max(_FEWEST_WALKERS, _PER_DIMENSION * dimensions)
 
 
-def begin(log_probability: Callable[[Array], Array], start: Array, seed: int) -> Chains:
+def begin(log_probability: Callable[[Array], Array], start: Array, seed: int) -> MarkovChains:
     """Put walkers at ``start`` (walkers, D)."""
     state = np.random.RandomState(seed).get_state()
-    return Chains(start[None], log_probability(start)[None], tuple(state))
+    return MarkovChains(start[None], log_probability(start)[None], tuple(state))
 
 
-def extend(model: Model, chains: Chains, steps: int) -> Chains:
+def extend(model: PosteriorModel, chains: MarkovChains, steps: int) -> MarkovChains:
     """Go on for some steps; where a chain is interrupted between calls does not change it."""
     import emcee
 
@@ -168,7 +211,7 @@ def extend(model: Model, chains: Chains, steps: int) -> Chains:
     sampler.log_prob_fn = model.log_probability
     state = emcee.State(chains.positions[-1], log_prob=chains.log_probability[-1], random_state=chains.random_state)
     last = sampler.run_mcmc(state, steps, skip_initial_state_check=True)
-    return Chains(
+    return MarkovChains(
         np.concatenate([chains.positions, sampler.get_chain()]),
         np.concatenate([chains.log_probability, sampler.get_log_prob()]),
         tuple(last.random_state),
@@ -176,28 +219,21 @@ def extend(model: Model, chains: Chains, steps: int) -> Chains:
 
 
 def converge(
-    model: Model, chains: Chains, wanted: float, most_steps: int, told: Callable[[Chains, Convergence | None], None]
-) -> tuple[Chains, Convergence]:
-    """Go on until chains have converged, or to the limit.
+    model: PosteriorModel,
+    chains: MarkovChains,
+    wanted: float,
+    most_steps: int,
+    after_block: Callable[[MarkovChains, Convergence | None], None],
+) -> tuple[MarkovChains, Convergence]:
+    """Sample until every parameter has an effective sample size of ``wanted``, or to the limit of steps per walker.
 
-    Parameters
-    ----------
-    model : Model
-        Of which the density and the moves are taken.
-    chains : Chains
-        From :func:`begin`, or from an earlier run.
-    wanted : float
-        Effective sample size of every parameter.
-    most_steps : int
-        Limit, steps per walker.
-    told : callable
-        Is told of the chains after each block.
+    ``after_block`` is called with the chains and their convergence, so far as it is known, after each block.
     """
     while True:
         done = chains.positions.shape[0]
-        found = chains.judge(wanted) if done >= _FIRST else None
-        told(chains, found)
-        if found is not None and (found.has_converged or done >= most_steps):
-            return chains, found
+        convergence = judge(chains.positions[chains.kept], wanted) if done >= _FIRST else None
+        after_block(chains, convergence)
+        if convergence is not None and (convergence.has_converged or done >= most_steps):
+            return chains, convergence
         block = _FIRST - done if done < _FIRST else max(_FIRST, done // _GROWTH)
         chains = extend(model, chains, max(1, min(block, most_steps - done)))

@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from hcss_twin.core.arrays import Array
@@ -75,10 +74,7 @@ class EstimatorNoise:
     def learn(cls, positions: Array, residuals: Array, basis: Array | None = None) -> EstimatorNoise:
         """Learn from residuals (N, S), in units of the analytic size, at positions (N, P).
 
-        Raises
-        ------
-        PosteriorError
-            If a statistic never varies.
+        Raises PosteriorError if a statistic never varies.
         """
         basis = np.eye(residuals.shape[1]) if basis is None else basis
         residuals = residuals @ basis.T
@@ -102,22 +98,6 @@ class EstimatorNoise:
             basis,
             min(_FREEDOM, left),
         )
-
-    def log_likelihood(self, positions: Array, residuals: Array) -> Array:
-        """Return ln of the density (N,) of residuals (N, S) at positions (N, P), up to a constant.
-
-        Multivariate t instead of normal: simulated residuals have heavier tails (a kurtosis of 3.5 to 5), and the
-        correlation matrix is an estimate.
-        """
-        white, log_deviation = self._white(positions, residuals)
-        square = np.sum(white * white, axis=1)
-        density = -0.5 * (self.freedom + white.shape[1]) * np.log1p(square / self.freedom)
-        density = np.where(self.has_learned(positions), density, -np.inf)
-        return np.asarray(density - np.sum(log_deviation, axis=1))
-
-    def has_learned(self, positions: Array) -> NDArray[np.bool_]:
-        """Return whether positions (N, P) lie within those of the simulations (N,)."""
-        return np.asarray(np.all(np.abs(positions - self.centre) <= self.width + 1e-9, axis=1))
 
     def _white(self, positions: Array, residuals: Array) -> tuple[Array, Array]:
         """Return independent residuals of unit variance, and ln of the standard deviation, both (N, S)."""
@@ -149,9 +129,9 @@ class EstimatorNoise:
 def contrasts(lags: int, others: int) -> Array:
     """Return the basis (S, S) for so many lags along x, the same along y, and other statistics.
 
-    A frame with more variance than others has it at all lags and along both axes, so that semivariances are
-    nearly collinear, and how nearly depends on the parameters. Steps from one lag to the next, of the mean of both
-    axes and of their difference, scatter each in its own way and are nearly uncorrelated.
+    A frame with more variance than others has it at all lags and along both axes, so that semivariances are nearly
+    collinear, and how nearly depends on the parameters. Steps from one lag to the next, of the mean of both axes and of
+    their difference, scatter each in its own way and are nearly uncorrelated.
     """
     steps = np.eye(lags) - np.eye(lags, k=1)
     half = 0.5 * steps
@@ -176,13 +156,10 @@ def _quadratic(x: Array) -> Array:
 def _mean_and_deviation(features: Array, linear: Array, residuals: Array) -> tuple[Array, Array]:
     """Return the likeliest coefficients of the mean (F, S) and of ln of the standard deviation (1 + P, S).
 
-    Weighted regression and scoring in turn. The mean of logarithms of squares would need no turns, but has 2.5
-    times the variance.
+    Weighted regression and scoring in turn. The mean of logarithms of squares would need no turns, but has 2.5 times
+    the variance.
 
-    Raises
-    ------
-    PosteriorError
-        If a statistic never varies.
+    Raises PosteriorError if a statistic never varies.
     """
     ridge = _RIDGE * np.eye(features.shape[1])
     mean = np.asarray(np.linalg.solve(features.T @ features + ridge, features.T @ residuals))

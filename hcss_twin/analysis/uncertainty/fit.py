@@ -1,36 +1,34 @@
-"""Posterior of the parameters of fractal clouds, given one image or several.
+"""Posterior of the parameters of fractal clouds, given one image, several, or only a fractal dimension (``hcss fit``).
 
-Posterior of the parameters of fractal clouds, given only a fractal dimension.
+Before the chains run, simulations measure how the statistics of an image scatter where the posterior lies.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hcss_twin.analysis.matching.target import ImageChoice, Target, read_target
-from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram
-from hcss_twin.analysis.uncertainty.chains import walkers_of
-from hcss_twin.analysis.uncertainty.fit_options import FitOptions, fixed_number, space_of, usual_priors
-from hcss_twin.analysis.uncertainty.fit_run import FitRun, Progress
+from hcss_twin.analysis.uncertainty.batch_variogram import BatchVariogram, DimensionLikelihood
+from hcss_twin.analysis.uncertainty.chains import SingleModel, begin, extend, walkers_of
+from hcss_twin.analysis.uncertainty.fit_run import FitOptions, FitRun, Progress, fixed_number, space_of, usual_priors
 from hcss_twin.analysis.uncertainty.image_data import ImageData
 from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood
+from hcss_twin.analysis.uncertainty.parameter_space import SHAPE, Space
 from hcss_twin.analysis.uncertainty.population import PopulationModel
 from hcss_twin.analysis.uncertainty.posterior_file import Posterior, read_posterior
-from hcss_twin.analysis.uncertainty.posterior_model import DimensionLikelihood, SingleModel
-from hcss_twin.analysis.uncertainty.prepare import SIMULATIONS, prepare
 from hcss_twin.analysis.uncertainty.result import write_result
-from hcss_twin.analysis.uncertainty.space import Space
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 
-# With it priors are checked before an image is read.
-_ANY_FRAME = (800, 800, 20.0)
+FRAME = (800, 800, 20.0)
+"""Rows, columns and pixel size of the paper's images; also of any image before it is read, to check priors first."""
 
 
 def fit(
@@ -49,12 +47,12 @@ def fit(
         What ``hcss match`` reads. Several images have a population, of which mean and spread are sampled with the
         parameters of each.
     output : path
-        NetCDF file to write; nothing is written where chains have not converged. Beside it
-        ``OUTPUT.state`` is kept until they have: a fit that was interrupted goes on from there.
+        NetCDF file to write; nothing is written where chains have not converged. Beside it ``OUTPUT.state`` is kept
+        until they have: a fit that was interrupted goes on from there.
     choice : ImageChoice, optional
         Part of the images, and what in them is cloud.
     progress : callable, optional
-        Is told what is being done, and which part of that.
+        Called with what is being done, and which part of it is done.
     **options
         Of :class:`FitOptions`.
 
@@ -75,7 +73,7 @@ def fit(
     if not paths:
         raise PosteriorError("images: none given, allowed: one or more")
     # Images take long to read, and what is wrong with them is not to hide what is wrong here.
-    space_of(chosen, 0.5, [_ANY_FRAME], several=len(paths) > 1)
+    space_of(chosen, 0.5, [FRAME], several=len(paths) > 1)
     targets = [read_target(path, choice) for path in paths]
     digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
     inputs = [(target.source, digest) for target, digest in zip(targets, digests, strict=True)]
@@ -103,17 +101,17 @@ def fit_targets(
         digest.update(repr((each.rows, each.columns, each.pixel_size_m, each.cloudy)).encode())
         digest.update(each.variogram.tobytes())
     run = FitRun(output, options, space, spreads, digest.hexdigest(), progress)
-    state = run.resume()
+    state = run.checkpoint.read()
     if state is None:
         prepared = [
-            _prepare(likelihood, space, options.seed, index, len(likelihoods), run.told)
+            _prepare(likelihood, space, options.seed, index, len(likelihoods), run.progress)
             for index, likelihood in enumerate(likelihoods)
         ]
         likelihoods = [likelihood for likelihood, _ in prepared]
         pilots = [pilot for _, pilot in prepared]
     else:
         likelihoods = [
-            likelihood.with_noise(noise) for likelihood, noise in zip(likelihoods, state.noises, strict=True)
+            replace(likelihood, noise=noise) for likelihood, noise in zip(likelihoods, state.noises, strict=True)
         ]
         pilots = []
     model: SingleModel | PopulationModel = (
@@ -122,25 +120,21 @@ def fit_targets(
     chains, convergence = run.sample(model, tuple(likelihoods), pilots, state)
     notes = [note for target in targets for note in target.notes]
     write_result(output, model, space, likelihoods, chains, convergence, inputs, run.about(), options.seed, notes)
-    run.done()
+    run.checkpoint.remove()
     return read_posterior(output)
 
 
 def _prepare(
-    likelihood: ImageLikelihood, space: Space, seed: int, index: int, count: int, told: Progress
+    likelihood: ImageLikelihood, space: Space, seed: int, index: int, count: int, progress: Progress
 ) -> tuple[ImageLikelihood, Array]:
     total, done = count * sum(SIMULATIONS), index * sum(SIMULATIONS)
 
     def simulated(number: int) -> None:
         nonlocal done
         done += number
-        told("simulating", done / total)
+        progress("simulating", done / total)
 
     return prepare(likelihood, space, np.random.SeedSequence([seed, 0, index]), simulated)
-
-
-FRAME = (800, 800, 20.0)
-"""Rows, columns and pixel size of an image of which only the dimension is given: the paper's."""
 
 
 def fit_dimension(
@@ -156,6 +150,8 @@ def fit_dimension(
 ) -> Posterior:
     """Sample the posterior given nothing but the fractal dimension of grey levels, by the variogram.
 
+    Raises PosteriorError as of :func:`fit`.
+
     Parameters
     ----------
     dimension, error : float
@@ -165,11 +161,6 @@ def fit_dimension(
     rows, columns, pixel_size_m
         Of the image in which it was measured.
     progress, **options
-        As of :func:`fit`.
-
-    Raises
-    ------
-    PosteriorError
         As of :func:`fit`.
     """
     chosen = FitOptions(**options)
@@ -185,7 +176,7 @@ def fit_dimension(
     about = repr((dimension, error, rows, columns, pixel_size_m))
     run = FitRun(Path(output), chosen, space, (), about, progress)
     model = SingleModel(space, likelihood)
-    state = run.resume()
+    state = run.checkpoint.read()
     rng = np.random.default_rng(np.random.SeedSequence([chosen.seed, 1]))
     candidates = space.draw(rng, 64 * walkers_of(len(space.names)))
     best = np.argsort(-model.log_probability(candidates), kind="stable")
@@ -196,5 +187,75 @@ def fit_dimension(
         f"A fractal dimension of {dimension:g} +- {error:g} in {rows} rows x {columns} columns of {pixel_size_m:g} m."
     ]
     write_result(Path(output), model, space, [], chains, convergence, [], more, chosen.seed, notes)
-    run.done()
+    run.checkpoint.remove()
     return read_posterior(Path(output))
+
+
+SIMULATIONS = (150, 150, 700)
+"""Over the prior, near the posterior that these give, and near the one that those give."""
+
+# Steps of a pilot chain, and its burn-in.
+_PILOT, _SETTLED = 400, 200
+
+# Positions of the prior among which the pilot's start is chosen, per walker; and how many of them stay.
+_CANDIDATES, _CHOSEN = 64, 4
+
+# Powers of the likelihood in pilots, less than 1 because what is learned over the prior is rough; and how much wider
+# than such a pilot's draws simulations are spread.
+_POWERS, _WIDER = (0.25, 0.7), 1.3
+
+# Of the way to a limit, at least.
+_INSIDE = 1e-4
+
+
+def prepare(
+    likelihood: ImageLikelihood, space: Space, seed: np.random.SeedSequence, progress: Callable[[int], None]
+) -> tuple[ImageLikelihood, Array]:
+    """Learn the scatter of the statistics, first over the prior and then, twice, where the posterior lies.
+
+    The likelihood that is returned is 0 outside the positions of the last simulations, which reach beyond four standard
+    deviations of the posterior: nothing is extrapolated. Beside it positions (N, free) are returned where walkers may
+    start: the likelier half of draws of the pilot's posterior. ``progress`` is called with the number of further
+    simulations that are done. Raises PosteriorError if simulated images do not vary.
+    """
+    rng = np.random.default_rng(seed)
+    broad, *near = SIMULATIONS
+    likelihood = likelihood.learn(_shapes(space, space.draw(rng, broad)), rng, progress)
+    candidates = space.draw(rng, _CANDIDATES * walkers_of(len(space.names)))
+    for count, power in zip(near, _POWERS, strict=True):
+        pilot = candidates = _pilot(_flattened(space, likelihood, power), candidates, rng)
+        centre = pilot.mean(axis=0)
+        low, high = _limits(space, pilot)
+        drawn = pilot[rng.permutation(pilot.shape[0])[:count]]
+        drawn = np.clip(centre + _WIDER * (drawn - centre), low, high)
+        likelihood = likelihood.learn(_shapes(space, drawn), rng, progress)
+    density = SingleModel(space, likelihood).log_probability(pilot)
+    return likelihood, pilot[np.argsort(-density, kind="stable")[: pilot.shape[0] // 2]]
+
+
+def _flattened(space: Space, likelihood: ImageLikelihood, power: float) -> SingleModel:
+    return SingleModel(space, lambda values: power * likelihood(values))
+
+
+def _pilot(model: SingleModel, candidates: Array, rng: np.random.Generator) -> Array:
+    """Sample the posterior of a provisional likelihood, from the likeliest of candidates."""
+    walkers = walkers_of(len(model.names))
+    # Candidates may be steps of a chain that stayed: walkers at one point would never leave it.
+    candidates = np.unique(candidates, axis=0)
+    density = model.log_probability(candidates)
+    best = candidates[np.argsort(-density, kind="stable")[: _CHOSEN * walkers]]
+    start = best[rng.permutation(best.shape[0])[:walkers]]
+    chains = begin(model.log_probability, start, int(rng.integers(0, 2**31)))
+    chains = extend(model, chains, _PILOT)
+    return np.asarray(chains.positions[_SETTLED:].reshape(-1, len(model.names)))
+
+
+def _shapes(space: Space, position: Array) -> Array:
+    return np.asarray(space.complete(position)[:, : len(SHAPE)])
+
+
+def _limits(space: Space, pilot: Array) -> tuple[Array, Array]:
+    """Return how far simulations may go: to the limits of priors, but not onto them."""
+    low, high = space.limits
+    width = np.where(np.isfinite(high - low), high - low, np.ptp(pilot, axis=0))
+    return low + _INSIDE * width, high - _INSIDE * width

@@ -1,6 +1,6 @@
-"""The state of a fit that has not ended, in a file beside its output.
+"""How to fit, and one fit from its start, or from where it was interrupted, to chains that have converged.
 
-One fit, from its start or from where it was interrupted, to chains that have converged.
+The state of a fit that has not ended is a file beside its output.
 """
 
 from __future__ import annotations
@@ -9,66 +9,169 @@ import hashlib
 import json
 import time
 import zipfile
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.analysis.uncertainty.chains import Chains, Convergence, begin, converge, walkers_of
+from hcss_twin.analysis.uncertainty.chains import Convergence, MarkovChains, SingleModel, begin, converge, walkers_of
 from hcss_twin.analysis.uncertainty.estimator_noise import EstimatorNoise
-from hcss_twin.analysis.uncertainty.fit_options import SPREAD, FitOptions
 from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior, Space
 from hcss_twin.analysis.uncertainty.population import PopulationModel
-from hcss_twin.analysis.uncertainty.posterior_model import SingleModel
-from hcss_twin.analysis.uncertainty.priors import Prior
-from hcss_twin.analysis.uncertainty.space import Space
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import PosteriorError
+from hcss_twin.core.errors import PosteriorError, PosteriorOptionError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 from hcss_twin.version import __version__
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """How to fit.
+
+    Attributes
+    ----------
+    fixed : mapping of str to float or "image"
+        Parameters among H, gamma, Lx, Ly (cells per 16 km), coverage that are not free. Coverage may be fixed at
+        "image": scenes are to have exactly the image's.
+    priors : mapping of str to str
+        ``kind:number:number`` for parameters, and for ``spread_NAME`` of several images; the others have the usual
+        ones.
+    octaves : (int, int)
+        First and last octave.
+    smallest_lag : int
+        Pixels; shorter ones are not looked at (blurred or noisy images).
+    misfit : float
+        Standard deviation of ln semivariance, independent at each lag, by which real clouds are allowed to differ from
+        any fractal field.
+    seed : int
+        Of simulations and chains.
+    samples : float
+        Effective sample size that every parameter must have.
+    most_steps : int
+        Limit of steps per walker.
+    """
+
+    fixed: Mapping[str, float | Literal["image"]] = field(default_factory=dict)
+    priors: Mapping[str, str] = field(default_factory=dict)
+    octaves: tuple[int, int] = (0, 8)
+    smallest_lag: int = 1
+    misfit: float = 0.0
+    seed: int = 0
+    samples: float = 1000.0
+    most_steps: int = 50_000
+
+    def check(self) -> None:
+        """Check the numbers.
+
+        Raises PosteriorOptionError if one is not allowed.
+        """
+        first, last = self.octaves
+        for name, value, is_allowed, allowed in (
+            ("octaves", self.octaves, 0 <= first <= last <= 16, "0 <= first <= last <= 16"),
+            ("smallest_lag", self.smallest_lag, self.smallest_lag >= 1, "1 or more pixels"),
+            ("misfit", self.misfit, 0.0 <= self.misfit <= 2.0, "0 to 2"),
+            ("seed", self.seed, 0 <= self.seed < 2**63, "0 or more"),
+            ("samples", self.samples, 100.0 <= self.samples <= 1e6, "100 to 1000000"),
+            ("most_steps", self.most_steps, 500 <= self.most_steps <= 10**7, "500 to 10000000"),
+        ):
+            if not is_allowed:
+                raise PosteriorOptionError(f"{name}: {value} given, allowed: {allowed}")
+
+
+SPREAD = "spread_"
+
+# Cells per frame that the priors of L allow: from one to one of so many pixels.
+_SMALLEST_CELL_PIXELS = 4
+_USUAL = {"H": "uniform:0.02:0.98", "gamma": "loguniform:1.5:4", "coverage": "uniform:0.01:0.99"}
+
+# Of a population's spread, the least by default.
+_MIN_SPREAD = 0.01
+
+
+def space_of(
+    options: FitOptions, coverage: float, frames: Sequence[tuple[int, int, float]], *, several: bool
+) -> tuple[Space, tuple[Prior, ...]]:
+    """Return what is free, and the priors of spreads, for images of this coverage and these frames.
+
+    Raises PosteriorOptionError if a parameter is fixed at a word, or a prior is not allowed.
+    """
+    fixed = dict(options.fixed)
+    if fixed.get("coverage") == "image":
+        fixed["coverage"] = coverage
+    numbers = {name: fixed_number(name, value) for name, value in fixed.items()}
+    own = {name: text for name, text in options.priors.items() if not name.startswith(SPREAD)}
+    space = Space.of(numbers, own, usual_priors(frames))
+    return space, _spread_priors(space, options.priors, several)
+
+
+def fixed_number(name: str, value: float | str) -> float:
+    """Return what a parameter is fixed at.
+
+    Raises PosteriorOptionError if it is a word.
+    """
+    if isinstance(value, str):
+        where = "a number, or 'image' of images" if name == "coverage" else "a number"
+        raise PosteriorOptionError(f"{name}: fixed at '{value}', allowed: {where}")
+    return float(value)
+
+
+def usual_priors(frames: Sequence[tuple[int, int, float]]) -> dict[str, str]:
+    """Return the priors of what is not given, for frames of rows, columns and pixel size."""
+    usual = dict(_USUAL)
+    for name, axis in (("Lx", 1), ("Ly", 0)):
+        low = min(REFERENCE_LENGTH_M / (frame[axis] * frame[2]) for frame in frames)
+        high = max(REFERENCE_LENGTH_M / (_SMALLEST_CELL_PIXELS * frame[2]) for frame in frames)
+        usual[name] = f"loguniform:{low:.6g}:{high:.6g}"
+    return usual
+
+
+def _spread_priors(space: Space, priors: Mapping[str, str], several: bool) -> tuple[Prior, ...]:
+    given = {name.removeprefix(SPREAD): text for name, text in priors.items() if name.startswith(SPREAD)}
+    if not several:
+        if given:
+            raise PosteriorOptionError(f"prior of {SPREAD}{next(iter(given))}: one image has no spread; leave it out")
+        return ()
+    for name in given:
+        if name not in space.names:
+            raise PosteriorOptionError(f"prior of {SPREAD}{name}: {name} is not free; leave it out")
+    usual = {name: f"uniform:{_MIN_SPREAD}:{KINDS[name].widest}" for name in space.names}
+    return tuple(
+        Prior.parse(f"{SPREAD}{name}", given.get(name, usual[name]), 0.0, float("inf")) for name in space.names
+    )
+
 
 # Long chains are large files: not after every block.
 _SECONDS_APART = 5.0
-
 _DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
 
 
 @dataclass(frozen=True)
-class State:
+class FitState:
     """What has been computed: the noise of each image, and chains."""
 
     noises: tuple[EstimatorNoise, ...]
-    chains: Chains
+    chains: MarkovChains
 
 
 class Checkpoint:
-    """Writes and reads states of one fit.
+    """The file with the state of one fit; ``fingerprint`` is a hash of all that the chains depend on."""
 
-    Parameters
-    ----------
-    path : Path or None
-        File; None keeps nothing.
-    fingerprint : str
-        Of all that the chains depend on.
-    """
-
-    def __init__(self, path: Path | None, fingerprint: str) -> None:
+    def __init__(self, path: Path, fingerprint: str) -> None:
         self._path = path
         self._fingerprint = fingerprint
         self._written = 0.0
 
-    def read(self) -> State | None:
+    def read(self) -> FitState | None:
         """Return the state, or None where there is none.
 
-        Raises
-        ------
-        PosteriorError
-            If the file is damaged or is of another fit.
+        Raises PosteriorError if the file is damaged or is of another fit.
         """
-        if self._path is None or not self._path.exists():
+        if not self._path.exists():
             return None
         remedy = f"delete {self._path} to begin anew"
         try:
@@ -83,19 +186,16 @@ class Checkpoint:
                 )
                 kind, position, has_gauss, cached = (file[f"random_{i}"][()] for i in (0, 2, 3, 4))
                 random_state = (str(kind), file["random_1"], int(position), int(has_gauss), float(cached))
-                return State(noises, Chains(file["positions"], file["log_probability"], random_state))
+                return FitState(noises, MarkovChains(file["positions"], file["log_probability"], random_state))
         except _DAMAGED as error:
             raise PosteriorError(f"{self._path}: damaged state of a fit: {error}; {remedy}") from error
 
-    def write(self, state: State, now: bool = False) -> None:
-        """Write a state, not more often than every few seconds unless told to.
+    def write(self, state: FitState, now: bool = False) -> None:
+        """Write a state, at most every few seconds unless ``now``.
 
-        Raises
-        ------
-        PosteriorError
-            If the file cannot be written.
+        Raises PosteriorError if the file cannot be written.
         """
-        if self._path is None or (not now and time.monotonic() - self._written < _SECONDS_APART):
+        if not now and time.monotonic() - self._written < _SECONDS_APART:
             return
         arrays: dict[str, NDArray[np.generic]] = {
             f"noise_{i}_{f.name}": np.asarray(getattr(noise, f.name))
@@ -111,13 +211,12 @@ class Checkpoint:
         self._written = time.monotonic()
 
     def remove(self) -> None:
-        """Forget the state."""
-        if self._path is not None:
-            self._path.unlink(missing_ok=True)
+        """Forget the state: the posterior has been written."""
+        self._path.unlink(missing_ok=True)
 
 
 Progress = Callable[[str, float], None]
-"""Is told what is being done, and which part of that is done."""
+"""Called with what is being done, and which part of it is done."""
 
 
 class FitRun:
@@ -134,75 +233,58 @@ class FitRun:
     ) -> None:
         if not output.absolute().parent.is_dir():
             raise PosteriorError(f"cannot write {output}: there is no folder {output.absolute().parent}")
-        self._options = options
-        self._space = space
-        self._spreads = spreads
-        self.told: Progress = progress or (lambda _what, _part: None)
+        self._options, self._space, self._spreads = options, space, spreads
+        self.progress: Progress = progress or (lambda _what, _part: None)
         text = json.dumps([__version__, data, self.about(), options.seed, sorted(space.fixed.items())])
         digest = hashlib.sha256(text.encode()).hexdigest()
-        self._checkpoint = Checkpoint(output.with_name(f"{output.name}.state"), digest)
+        self.checkpoint = Checkpoint(output.with_name(f"{output.name}.state"), digest)
 
     def about(self) -> dict[str, Any]:
-        """Return attributes of the file that say what was asked."""
+        """Return the attributes of the file that describe the options."""
         priors = {name: prior.text for name, prior in self._space.priors.items()}
         for name, prior in zip(self._space.names, self._spreads, strict=False):
             priors[f"{SPREAD}{name}"] = prior.text
-        chosen = asdict(self._options)
+        options = self._options
         return {
             "priors": json.dumps(priors),
-            "octaves": list(chosen["octaves"]),
-            "smallest_lag": chosen["smallest_lag"],
-            "misfit": chosen["misfit"],
+            "octaves": list(options.octaves),
+            "smallest_lag": options.smallest_lag,
+            "misfit": options.misfit,
         }
-
-    def resume(self) -> State | None:
-        """Return what an earlier run left."""
-        return self._checkpoint.read()
 
     def sample(
         self,
         model: SingleModel | PopulationModel,
         likelihoods: tuple[ImageLikelihood, ...],
         pilots: Sequence[Array],
-        state: State | None,
-    ) -> tuple[Chains, Convergence]:
+        state: FitState | None,
+    ) -> tuple[MarkovChains, Convergence]:
         """Run chains to their end.
 
-        Raises
-        ------
-        PosteriorError
-            If they have not converged.
+        Raises PosteriorError if they have not converged.
         """
         options = self._options
         noises = tuple(each.noise for each in likelihoods if each.noise is not None)
         chains = self._start(model, pilots) if state is None else state.chains
 
-        def told(chains: Chains, found: Convergence | None) -> None:
-            self._checkpoint.write(State(noises, chains))
-            self.told("sampling", 0.0 if found is None else min(found.fraction, 1.0))
+        def after_block(chains: MarkovChains, convergence: Convergence | None) -> None:
+            self.checkpoint.write(FitState(noises, chains))
+            self.progress("sampling", 0.0 if convergence is None else min(convergence.fraction, 1.0))
 
-        chains, found = converge(model, chains, options.samples, options.most_steps, told)
-        if not found.has_converged:
-            self._checkpoint.write(State(noises, chains), now=True)
-            raise PosteriorError(_refusal(found, model.names, options, chains))
-        return chains, found
+        chains, convergence = converge(model, chains, options.samples, options.most_steps, after_block)
+        if not convergence.has_converged:
+            self.checkpoint.write(FitState(noises, chains), now=True)
+            lines = "\n  ".join(convergence.complaints(model.names))
+            raise PosteriorError(
+                f"not converged after {chains.positions.shape[0]} steps; no posterior is written\n  {lines}\n"
+                f"allow more steps (now {options.most_steps}; a new run continues these chains), fix a parameter that "
+                "the data do not constrain (gamma), or give narrower priors"
+            )
+        return chains, convergence
 
-    def done(self) -> None:
-        """Forget the state: the posterior has been written."""
-        self._checkpoint.remove()
-
-    def _start(self, model: SingleModel | PopulationModel, pilots: Sequence[Array]) -> Chains:
+    def _start(self, model: SingleModel | PopulationModel, pilots: Sequence[Array]) -> MarkovChains:
         rng = np.random.default_rng(np.random.SeedSequence([self._options.seed, 2]))
         walkers = walkers_of(len(model.names))
         drawn = [pilot[rng.permutation(pilot.shape[0])[:walkers]] for pilot in pilots]
         start = model.start(rng, drawn) if isinstance(model, PopulationModel) else drawn[0]
         return begin(model.log_probability, start, int(rng.integers(0, 2**31)))
-
-
-def _refusal(found: Convergence, names: tuple[str, ...], options: FitOptions, chains: Chains) -> str:
-    lines = "\n  ".join(found.complaints(names))
-    return (
-        f"not converged after {chains.positions.shape[0]} steps; no posterior is written\n  {lines}\n"
-        f"allow more steps (now {options.most_steps}; the chains so far are kept and gone on with), fix a parameter "
-        "that the data do not tell (gamma), or give narrower priors"
-    )

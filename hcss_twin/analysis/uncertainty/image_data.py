@@ -1,15 +1,12 @@
-"""The variogram that a fit looks at: of normal scores, with clear pixels at the threshold.
+"""The statistics of an image that a fit uses: the variogram of normal scores, with clear pixels at the threshold.
 
-Grey levels are some rising function of the field V where there is cloud, and nothing where there is
-none. Their ranks are the field's, whatever the function (brightness exponent, eq 7, a calibration), so
-that ranks are taken to standard normal scores z, as if the frame's values were the normal distribution;
-clear pixels, of which only is known that they lie below, get the threshold t: y = max(z, t).
+Grey levels are some increasing function of the field V where there is cloud. Their ranks are the field's, whatever the
+function (brightness exponent, eq 7, a calibration), so that ranks are converted to standard normal scores z; clear
+pixels, of which only is known that they lie below the threshold t, get the threshold: y = max(z, t).
 
-For a bivariate normal pair with the correlation rho the semivariance (1/2) E[(max(a, t) - max(b, t))^2]
-is a function of rho and t alone (Gaussian anamorphosis: J.-P. Chiles and P. Delfiner, Geostatistics, 2nd
-ed., Wiley 2012, section 6.3). Here it is tabulated, so that the expected variogram of V becomes that of y.
-
-What a fit knows of an image, and the same of a simulated one.
+For a bivariate normal pair with the correlation rho the semivariance (1/2) E[(max(a, t) - max(b, t))^2] is a function
+of rho and t alone (Gaussian anamorphosis: J.-P. Chiles and P. Delfiner, Geostatistics, 2nd ed., Wiley 2012, section
+6.3). It is tabulated, so that the expected variogram of V becomes that of y.
 """
 
 from __future__ import annotations
@@ -35,7 +32,6 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 # Bins by which simulated fields are ranked: a step is less than 2e-4 of the field's standard deviation.
 _BINS = 1 << 16
-
 _TABLE_NODES, _SMALLEST, _LARGEST = 160, 1e-7, 1.999
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(96)
 _FARTHEST = 8.0
@@ -46,10 +42,7 @@ def image_scores(level: NDArray[np.float32]) -> NDArray[np.float32]:
 
     Equal levels share the mean of their ranks.
 
-    Raises
-    ------
-    ImageError
-        If no pixel is cloudy, or no two cloudy pixels differ.
+    Raises ImageError if no pixel is cloudy, or no two cloudy pixels differ.
     """
     cloudy = level > 0.0
     values = level[cloudy]
@@ -82,10 +75,7 @@ def field_scores(field: NDArray[np.float32], cloudy: int) -> NDArray[np.float32]
 def score_variogram(scores: NDArray[np.float32], lags: NDArray[np.int64]) -> Array:
     """Return the semivariances of scores at ``lags`` (M,) along x, then along y (2 M,).
 
-    Raises
-    ------
-    ImageError
-        If the image does not vary along an axis.
+    Raises ImageError if the image does not vary along an axis.
     """
     found = semivariances(scores, lags.tolist())
     both = np.concatenate([found.along_x, found.along_y])
@@ -118,8 +108,8 @@ class ScoreSemivariance:
     def logarithm(self, semivariance: Array) -> Array:
         """Return ln of the semivariance of scores for semivariances (any shape) of a field of unit variance.
 
-        Above 2, which is a correlation of -1 and which a frame with few large clouds may seem to have, the
-        value at 2 stands.
+        Above 2, which is a correlation of -1 and which a frame with few large clouds may seem to have, the value at 2
+        stands.
         """
         result: Array = np.interp(np.log(semivariance), *self._logarithms)
         return result
@@ -128,8 +118,7 @@ class ScoreSemivariance:
 def clipped_semivariance(one_minus: float, threshold: float) -> float:
     """Return (1/2) E[(max(a, t) - max(b, t))^2] of standard normal a, b with 1 - correlation ``one_minus``.
 
-    With a, b = s + d, s - d for independent normal s, d the mean over s is closed; that over d is by
-    quadrature.
+    With a, b = s + d, s - d for independent normal s, d the mean over s is closed; that over d is by quadrature.
     """
     if threshold == -math.inf:
         return one_minus
@@ -203,10 +192,7 @@ class ImageData:
     def of(cls, image: CloudImage, smallest_lag: int = 1) -> ImageData:
         """Measure an image.
 
-        Raises
-        ------
-        ImageError
-            If the image is too small, has too few cloudy or clear pixels, or does not vary.
+        Raises ImageError if the image is too small, has too few cloudy or clear pixels, or does not vary.
         """
         level = image.level
         if level.ndim != 2 or min(level.shape) < SMALLEST_SIDE:
@@ -244,23 +230,10 @@ class ImageData:
         return float(ndtri(1.0 - self.coverage))
 
     def simulate(self, shape: Array, octaves: tuple[int, int], seed: int) -> tuple[Array, float]:
-        """Measure a simulated image of this size, of these lags and of this many cloudy pixels.
+        """Measure a simulated image of this size and this many cloudy pixels, with H, gamma, Lx, Ly of ``shape`` (4,).
 
-        Parameters
-        ----------
-        shape : ndarray (4,)
-            H, gamma, Lx, Ly.
-        octaves : (int, int)
-            First and last.
-        seed : int
-            Realisation.
-
-        Returns
-        -------
-        variogram : ndarray (2 M,)
-            As :attr:`variogram`.
-        threshold : float
-            Of the field V, above which these pixels lie: that of the sky.
+        Returned are its variogram (2 M,), as :attr:`variogram`, and the threshold of the field V above which its cloudy
+        pixels lie: that of the sky.
         """
         hurst, gamma, cells_x, cells_y = (float(each) for each in shape)
         parameters = FractalParameters(gamma=gamma, H=hurst, L=(cells_x, cells_y), k=octaves)

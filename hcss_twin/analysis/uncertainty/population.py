@@ -1,10 +1,8 @@
-"""Posterior density of the population that several images are from, and of the parameters of each.
+"""Posterior of the population that several images are from, and of the parameters of each; and how to sample it.
 
-One step of chains in the space of a population: image after image, then means and spreads, then both together.
-
-Given the population images do not know of each other, so that each image's parameters are proposed, and taken or not,
-by themselves; given the images, so is each parameter's mean and spread, which costs no likelihood. All dimensions at
-once, which is what a general sampler proposes, would nearly always be refused.
+Given the population, images are independent, so that the parameters of each image are proposed and accepted separately;
+given the images, so are the mean and spread of each parameter, which costs no likelihood. A general sampler moves all
+dimensions at once, and nearly every proposal would be rejected.
 """
 
 from __future__ import annotations
@@ -19,9 +17,8 @@ from emcee.state import State
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from hcss_twin.analysis.uncertainty.posterior_model import Likelihood
-from hcss_twin.analysis.uncertainty.priors import Prior
-from hcss_twin.analysis.uncertainty.space import KINDS, Space
+from hcss_twin.analysis.uncertainty.chains import Likelihood
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior, Space
 from hcss_twin.core.arrays import Array
 
 # Of the first guess of a population's spread, on the scale; and its scatter among walkers.
@@ -32,10 +29,10 @@ _MIN_SPREAD, _SCATTER = 0.05, 0.2
 class PopulationModel:
     """Parameters of several images, and the distribution from which they are.
 
-    On its scale each parameter of an image is normally distributed, cut off at the limits of its prior,
-    which is that of the mean. A position has the means, the logarithms of the spreads, and then the
-    parameters of each image. Between images and between parameters the density is a product but for the
-    likelihoods, which have the parameters of one image each.
+    On its scale each parameter of an image is normally distributed, cut off at the limits of its prior, which is that
+    of the mean. A position has the means, the logarithms of the spreads, and then the parameters of each image. Between
+    images and between parameters the density is a product but for the likelihoods, which have the parameters of one
+    image each.
     """
 
     space: Space
@@ -134,12 +131,7 @@ _OF_IMAGES, _OF_POPULATION = 2, 3
 
 
 class PopulationSweep(Move):  # type: ignore[misc]
-    """A move of emcee that changes all dimensions, each block by a Metropolis step of its own.
-
-    Parameters
-    ----------
-    model : PopulationModel
-    """
+    """A move of emcee that changes all dimensions, each block by a Metropolis step of its own."""
 
     def __init__(self, model: PopulationModel) -> None:
         self._model = model
@@ -148,7 +140,7 @@ class PopulationSweep(Move):  # type: ignore[misc]
     def propose(self, model: Any, state: State) -> tuple[State, NDArray[np.bool_]]:
         """Move each half of the walkers; the other tells how far."""
         random = model.random
-        whole = _Half.of(self._model, state.coords, self._likelihood)
+        whole = _WalkerSet.of(self._model, state.coords, self._likelihood)
         walkers = state.coords.shape[0]
         shuffled = random.permutation(walkers)
         for own in (shuffled[: walkers // 2], shuffled[walkers // 2 :]):
@@ -165,7 +157,7 @@ class PopulationSweep(Move):  # type: ignore[misc]
         return State(coords, log_prob=whole.log_probability(), random_state=random.get_state()), moved
 
 
-class _Half:
+class _WalkerSet:
     """Walkers (N): means and logarithms of spreads (N, P), parameters (N, I, P) and likelihoods (N, I) of images."""
 
     def __init__(self, model: PopulationModel, mean: Array, log_spread: Array, own: Array, likelihood: Array) -> None:
@@ -173,7 +165,7 @@ class _Half:
         self.mean, self.log_spread, self.own, self.likelihood = mean, log_spread, own, likelihood
 
     @classmethod
-    def of(cls, model: PopulationModel, position: Array, likelihood: Array | None) -> _Half:
+    def of(cls, model: PopulationModel, position: Array, likelihood: Array | None) -> _WalkerSet:
         mean, log_spread, own = (part.copy() for part in model.parts(position))
         if likelihood is None:
             everywhere = np.ones(position.shape[0], dtype=np.bool_)
@@ -181,12 +173,12 @@ class _Half:
             likelihood = np.stack(each, axis=1)
         return cls(model, mean, log_spread, own, likelihood)
 
-    def take(self, walkers: NDArray[np.intp]) -> _Half:
-        return _Half(
+    def take(self, walkers: NDArray[np.intp]) -> _WalkerSet:
+        return _WalkerSet(
             self._model, self.mean[walkers], self.log_spread[walkers], self.own[walkers], self.likelihood[walkers]
         )
 
-    def put(self, walkers: NDArray[np.intp], half: _Half) -> None:
+    def put(self, walkers: NDArray[np.intp], half: _WalkerSet) -> None:
         self.mean[walkers], self.log_spread[walkers] = half.mean, half.log_spread
         self.own[walkers], self.likelihood[walkers] = half.own, half.likelihood
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -30,20 +30,11 @@ _AXES = ("x", "y")
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """What a variable of the file says about itself.
+    """Attributes of a variable of the file.
 
-    Attributes
-    ----------
-    long_name : str
-        Meaning.
-    prior : str
-        As given, for example ``uniform:0.02:0.98``.
-    autocorrelation_time_steps : float
-        Integrated autocorrelation time, steps of the sampler.
-    effective_sample_size : float
-        Steps of all walkers after burn-in, divided by it.
-    split_r_hat : float
-        Of the halves of all walkers.
+    The prior is written as given, for example ``uniform:0.02:0.98``; the integrated autocorrelation time is in steps of
+    the sampler, the effective sample size is steps of all walkers after burn-in divided by it, and split R-hat is of
+    the halves of all walkers.
     """
 
     long_name: str
@@ -120,26 +111,18 @@ def write_posterior(
 ) -> None:
     """Write a posterior; whatever happens, ``path`` holds a whole file or what it held before.
 
-    The same arguments give the same bytes: there is no date in the file.
+    The same arguments give the same bytes: there is no date in the file. Raises PosteriorError if it cannot be written.
 
     Parameters
     ----------
-    path : Path
-        File to write.
-    title : str
-        One line.
     inputs : sequence of (str, str)
         Name and SHA-256 of each file that was read; empty where none was.
     chains : mapping of str to ndarray (chain, draw) or (chain, draw, image)
-        As :attr:`Posterior.chains`.
+        As :attr:`Posterior.chains`; ``diagnostics`` has one for each.
     log_probability : ndarray (chain, draw)
         Natural logarithm of the posterior density, up to a constant.
-    diagnostics : mapping of str to Diagnostic
-        For each of ``chains``.
-    fixed : mapping of str to float
-        Parameters that were not free.
-    priors : mapping of str to str
-        For each free parameter, as given.
+    fixed, priors : mapping
+        Parameters that were not free, and the priors of those that were, as given.
     seed : int
         Of simulations and chains.
     trace : (sequence of str, ndarray (parameter, chain, step)), optional
@@ -148,11 +131,6 @@ def write_posterior(
         What images show.
     attributes : mapping, optional
         More global attributes.
-
-    Raises
-    ------
-    PosteriorError
-        If the file cannot be written.
     """
     import netCDF4
 
@@ -182,10 +160,7 @@ def write_posterior(
 def read_posterior(path: Path) -> Posterior:
     """Read the draws of a posterior.
 
-    Raises
-    ------
-    PosteriorError
-        If the file is missing, is no posterior, has another version, has not converged or is damaged.
+    Raises PosteriorError if the file is missing, is no posterior, has another version, has not converged or is damaged.
     """
     import netCDF4
 
@@ -227,16 +202,9 @@ def _check_header(path: Path, attributes: Mapping[str, Any]) -> None:
 
 def _write_chains(file: Any, chains: Mapping[str, Array], diagnostics: Mapping[str, Diagnostic]) -> None:
     for name, values in chains.items():
-        told = diagnostics[name]
-        _write(file, name, ("chain", "draw", "image")[: values.ndim], values, told.long_name)
-        file[name].setncatts(
-            {
-                "prior": told.prior,
-                "autocorrelation_time_steps": float(told.autocorrelation_time_steps),
-                "effective_sample_size": float(told.effective_sample_size),
-                "split_r_hat": float(told.split_r_hat),
-            }
-        )
+        attributes = asdict(diagnostics[name])
+        _write(file, name, ("chain", "draw", "image")[: values.ndim], values, attributes.pop("long_name"))
+        file[name].setncatts(attributes)
 
 
 def _write_trace(file: Any, names: Sequence[str], values: Array) -> None:

@@ -1,10 +1,8 @@
-"""What images with the posterior's parameters would show, beside what the image shows.
-
-From chains that have converged to the file of the posterior.
-"""
+"""From converged chains to the file of the posterior, with a posterior predictive check of the variogram."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.analysis.uncertainty.chains import Chains, Convergence
+from hcss_twin.analysis.uncertainty.chains import Convergence, MarkovChains, SingleModel
 from hcss_twin.analysis.uncertainty.image_likelihood import ImageLikelihood, on_scales
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, SHAPE, Space
 from hcss_twin.analysis.uncertainty.population import PopulationModel
 from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
-from hcss_twin.analysis.uncertainty.posterior_model import SingleModel
-from hcss_twin.analysis.uncertainty.space import KINDS, SHAPE, Space
 from hcss_twin.core.arrays import Array
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -33,22 +30,9 @@ def predictive_check(
 ) -> tuple[VariogramCheck, list[float]]:
     """Compare images with replicates drawn from the posterior.
 
-    Parameters
-    ----------
-    likelihoods : sequence of ImageLikelihood
-        One per image.
-    values : sequence of ndarray (N, 5)
-        All parameters of each image, draws of the posterior.
-    rng : Generator
-        Of the replicates.
-
-    Returns
-    -------
-    check : VariogramCheck
-        With an axis for the images where there are several.
-    p_values : list of float
-        Of each image: the part of replicates that is at least as far from the mean as the image
-        (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
+    ``values`` are draws (N, 5) of all parameters of each image. Returned are the check, with an axis for the images
+    where there are several, and a p-value for each: the part of replicates that is at least as far from the mean as the
+    image (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
     """
     lags = np.unique(np.concatenate([each.data.lags for each in likelihoods]))
     count = len(likelihoods)
@@ -92,9 +76,7 @@ _LONGEST_TRACE = 500
 # Draws in these outer parts of the half-width of the range are at its edge; more of them than this are a crowd. Even
 # draws have a part of _EDGE there.
 _EDGE, _CROWDED = 0.02, 0.06
-
 _TITLE = "Posterior of the parameters of fractal clouds"
-
 _ON_SCALE = {"value": "", "logarithm": " (of the natural logarithm)", "probit": " (of the normal quantile)"}
 
 
@@ -103,7 +85,7 @@ def write_result(
     model: SingleModel | PopulationModel,
     space: Space,
     likelihoods: Sequence[ImageLikelihood],
-    chains: Chains,
+    chains: MarkovChains,
     convergence: Convergence,
     inputs: Sequence[tuple[str, str]],
     about: Mapping[str, Any],
@@ -112,20 +94,15 @@ def write_result(
 ) -> None:
     """Thin chains to independent draws, check them against the images, and write all.
 
-    Raises
-    ------
-    PosteriorError
-        If the file cannot be written.
+    Raises PosteriorError if the file cannot be written.
     """
-    import json
-
     every = math.ceil(float(np.max(convergence.autocorrelation_time)))
     kept = chains.positions[chains.kept][::every].swapaxes(0, 1)
     density = chains.log_probability[chains.kept][::every].T
     values = model.values(kept)
     priors = json.loads(about["priors"])
     more = {name: value for name, value in about.items() if name != "priors"}
-    told = list(notes)
+    lines = list(notes)
     variogram = None
     if likelihoods:
         rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
@@ -137,19 +114,21 @@ def write_result(
         more["image_coverage"] = [each.data.coverage for each in likelihoods]
         more["pixel_size_m"] = [each.data.pixel_size_m for each in likelihoods]
         for (name, _), likelihood, each in zip(inputs, likelihoods, drawn, strict=True):
-            told += _at_edges(name, likelihood, each, space)
-        told += [_suspicion(name, p) for (name, _), p in zip(inputs, p_values, strict=True) if p < SUSPICIOUS]
-    more["notes"] = "\n".join(told)
+            lines += _at_edges(name, likelihood, each, space)
+        lines += [
+            f"{name}: no fractal field has such a variogram (posterior predictive p = {p:.2g}): intervals are too "
+            "narrow; a misfit greater than 0 or a larger smallest lag allows for that."
+            for (name, _), p in zip(inputs, p_values, strict=True)
+            if p < SUSPICIOUS
+        ]
+    more["notes"] = "\n".join(lines)
     step = math.ceil(chains.positions.shape[0] / _LONGEST_TRACE)
     traced = model.values(chains.positions[::step].swapaxes(0, 1))
     names, rows = [], []
     for name, value in traced.items():
-        if value.ndim == 2:
-            names.append(name)
-            rows.append(value)
-        else:
-            names += [f"{name}[{image}]" for image in range(value.shape[2])]
-            rows += [value[..., image] for image in range(value.shape[2])]
+        several = value.ndim == 3
+        names += [f"{name}[{image}]" for image in range(value.shape[2])] if several else [name]
+        rows += [value[..., image] for image in range(value.shape[2])] if several else [value]
     write_posterior(
         path,
         title=_TITLE,
@@ -157,7 +136,7 @@ def write_result(
         chains=values,
         log_probability=density,
         diagnostics=_diagnostics(model, values, convergence, priors),
-        fixed={} if not space.fixed else space.fixed,
+        fixed=space.fixed,
         priors=priors,
         seed=seed,
         trace=(names, np.stack(rows)),
@@ -181,7 +160,7 @@ def _diagnostics(
     priors: Mapping[str, str],
 ) -> dict[str, Diagnostic]:
     """Return what each variable says; of the parameters of several images, the worst image's."""
-    found = {}
+    diagnostics = {}
     for name in values:
         columns = [i for i, each in enumerate(model.names) if each == name or each.startswith(f"{name}[")]
         plain = name.removeprefix("mean_").removeprefix("spread_")
@@ -193,14 +172,14 @@ def _diagnostics(
             meaning = f"standard deviation in the population{_ON_SCALE[kind.scale.kind]}: {meaning}"
         elif len(columns) > 1 or isinstance(model, PopulationModel):
             prior = "the population"
-        found[name] = Diagnostic(
+        diagnostics[name] = Diagnostic(
             meaning,
             prior,
             float(np.max(convergence.autocorrelation_time[columns])),
             float(np.min(convergence.effective_size[columns])),
             float(np.max(convergence.split_r_hat[columns])),
         )
-    return found
+    return diagnostics
 
 
 def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> list[str]:
@@ -217,13 +196,6 @@ def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Spac
         if part > _CROWDED:
             lines.append(
                 f"{name}: {part:.0%} of the draws of {parameter} lie at the edge of the prior, or of what was "
-                "simulated: it is a limit and not a result."
+                "simulated: the interval shows that limit, not the data."
             )
     return lines
-
-
-def _suspicion(name: str, p_value: float) -> str:
-    return (
-        f"{name}: no fractal field has such a variogram (posterior predictive p = {p_value:.2g}): intervals are too "
-        "narrow; a misfit greater than 0 or a larger smallest lag allows for that."
-    )

@@ -1,1 +1,1 @@
-"""Cubes in the formats of other programs: one file per format, and what all of them are told."""
+"""Export of cubes to the formats of other programs, one module per format."""

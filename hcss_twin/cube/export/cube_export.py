@@ -1,7 +1,4 @@
-"""Names of the files of an export.
-
-Writing of a cube in the format of another program.
-"""
+"""Export of a cube to the format of another program: names of the files, and writing."""
 
 from __future__ import annotations
 
@@ -29,12 +26,12 @@ SUFFIXES = {
 
 @dataclass(frozen=True)
 class FileNames:
-    """Where the images of an export go.
+    """Files of an export.
 
     Attributes
     ----------
     images : tuple of tuple of Path
-        Files by frame and, in it, by plane; one file for all frames or all planes stands only once.
+        Files by frame and plane; a file of all frames or all planes is listed once.
     companions : tuple of Path
         Files beside them, without which they cannot be read.
     """
@@ -114,7 +111,7 @@ Limits = tuple[float, float]
 
 @dataclass(frozen=True)
 class Exported:
-    """What came of an export.
+    """Result of an export.
 
     Attributes
     ----------
@@ -178,7 +175,7 @@ def export_cube(
     Raises
     ------
     CubeError
-        If the cube cannot be read or lacks what is asked for, a file exists or cannot be written, a package is
+        If the cube cannot be read or lacks what is requested, a file exists or cannot be written, a package is
         missing, or the format has no place for the values.
     """
     if to not in SUFFIXES:

@@ -107,7 +107,7 @@ def _image_header(fits: Any, selection: Selection, source: str, kind: np.dtype[A
     if selection.comment:
         header["COMMENT"] = ascii_text(selection.comment)
     header["COMMENT"] = "x points east, y north, relative to the centre of each frame; the table FRAMES"
-    header["COMMENT"] = "says where that has moved to. NaN stands for values that do not exist."
+    header["COMMENT"] = "says where that has moved to. NaN: the value does not exist."
     return header
 
 
@@ -148,7 +148,7 @@ def _time_axis(selection: Selection) -> tuple[str, str, float, float]:
 
 def _tables(fits: Any, selection: Selection) -> list[Any]:
     frames, planes = selection.frames, selection.planes
-    found = [
+    tables = [
         _table(
             fits,
             "FRAMES",
@@ -169,13 +169,13 @@ def _tables(fits: Any, selection: Selection) -> list[Any]:
                 ("central", "D", "um", [plane.central_um for plane in planes]),
                 ("upper", "D", "um", [plane.upper_um for plane in planes]),
             ]
-        found.append(_table(fits, f"{selection.plane_kind.upper()}S", columns))
+        tables.append(_table(fits, f"{selection.plane_kind.upper()}S", columns))
     names = [ascii_text(name) for name in selection.attributes]
     values = [json.dumps(value) for value in selection.attributes.values()]
-    found.append(
+    tables.append(
         _table(fits, "ATTRIBUTES", [("name", _width(names), None, names), ("json", _width(values), None, values)])
     )
-    return found
+    return tables
 
 
 def _width(texts: list[str]) -> str:
@@ -183,10 +183,10 @@ def _width(texts: list[str]) -> str:
 
 
 def _table(fits: Any, name: str, columns: list[tuple[str, str, str | None, Any]]) -> Any:
-    made = [
+    fits_columns = [
         fits.Column(name=title, format=kind, unit=unit, array=_array(values)) for title, kind, unit, values in columns
     ]
-    return fits.BinTableHDU.from_columns(made, name=name)
+    return fits.BinTableHDU.from_columns(fits_columns, name=name)
 
 
 def _array(values: Any) -> NDArray[Any]:

@@ -1,4 +1,4 @@
-"""Where the pixels of a frame lie on the globe, as readers of other formats are told."""
+"""Location of the pixels of a frame, as other formats describe it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class LocalPlane:
     semi_major_m : float
         Equatorial radius.
     inverse_flattening : float
-        0 stands for a sphere.
+        0: a sphere.
     """
 
     latitude: float
@@ -41,6 +41,18 @@ class LocalPlane:
     def is_wgs84(self) -> bool:
         """Whether the figure of the Earth is that of WGS 84."""
         return self.semi_major_m == WGS84_SEMI_MAJOR_M and self.inverse_flattening == WGS84_INVERSE_FLATTENING
+
+    @property
+    def proj_text(self) -> str:
+        """Coordinate system as text for PROJ."""
+        figure = (
+            "+datum=WGS84"
+            if self.is_wgs84
+            else f"+R={self.semi_major_m!r}"
+            if self.inverse_flattening == 0.0
+            else f"+a={self.semi_major_m!r} +rf={self.inverse_flattening!r}"
+        )
+        return f"+proj=aeqd +lat_0={self.latitude!r} +lon_0={self.longitude!r} {figure} +units=m +no_defs"
 
     @property
     def esri_wkt(self) -> str:
@@ -63,7 +75,7 @@ class LocalPlane:
 
 
 @dataclass(frozen=True)
-class Grid:
+class PixelGrid:
     """Pixel centres of a frame in the local plane; rows grow north and columns east.
 
     Attributes
@@ -124,7 +136,7 @@ def axis(name: str, centres_m: NDArray[np.float64], fallback_m: float | None) ->
     """
     if centres_m.size == 1:
         if fallback_m is None:
-            raise CubeError(f"{name} has one value, from which the size of a pixel cannot be told")
+            raise CubeError(f"{name} has one value, which does not determine the size of a pixel")
         return float(centres_m[0]), fallback_m
     step = float(centres_m[-1] - centres_m[0]) / (centres_m.size - 1)
     if not step > 0.0:

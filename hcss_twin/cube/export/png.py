@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.export.selection import (
-    Frame,
+    ExportFrame,
     Plane,
     Selection,
     ascii_text,
@@ -38,7 +38,7 @@ class Scaling:
     ----------
     scale, offset : float
     missing_sample : int or None
-        The sample that stands for a missing value; None where none can be missing.
+        The sample of a missing value; None where none can be missing.
     largest_error : float
         Of rounding to samples.
     lowest, highest : float or None
@@ -57,7 +57,7 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
     """Return the scaling of each plane, the same for all its frames.
 
     Whole numbers from 0 to 65535 (masks, digital numbers) are their own samples. Other values use 1 to 65535 between
-    the smallest and the largest of all frames, or between the limits; 0 stands for a missing value.
+    the smallest and the largest of all frames, or between the limits; 0 is a missing value.
 
     Parameters
     ----------
@@ -73,15 +73,15 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
     highest = np.full(len(selection.planes), -np.inf)
     for frame in selection.frames:
         for index, image in enumerate(selection.values(frame)):
-            found = _range(image)
-            if found is None:
+            span = _range(image)
+            if span is None:
                 continue
-            if limits is not None and not limits[0] <= found[0] <= found[1] <= limits[1]:
+            if limits is not None and not limits[0] <= span[0] <= span[1] <= limits[1]:
                 raise CubeError(
-                    f"{selection.variable}, {image_name(frame, selection.planes[index])}: values from {found[0]:g} to "
-                    f"{found[1]:g}; the limits {limits[0]:g} to {limits[1]:g} have to hold all of them"
+                    f"{selection.variable}, {image_name(frame, selection.planes[index])}: values from {span[0]:g} to "
+                    f"{span[1]:g}; the limits {limits[0]:g} to {limits[1]:g} have to hold all of them"
                 )
-            lowest[index], highest[index] = min(lowest[index], found[0]), max(highest[index], found[1])
+            lowest[index], highest[index] = min(lowest[index], span[0]), max(highest[index], span[1])
     whole = selection.dtype.kind in "iu" and limits is None
     if whole and lowest.min() >= 0 and highest.max() <= LARGEST:
         return (Scaling(1.0, 0.0, None, 0.0, 0.0, float(LARGEST)),) * len(selection.planes)
@@ -89,7 +89,7 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
 
 
 def write_png(
-    selection: Selection, source: str, frame: Frame, scaling: tuple[Scaling, ...], paths: Sequence[Path]
+    selection: Selection, source: str, frame: ExportFrame, scaling: tuple[Scaling, ...], paths: Sequence[Path]
 ) -> int:
     """Write the pictures of one frame, the northernmost row first; return how many values are missing.
 
@@ -97,7 +97,7 @@ def write_png(
     ----------
     source : str
         Name of the cube's file.
-    frame : Frame
+    frame : ExportFrame
         One of the selection.
     scaling : tuple of Scaling
         One per plane.
@@ -174,7 +174,7 @@ def _samples(image: NDArray[Any], how: Scaling) -> NDArray[np.uint16]:
     return whole
 
 
-def _notes(selection: Selection, source: str, frame: Frame, plane: Plane, how: Scaling) -> dict[str, str]:
+def _notes(selection: Selection, source: str, frame: ExportFrame, plane: Plane, how: Scaling) -> dict[str, str]:
     return {
         "Title": ascii_text(f"{selection.variable}, {image_name(frame, plane)}"),
         "Source": ascii_text(source),

@@ -1,7 +1,4 @@
-"""What is taken from a cube: one variable, some of its frames and bands.
-
-What every format is told about an export, as far as it has room for it.
-"""
+"""What is exported of a cube: one variable, some of its frames and bands, and their description."""
 
 from __future__ import annotations
 
@@ -17,7 +14,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.cube.coordinates import GRID_MAPPING, frame_times_s
-from hcss_twin.cube.export.place import Grid, axis, local_plane
+from hcss_twin.cube.export.place import PixelGrid, axis, local_plane
 from hcss_twin.cube.variables import LAYER
 from hcss_twin.version import __version__
 
@@ -32,7 +29,7 @@ _RESOLUTION = re.compile(r"\s*([0-9.eE+-]+) m\s*\Z")
 
 
 @dataclass(frozen=True)
-class Frame:
+class ExportFrame:
     """One frame: its number in the cube, time (UTC) and where the platform has moved to.
 
     A variable without time has one frame, whose number is None and whose time is that of the first.
@@ -67,9 +64,9 @@ class Selection:
     plane_kind : str
         ``band``, ``layer``, or empty where a frame is one image.
     planes : tuple of Plane
-    frames : tuple of Frame
+    frames : tuple of ExportFrame
     rows, columns : int
-    grid : Grid
+    grid : PixelGrid
     attributes : mapping
         Global attributes of the cube.
     data : DataArray
@@ -86,15 +83,15 @@ class Selection:
     dtype: np.dtype[Any]
     plane_kind: str
     planes: tuple[Plane, ...]
-    frames: tuple[Frame, ...]
+    frames: tuple[ExportFrame, ...]
     rows: int
     columns: int
-    grid: Grid
+    grid: PixelGrid
     attributes: dict[str, Any]
     data: xr.DataArray
     chosen: tuple[int, ...]
 
-    def values(self, frame: Frame) -> NDArray[Any]:
+    def values(self, frame: ExportFrame) -> NDArray[Any]:
         """Return the planes of a frame (P, Y, X), the southernmost row first.
 
         Raises
@@ -180,7 +177,7 @@ def _planes(dataset: xr.Dataset, name: str, kind: str, bands: Sequence[str]) -> 
         if band not in known:
             raise CubeError(f"band '{band}': the cube has no such band; {choose_from(band, known)}")
         if list(bands).count(band) > 1:
-            raise CubeError(f"band '{band}': asked for more than once")
+            raise CubeError(f"band '{band}': requested more than once")
     return tuple(known.index(band) for band in bands or known)
 
 
@@ -196,28 +193,28 @@ def _plane(dataset: xr.Dataset, kind: str, index: int) -> Plane:
     )
 
 
-def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[Frame, ...]:
+def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[ExportFrame, ...]:
     seconds = frame_times_s(dataset)
     times = np.datetime_as_string(dataset["time"].to_numpy().astype("datetime64[us]"))
     displacements = dataset["centre_displacement"].to_numpy()
     if "time" not in dataset[name].dims:
         if wanted:
             raise CubeError(f"frame {wanted[0]}: {name} is the same for all frames; allowed: none")
-        return (Frame(None, f"{times[0]}Z", float(seconds[0]), float(displacements[0])),)
+        return (ExportFrame(None, f"{times[0]}Z", float(seconds[0]), float(displacements[0])),)
     last = seconds.size - 1
     for number in wanted:
         if not 0 <= number <= last:
             nearest = min(max(number, 0), last)
             raise CubeError(f"frame {number}: the cube has 0 to {last}; closest is {nearest}")
         if list(wanted).count(number) > 1:
-            raise CubeError(f"frame {number}: asked for more than once")
+            raise CubeError(f"frame {number}: requested more than once")
     return tuple(
-        Frame(number, f"{times[number]}Z", float(seconds[number]), float(displacements[number]))
+        ExportFrame(number, f"{times[number]}Z", float(seconds[number]), float(displacements[number]))
         for number in wanted or range(seconds.size)
     )
 
 
-def _grid(dataset: xr.Dataset, data: xr.DataArray) -> Grid:
+def _grid(dataset: xr.Dataset, data: xr.DataArray) -> PixelGrid:
     # variables that are coordinates of others, as the latitude of each pixel, name none
     mapping = data.encoding.get("grid_mapping", data.attrs.get("grid_mapping", GRID_MAPPING))
     if mapping not in dataset.variables:
@@ -226,7 +223,7 @@ def _grid(dataset: xr.Dataset, data: xr.DataArray) -> Grid:
     size = float(given.group(1)) if given else None
     west, step_x = axis("x", dataset["x"].to_numpy().astype(np.float64), size)
     south, step_y = axis("y", dataset["y"].to_numpy().astype(np.float64), size)
-    return Grid(west, south, step_x, step_y, local_plane(dataset[mapping].attrs))
+    return PixelGrid(west, south, step_x, step_y, local_plane(dataset[mapping].attrs))
 
 
 def _plain(value: Any) -> Any:
@@ -235,7 +232,7 @@ def _plain(value: Any) -> Any:
 
 
 def description(selection: Selection, source: str) -> dict[str, Any]:
-    """Return everything that is known of an export but its values, as JSON can say it.
+    """Return the description of an export, without its values, for JSON.
 
     Parameters
     ----------
@@ -280,7 +277,7 @@ def headline(selection: Selection) -> str:
     return f"{selection.long_name or selection.variable}{units}"
 
 
-def image_name(frame: Frame, plane: Plane) -> str:
+def image_name(frame: ExportFrame, plane: Plane) -> str:
     """Name one image of an export."""
     named = plane.name or "image"
     return named if frame.number is None else f"{named} frame {frame.number} ({frame.time})"

@@ -23,8 +23,8 @@ from hcss_twin.engine.certificate.part_sample import stratum_names
 from hcss_twin.engine.compile import table_key
 from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
-from hcss_twin.models.radiance.brightness import BrightnessTemperature
 from hcss_twin.models.radiance.reference import reference_terms
+from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 
 COLUMNS_AT_ONCE = 32

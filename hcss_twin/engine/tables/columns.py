@@ -17,7 +17,7 @@ from hcss_twin.engine.tables.layer_pair import LayerPair
 from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities
 from hcss_twin.engine.tables.thickness_axis import ColumnsAt, ThicknessAxis, relative, spline_through, total
 from hcss_twin.engine.tables.waves import probe_waves
-from hcss_twin.models.radiance.spectral_nodes import SpectralNodes, all_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
 

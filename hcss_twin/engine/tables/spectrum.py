@@ -9,7 +9,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.thickness_axis import breakpoints
-from hcss_twin.models.radiance.spectral_nodes import SpectralNodes, all_nodes, choose_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes, choose_nodes
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
 

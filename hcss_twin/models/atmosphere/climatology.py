@@ -1,7 +1,7 @@
 """Monthly climatology of the sea surface and the air above it, by place and date (COADS, 1946-1989).
 
-Linear in time between the middles of the months, bilinear in space over the cells that have reports.
-Linear interpolation flattens the extremes of the year by up to a tenth of the seasonal range.
+Linear in time between the middles of the months, bilinear in space over the cells that have reports. Linear
+interpolation flattens the extremes of the year by up to a tenth of the seasonal range.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 
 NAME = "COADS 1946-1989"
-FURTHEST_KM = 500.0
+MAX_DISTANCE_KM = 500.0
 """How far away the reports may lie that stand for a place at sea without any around it."""
 
 LAND_REACH_DEG = 1.0
@@ -45,12 +45,12 @@ class Climate:
 
 
 class Climatology:
-    """Reads the shipped climatology once and interpolates in it.
+    """Interpolates in the shipped climatology, which is read once.
 
     Parameters
     ----------
     catalog : Catalog
-        Finds and records the file; it is opened at the first question.
+        Finds and records the file, which is opened when first needed.
     """
 
     def __init__(self, catalog: Catalog) -> None:
@@ -95,16 +95,16 @@ class Climatology:
             raise CatalogError(f"{where} is on land, and the climatology knows the sea only; give a value")
         months = 12.0 * _year_fraction(time) - 0.5
         month, share = math.floor(months), months - math.floor(months)
-        found = []
+        climates = []
         for each in (month % 12, (month + 1) % 12):
             climate = self._in_month(quantity, each, latitude_deg, longitude_deg)
             if climate is None:
                 raise CatalogError(
-                    f"the climatology has no {quantity.replace('_', ' ')} within {FURTHEST_KM:g} km of {where} in "
+                    f"the climatology has no {quantity.replace('_', ' ')} within {MAX_DISTANCE_KM:g} km of {where} in "
                     f"month {each + 1} (ice, or no ships); give a value"
                 )
-            found.append(climate)
-        before, after = found
+            climates.append(climate)
+        before, after = climates
         value = (1.0 - share) * before.value + share * after.value
         return Climate(value, max(before.distance_km, after.distance_km))
 
@@ -128,7 +128,7 @@ class Climatology:
         distance = _distance_km(fields["latitude"][:, None], fields["longitude"], latitude, longitude)
         distance = np.where(np.isfinite(values), distance, np.inf)
         nearest = int(np.argmin(distance))
-        if distance.flat[nearest] > FURTHEST_KM:
+        if distance.flat[nearest] > MAX_DISTANCE_KM:
             return None
         return Climate(float(values.flat[nearest]), float(distance.flat[nearest]))
 
@@ -138,9 +138,9 @@ class Climatology:
 
         path = self._catalog.find("coads-monthly", "climatology", ".nc")
         with netCDF4.Dataset(path) as dataset:
-            found = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
-            if found != _FORMAT:
-                raise CatalogError(f"{path.name}: format {found}; expected {_FORMAT}")
+            file_format = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
+            if file_format != _FORMAT:
+                raise CatalogError(f"{path.name}: format {file_format}; expected {_FORMAT}")
             return {
                 name: np.ma.filled(variable[:].astype(np.float64), np.nan)
                 for name, variable in dataset.variables.items()

@@ -1,7 +1,4 @@
-"""Water vapour: saturation, conversions to mole fraction, column amount and its scaling.
-
-Altitudes and pressures of air at rest.
-"""
+"""Moist air: saturation, forms of humidity, the column of water vapour and its scaling, and hydrostatic balance."""
 
 from __future__ import annotations
 
@@ -20,14 +17,13 @@ MOLAR_MASS_DRY_AIR = 28.9647e-3
 AVOGADRO = 6.02214076e23
 MASS_RATIO = MOLAR_MASS_WATER / MOLAR_MASS_DRY_AIR
 
-LARGEST_RELATIVE_HUMIDITY = 1.05
+MAX_RELATIVE_HUMIDITY = 1.05
 """Relative humidity over liquid water above which a profile is refused.
 
-Over liquid water at all temperatures, as radiosondes report it: vapour above an ice cloud may exceed ice
-saturation by half, but below about -38 degC drops freeze on their own before water saturation is reached.
-"""
+Over liquid water at all temperatures, as radiosondes report it: vapour above an ice cloud may exceed ice saturation by
+half, but below about -38 degC drops freeze on their own before water saturation is reached. """
 
-COLDEST_SATURATION_K = 123.0
+MIN_SATURATION_K = 123.0
 """Below, the formula of saturation is not valid."""
 
 
@@ -70,8 +66,8 @@ def from_specific_humidity(specific_humidity: Array) -> Array:
 
 def relative_humidity(h2o: Array, pressure_Pa: Array, temperature_K: Array) -> Array:
     """Relative humidity (0 to 1) over liquid water; 0 where it is too cold or hot for the formula."""
-    saturation = saturation_pressure_Pa(np.clip(temperature_K, COLDEST_SATURATION_K, 332.0))
-    inside = (temperature_K >= COLDEST_SATURATION_K) & (temperature_K <= 332.0)
+    saturation = saturation_pressure_Pa(np.clip(temperature_K, MIN_SATURATION_K, 332.0))
+    inside = (temperature_K >= MIN_SATURATION_K) & (temperature_K <= 332.0)
     return np.where(inside, h2o * pressure_Pa / saturation, 0.0)
 
 
@@ -95,7 +91,7 @@ def largest_factor(profile: Profile) -> float:
     """Factor on the water vapour at which the first level reaches the largest relative humidity."""
     humidity = relative_humidity(_vapour(profile), profile.pressure_Pa, profile.temperature_K)
     most = float(np.max(humidity))
-    return np.inf if most == 0.0 else LARGEST_RELATIVE_HUMIDITY / most
+    return np.inf if most == 0.0 else MAX_RELATIVE_HUMIDITY / most
 
 
 def with_water_vapour(profile: Profile, *, factor: float | None = None, column_kg_m2: float | None = None) -> Profile:
@@ -131,7 +127,7 @@ def with_water_vapour(profile: Profile, *, factor: float | None = None, column_k
         raise CatalogError(
             f"a column of {factor * column:.4g} kg m-2 ({factor:.4g} times that of '{profile.name}') makes a relative "
             f"humidity of {100 * humidity[worst]:.0f} % at {profile.altitude_m[worst] / 1e3:g} km; allowed: up to "
-            f"{100 * LARGEST_RELATIVE_HUMIDITY:g} %; closest valid choice is a factor of {_floor(limit)}, or a column "
+            f"{100 * MAX_RELATIVE_HUMIDITY:g} %; closest valid choice is a factor of {_floor(limit)}, or a column "
             f"of {_floor(limit * column)} kg m-2"
         )
     gases = {**profile.mixing_ratio, "h2o": _vapour(profile) * factor}

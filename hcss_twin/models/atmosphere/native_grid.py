@@ -12,26 +12,10 @@ from hcss_twin.core.errors import ProviderError
 
 
 def native_nodes(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> NDArray[np.intp]:
-    """Return the indices of the native wavenumbers that enclose the requested ones, and no others.
+    """Return the indices (M,) of the native wavenumbers that enclose the requested ones, and no others.
 
-    Parameters
-    ----------
-    native_cm1 : ndarray (N,)
-        Ascending.
-    wavenumber_cm1 : ndarray (V,)
-        Ascending.
-    provider : str
-        Who complains.
-
-    Returns
-    -------
-    ndarray of int (M,)
-        Ascending; both neighbours of a wavenumber between two, itself alone where it is native.
-
-    Raises
-    ------
-    ProviderError
-        If the request leaves the native grid.
+    Both neighbours of a wavenumber between two, itself alone where it is native; both grids ascend. Raises
+    ProviderError, in the name of ``provider``, if the request leaves the native grid.
     """
     low, high = native_cm1[0], native_cm1[-1]
     if wavenumber_cm1[0] < low or wavenumber_cm1[-1] > high:
@@ -79,22 +63,7 @@ class NativeWindow:
 
 
 def native_window(native_cm1: Array, wavenumber_cm1: Array, provider: str) -> NativeWindow:
-    """Return the native wavenumbers that a request needs.
-
-    Parameters
-    ----------
-    native_cm1 : ndarray (N,)
-        Ascending.
-    wavenumber_cm1 : ndarray (V,)
-        Ascending.
-    provider : str
-        Who complains.
-
-    Raises
-    ------
-    ProviderError
-        If the request leaves the native grid.
-    """
+    """Return the native wavenumbers that a request needs; arguments and errors as :func:`native_nodes`."""
     nodes = native_nodes(native_cm1, wavenumber_cm1, provider)
     some = native_cm1[nodes]
     if np.array_equal(some, wavenumber_cm1):

@@ -20,26 +20,15 @@ def path_radiance(
     target_m: Sequence[float],
     zenith_deg: float,
 ) -> Array:
-    """Path radiance seen from space, L_atm of eqs 19 and 20 of the HCSS paper.
+    """Path radiance (P, V) seen from space, W m-2 sr-1 (cm-1)-1: L_atm in eq 19 and eq 20 of the HCSS paper.
 
-    A provider that brings its own path radiance is asked for it; for every other one the layers'
-    Planck radiances are weighted with differences of transmittance,
+    A provider may compute its own path radiance. For every other one the layers' Planck radiances are weighted with
+    differences of transmittance,
 
         L = sum_n B(T_n) [T(top of n -> space) - T(bottom of n -> space)],
 
-    so that an isothermal atmosphere gives (1 - T) B exactly.
-
-    Parameters
-    ----------
-    target_m : sequence of float (P,)
-        Altitudes at which the paths begin.
-    zenith_deg : float
-        Zenith angle at the surface point.
-
-    Returns
-    -------
-    ndarray (P, V)
-        W m-2 sr-1 (cm-1)-1.
+    so that an isothermal atmosphere gives (1 - T) B exactly. Paths begin at altitudes ``target_m`` (P,) and have a
+    zenith angle at the surface point.
     """
     own = getattr(provider, "path_radiance", None)
     if own is not None:

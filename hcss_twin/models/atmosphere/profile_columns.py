@@ -1,4 +1,4 @@
-"""What a column of a profile file may be called, and the units it may come in."""
+"""Names and units of the columns of a profile file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Unit = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ProfileQuantity:
     """One quantity of a profile.
 
     Attributes
@@ -45,56 +45,22 @@ class Quantity:
         return next(iter(self.units))
 
 
-_LENGTH = {
-    "m": (1.0, 0.0),
-    "km": (1e3, 0.0),
-    "ft": (0.3048, 0.0),
-    "metre": (1.0, 0.0),
-    "meter": (1.0, 0.0),
-    "metres": (1.0, 0.0),
-    "meters": (1.0, 0.0),
-}
-_PRESSURE = {
-    "pa": (1.0, 0.0),
-    "hpa": (100.0, 0.0),
-    "mb": (100.0, 0.0),
-    "mbar": (100.0, 0.0),
-    "millibar": (100.0, 0.0),
-    "millibars": (100.0, 0.0),
-    "kpa": (1e3, 0.0),
-}
-_CELSIUS = (1.0, 273.15)
+_M, _HPA, _CELSIUS = (1.0, 0.0), (100.0, 0.0), (1.0, 273.15)
+_LENGTH = {"m": _M, "km": (1e3, 0.0), "ft": (0.3048, 0.0), "metre": _M, "meter": _M, "metres": _M, "meters": _M}
+_PRESSURE = {"pa": (1.0, 0.0), **dict.fromkeys(("hpa", "mb", "mbar", "millibar", "millibars"), _HPA), "kpa": (1e3, 0.0)}
 _TEMPERATURE = {
-    "k": (1.0, 0.0),
-    "kelvin": (1.0, 0.0),
-    "c": _CELSIUS,
-    "degc": _CELSIUS,
-    "°c": _CELSIUS,
-    "celsius": _CELSIUS,
-    "deg_c": _CELSIUS,
-    "degree_celsius": _CELSIUS,
-    "degrees_celsius": _CELSIUS,
+    **dict.fromkeys(("k", "kelvin"), (1.0, 0.0)),
+    **dict.fromkeys(("c", "degc", "°c", "celsius", "deg_c", "degree_celsius", "degrees_celsius"), _CELSIUS),
 }
-_RELATIVE = {"1": (1.0, 0.0), "fraction": (1.0, 0.0), "percent": (0.01, 0.0), "%": (0.01, 0.0), "pct": (0.01, 0.0)}
+_RELATIVE = {**dict.fromkeys(("1", "fraction"), (1.0, 0.0)), **dict.fromkeys(("percent", "%", "pct"), (0.01, 0.0))}
 _MASS_RATIO = {
-    "kg_kg": (1.0, 0.0),
-    "kg_kg-1": (1.0, 0.0),
-    "kg_kg**-1": (1.0, 0.0),
-    "1": (1.0, 0.0),
-    "g_kg": (1e-3, 0.0),
-    "g_kg-1": (1e-3, 0.0),
-    "g_kg**-1": (1e-3, 0.0),
+    **dict.fromkeys(("kg_kg", "kg_kg-1", "kg_kg**-1", "1"), (1.0, 0.0)),
+    **dict.fromkeys(("g_kg", "g_kg-1", "g_kg**-1"), (1e-3, 0.0)),
 }
 _MOLE_FRACTION = {
-    "1": (1.0, 0.0),
-    "mol_mol": (1.0, 0.0),
-    "mol_mol-1": (1.0, 0.0),
-    "ppmv": (1e-6, 0.0),
-    "ppm": (1e-6, 0.0),
-    "1e-6": (1e-6, 0.0),
-    "ppbv": (1e-9, 0.0),
-    "ppb": (1e-9, 0.0),
-    "1e-9": (1e-9, 0.0),
+    **dict.fromkeys(("1", "mol_mol", "mol_mol-1"), (1.0, 0.0)),
+    **dict.fromkeys(("ppmv", "ppm", "1e-6"), (1e-6, 0.0)),
+    **dict.fromkeys(("ppbv", "ppb", "1e-9"), (1e-9, 0.0)),
 }
 _GAS_NAMES = {
     "h2o": "water_vapour",
@@ -109,30 +75,30 @@ _GAS_NAMES = {
 HUMIDITIES = ("h2o", "mixing_ratio", "specific_humidity", "dewpoint", "relative_humidity")
 """Ways of giving water vapour; the first one present is used."""
 
-QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
+QUANTITIES: Mapping[str, ProfileQuantity] = MappingProxyType(
     {
         quantity.name: quantity
         for quantity in (
-            Quantity("altitude", ("altitude", "height", "geometric_altitude", "z"), _LENGTH, 0.0, 1e6),
-            Quantity(
+            ProfileQuantity("altitude", ("altitude", "height", "geometric_altitude", "z"), _LENGTH, 0.0, 1e6),
+            ProfileQuantity(
                 "geopotential_height",
                 ("geopotential_height", "geopotential_altitude", "gph"),
                 {**_LENGTH, "gpm": (1.0, 0.0)},
                 0.0,
                 1e6,
             ),
-            Quantity("pressure", ("pressure", "air_pressure", "pressure_level", "p"), _PRESSURE, 0.0, 1.1e5),
-            Quantity("temperature", ("temperature", "air_temperature", "ta", "t"), _TEMPERATURE, 100.0, 1500.0),
-            Quantity("relative_humidity", ("relative_humidity", "rh", "hur"), _RELATIVE, 0.0, 2.0),
-            Quantity(
+            ProfileQuantity("pressure", ("pressure", "air_pressure", "pressure_level", "p"), _PRESSURE, 0.0, 1.1e5),
+            ProfileQuantity("temperature", ("temperature", "air_temperature", "ta", "t"), _TEMPERATURE, 100.0, 1500.0),
+            ProfileQuantity("relative_humidity", ("relative_humidity", "rh", "hur"), _RELATIVE, 0.0, 2.0),
+            ProfileQuantity(
                 "dewpoint",
                 ("dewpoint", "dew_point", "dewpoint_temperature", "dew_point_temperature", "td"),
                 _TEMPERATURE,
                 123.0,
                 332.0,
             ),
-            Quantity("specific_humidity", ("specific_humidity", "hus", "q"), _MASS_RATIO, 0.0, 0.2),
-            Quantity(
+            ProfileQuantity("specific_humidity", ("specific_humidity", "hus", "q"), _MASS_RATIO, 0.0, 0.2),
+            ProfileQuantity(
                 "mixing_ratio",
                 ("mixing_ratio", "humidity_mixing_ratio", "water_vapour_mixing_ratio"),
                 _MASS_RATIO,
@@ -140,7 +106,7 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
                 0.2,
             ),
             *(
-                Quantity(
+                ProfileQuantity(
                     gas,
                     (gas, _GAS_NAMES[gas], f"mole_fraction_of_{_GAS_NAMES[gas]}_in_air"),
                     _MOLE_FRACTION,
@@ -155,37 +121,22 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
 )
 
 PASSED_OVER = (
-    "air_number_density",
-    "time",
-    "latitude",
-    "longitude",
-    "lat",
-    "lon",
-    "level",
-    "wind_speed",
-    "wind_direction",
-    "wind_from_direction",
-    "wind_from",
-    "u_wind",
-    "v_wind",
-    "eastward_wind",
-    "northward_wind",
-    "ascent_rate",
-    "frost_point",
-    "potential_temperature",
-)
-"""Columns that soundings have and a profile does not need; no error, with any unit behind them."""
+    "air_number_density", "time", "latitude", "longitude", "lat", "lon", "level", "wind_speed", "wind_direction",
+    "wind_from_direction", "wind_from", "u_wind", "v_wind", "eastward_wind", "northward_wind", "ascent_rate",
+    "frost_point", "potential_temperature",
+)  # fmt: skip
+"""Columns that soundings have and a profile does not need, with any unit."""
 
 _BRACKETS = re.compile(r"(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]")
 
 
 def folded(unit: str) -> str:
-    """Write a unit as the tables here do: lower case, blanks and slashes as underscores."""
+    """Return a unit in the form of these tables: lower case, blanks and slashes as underscores."""
     return re.sub(r"[\s/·_]+", "_", unit.strip().lower())
 
 
-def recognised(header: str) -> tuple[Quantity, Unit] | None:
-    """Tell from the head of a CSV column what it holds and in which unit.
+def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
+    """Return quantity and unit of a CSV column from its name.
 
     Parameters
     ----------
@@ -208,7 +159,7 @@ def recognised(header: str) -> tuple[Quantity, Unit] | None:
         if bracket is not None and text == spelling:
             return quantity, unit_of(quantity, bracket["unit"], header)
         if bracket is None and (text == spelling or text.startswith(f"{spelling}_")):
-            # The unit is cut from the text as typed: in it a hyphen is a minus sign.
+            # The unit is taken from the text before hyphens became underscores: there a hyphen is a minus sign.
             return quantity, unit_of(quantity, folded(header)[len(spelling) + 1 :], header)
     if any(text == each or text.startswith(f"{each}_") for each in PASSED_OVER):
         return None
@@ -218,8 +169,8 @@ def recognised(header: str) -> tuple[Quantity, Unit] | None:
     raise ValueError(f"column '{header}' is not known; allowed: {', '.join(QUANTITIES)}{hint}")
 
 
-def named(names: Iterable[str]) -> Quantity | None:
-    """Quantity that one of a NetCDF variable's names stands for, None where none does."""
+def named(names: Iterable[str]) -> ProfileQuantity | None:
+    """ProfileQuantity that one of a NetCDF variable's names stands for, None where none does."""
     for name in names:
         for quantity in QUANTITIES.values():
             if _folded_name(name) in quantity.spellings:
@@ -227,7 +178,7 @@ def named(names: Iterable[str]) -> Quantity | None:
     return None
 
 
-def unit_of(quantity: Quantity, unit: str, label: str) -> Unit:
+def unit_of(quantity: ProfileQuantity, unit: str, label: str) -> Unit:
     """Look up a unit.
 
     Raises
@@ -254,7 +205,7 @@ def _folded_name(name: str) -> str:
     return folded(name).replace("-", "_")
 
 
-def _by_length() -> list[tuple[str, Quantity]]:
+def _by_length() -> list[tuple[str, ProfileQuantity]]:
     """Every spelling, the longest first, so that 'temperature_K' is not taken for 't'."""
     pairs = [(spelling, quantity) for quantity in QUANTITIES.values() for spelling in quantity.spellings]
     return sorted(pairs, key=lambda pair: -len(pair[0]))

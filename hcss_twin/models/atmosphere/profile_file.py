@@ -1,25 +1,329 @@
-"""Profiles by catalog name or from a user's file.
+"""Profiles from files or the catalog: levels checked, completed from the sea to space, and thinned.
 
-Which of the six AFGL model atmospheres suits a place and date.
+Also which of the six AFGL model atmospheres suits a place and date.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+import numpy as np
+
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.profile_building import build_profile
-from hcss_twin.models.atmosphere.sounding import read_sounding
-from hcss_twin.physics.profile import Profile
+from hcss_twin.models.atmosphere.moist_air import (
+    MAX_RELATIVE_HUMIDITY,
+    altitude_of_pressure,
+    from_dewpoint,
+    from_mixing_ratio,
+    from_relative_humidity,
+    from_specific_humidity,
+    geometric_altitude,
+    pressure_beyond,
+    relative_humidity,
+    saturation_pressure_Pa,
+)
+from hcss_twin.models.atmosphere.sounding import Sounding, read_sounding
+from hcss_twin.physics.profile import GASES, Profile
+
+FEW_LEVELS = 150
+"""Profiles of at most this many levels are left as they are."""
+
+TOLERANCES = {"temperature": 0.2, "relative_humidity": 0.02, "ln_pressure": 2e-4}
+"""Largest departure (K, 1, 1) of a dropped level from the line between the levels that are kept."""
+
+
+def thinned(columns: dict[str, Array], name: str, notes: list[str]) -> dict[str, Array]:
+    """Drop levels that lie on the line between others, and say so.
+
+    The level farthest from the line is kept, and both halves are treated alike (D. H. Douglas and
+    T. K. Peucker, Cartographica 10, 112 (1973)); temperature and relative humidity count linear in
+    altitude, pressure by its logarithm.
+
+    Parameters
+    ----------
+    columns : dict of str to ndarray (L,)
+        With altitude, pressure, temperature and h2o.
+    name : str
+        Of the profile, for the note.
+    notes : list of str
+        Gets a note where levels are dropped.
+
+    Returns
+    -------
+    dict of str to ndarray (K,)
+    """
+    altitude = columns["altitude"]
+    if altitude.size <= FEW_LEVELS:
+        return columns
+    # Above 332 K the formula of saturation ends; there is no humidity to keep either.
+    saturation = saturation_pressure_Pa(np.clip(columns["temperature"], 123.0, 332.0))
+    scaled = np.stack(
+        (
+            columns["temperature"] / TOLERANCES["temperature"],
+            columns["h2o"] * columns["pressure"] / saturation / TOLERANCES["relative_humidity"],
+            np.log(columns["pressure"]) / TOLERANCES["ln_pressure"],
+        )
+    )
+    keep = np.zeros(altitude.size, dtype=bool)
+    keep[[0, -1]] = True
+    pending = [(0, altitude.size - 1)]
+    while pending:
+        low, high = pending.pop()
+        if high - low < 2:
+            continue
+        share = (altitude[low : high + 1] - altitude[low]) / (altitude[high] - altitude[low])
+        line = scaled[:, [low]] + share * (scaled[:, [high]] - scaled[:, [low]])
+        away = np.max(np.abs(scaled[:, low : high + 1] - line), axis=0)
+        farthest = int(np.argmax(away))
+        if away[farthest] > 1.0:
+            middle = low + farthest
+            keep[middle] = True
+            pending += [(low, middle), (middle, high)]
+    if keep.all():
+        return columns
+    notes.append(
+        f"profile '{name}': {int(keep.sum())} of {altitude.size} levels kept; the others lie within "
+        f"{TOLERANCES['temperature']:g} K and {100 * TOLERANCES['relative_humidity']:g} % relative humidity of the "
+        "lines between them"
+    )
+    return {column: values[keep] for column, values in columns.items()}
+
+
+Columns = dict[str, Array]
+
+COMPLETE_M = 100_000.0
+"""Profiles that end lower are completed from a model."""
+
+CLEARANCE_M = 1000.0
+"""Distance of the model's first level above the last of the profile."""
+
+LOWEST_LEVEL_M = 200.0
+"""A profile that begins at most this high is continued down to the sea."""
+
+LAPSE_RATE_K_M = 0.0065
+"""Of the 1976 US Standard Atmosphere, for that continuation."""
+
+DENSE_BELOW_M = 15_000.0
+WIDEST_GAP_M = 5_000.0
+SURFACE_PRESSURE_PA = (85_000.0, 110_000.0)
+HYDROSTATIC_ABOVE_PA = 1.0
+"""Below this pressure (80 km) air is no longer well mixed, and heights do not follow from pressure."""
+
+HEIGHT_TOLERANCE = (200.0, 0.03)
+"""How far altitudes may differ from those of hydrostatic balance: metres, and share of the altitude."""
+
+
+def build_profile(sounding: Sounding, model: Callable[[], Profile]) -> Profile:
+    """Check a sounding and complete it.
+
+    Parameters
+    ----------
+    sounding : Sounding
+    model : callable
+        Returns the model that gives missing gases and the air above; called only if it is needed.
+
+    Returns
+    -------
+    Profile
+        From altitude 0 up; its notes say what was computed or taken from the model.
+
+    Raises
+    ------
+    CatalogError
+        If the levels are not sorted, leave a gap of more than 5 km below 15 km, are supersaturated, or
+        contradict themselves; with the line or level of the file.
+    """
+    columns, notes = dict(sounding.columns), list(sounding.notes)
+    _require_falling_pressure(sounding, columns["pressure"])
+    columns["h2o"] = _mole_fraction(columns)
+    _require_unsaturated(sounding, columns)
+    columns["altitude"] = _altitude(sounding, columns, notes)
+    _require_dense(sounding, columns["altitude"])
+    columns = {name: columns[name] for name in ("altitude", "pressure", "temperature", *GASES) if name in columns}
+    columns = _down_to_the_sea(sounding, columns, notes)
+    columns = thinned(columns, sounding.name, notes)
+    columns = _with_gases(sounding, columns, model, notes)
+    columns = _up_to_space(sounding, columns, model, notes)
+    return Profile(
+        sounding.name,
+        columns["altitude"],
+        columns["pressure"],
+        columns["temperature"],
+        {gas: columns[gas] for gas in GASES if gas in columns},
+        tuple(notes),
+    )
+
+
+def _require_falling_pressure(sounding: Sounding, pressure: Array) -> None:
+    if np.any(pressure <= 0):
+        level = int(np.flatnonzero(pressure <= 0)[0])
+        raise CatalogError(f"{sounding.name}, {sounding.where[level]}: pressure is 0; allowed: above 0")
+    rises = np.flatnonzero(np.diff(pressure) >= 0)
+    if not rises.size:
+        return
+    if rises.size == pressure.size - 1:
+        raise CatalogError(f"{sounding.name}: the levels run downwards; allowed: from the sea upwards")
+    level = int(rises[0]) + 1
+    raise CatalogError(
+        f"{sounding.name}, {sounding.where[level]}: pressure {pressure[level] / 100:g} hPa does not fall below the "
+        f"{pressure[level - 1] / 100:g} hPa of {sounding.where[level - 1]}; allowed: levels sorted from the sea "
+        "upwards, each once"
+    )
+
+
+def _mole_fraction(columns: Mapping[str, Array]) -> Array:
+    pressure, temperature = columns["pressure"], columns["temperature"]
+    if "h2o" in columns:
+        return columns["h2o"]
+    if "mixing_ratio" in columns:
+        return from_mixing_ratio(columns["mixing_ratio"])
+    if "specific_humidity" in columns:
+        return from_specific_humidity(columns["specific_humidity"])
+    if "dewpoint" in columns:
+        return from_dewpoint(columns["dewpoint"], pressure)
+    return from_relative_humidity(columns["relative_humidity"], pressure, temperature)
+
+
+def _require_unsaturated(sounding: Sounding, columns: Mapping[str, Array]) -> None:
+    humidity = relative_humidity(columns["h2o"], columns["pressure"], columns["temperature"])
+    worst = int(np.argmax(humidity))
+    if humidity[worst] > MAX_RELATIVE_HUMIDITY + 1e-9:
+        raise CatalogError(
+            f"{sounding.name}, {sounding.where[worst]}: relative humidity {100 * humidity[worst]:.1f} % over water at "
+            f"{columns['pressure'][worst] / 100:g} hPa and {columns['temperature'][worst]:g} K; allowed: up to "
+            f"{100 * MAX_RELATIVE_HUMIDITY:g} %"
+        )
+    if np.any(columns["h2o"] >= 1):
+        level = int(np.argmax(columns["h2o"]))
+        raise CatalogError(f"{sounding.name}, {sounding.where[level]}: more water vapour than air")
+
+
+def _altitude(sounding: Sounding, columns: Mapping[str, Array], notes: list[str]) -> Array:
+    pressure, temperature, h2o = columns["pressure"], columns["temperature"], columns["h2o"]
+    mixed = pressure >= HYDROSTATIC_ABOVE_PA
+    if "altitude" not in columns and "geopotential_height" not in columns:
+        if not mixed.all():
+            level = int(np.argmin(mixed))
+            raise CatalogError(
+                f"{sounding.name}, {sounding.where[level]}: altitudes are not computed below "
+                f"{HYDROSTATIC_ABOVE_PA:g} Pa; give a column of altitude, or end the profile below this level"
+            )
+        low, high = SURFACE_PRESSURE_PA
+        if not low <= pressure[0] <= high:
+            raise CatalogError(
+                f"{sounding.name}, {sounding.where[0]}: without altitudes the first level is the sea surface; its "
+                f"pressure is {pressure[0] / 100:g} hPa, allowed {low / 100:g} to {high / 100:g} hPa"
+            )
+        notes.append(
+            f"profile '{sounding.name}': altitudes computed from pressure, temperature and humidity, the first level "
+            "at the sea"
+        )
+        return altitude_of_pressure(pressure, temperature, h2o)
+    given = "altitude" if "altitude" in columns else "geopotential_height"
+    altitude = columns[given] if given == "altitude" else geometric_altitude(columns[given])
+    rises = np.diff(altitude) > 0
+    if not rises.all():
+        level = int(np.argmin(rises)) + 1
+        raise CatalogError(
+            f"{sounding.name}, {sounding.where[level]}: {given} {altitude[level]:g} m does not exceed the "
+            f"{altitude[level - 1]:g} m of {sounding.where[level - 1]}"
+        )
+    if altitude[0] > LOWEST_LEVEL_M:
+        raise CatalogError(
+            f"{sounding.name}, {sounding.where[0]}: the lowest level is at {altitude[0]:g} m; allowed: up to "
+            f"{LOWEST_LEVEL_M:g} m above the sea"
+        )
+    balanced = altitude_of_pressure(pressure[mixed], temperature[mixed], h2o[mixed], float(altitude[0]))
+    away = np.abs(balanced - altitude[mixed])
+    excess = away - HEIGHT_TOLERANCE[0] - HEIGHT_TOLERANCE[1] * altitude[mixed]
+    if np.any(excess > 0):
+        level = int(np.argmax(excess > 0))
+        raise CatalogError(
+            f"{sounding.name}, {sounding.where[level]}: {given} {altitude[level]:.0f} m, but pressures and "
+            f"temperatures up to there reach {balanced[level]:.0f} m; check the units"
+        )
+    return altitude
+
+
+def _require_dense(sounding: Sounding, altitude: Array) -> None:
+    gap = np.diff(altitude)
+    wide = np.flatnonzero((gap > WIDEST_GAP_M) & (altitude[:-1] < DENSE_BELOW_M))
+    if wide.size:
+        level = int(wide[0])
+        raise CatalogError(
+            f"{sounding.name}, {sounding.where[level + 1]}: {gap[level] / 1e3:.1f} km above {sounding.where[level]}; "
+            f"allowed: gaps of up to {WIDEST_GAP_M / 1e3:g} km below {DENSE_BELOW_M / 1e3:g} km"
+        )
+
+
+def _down_to_the_sea(sounding: Sounding, columns: Columns, notes: list[str]) -> Columns:
+    lowest = float(columns["altitude"][0])
+    if lowest == 0.0:
+        return columns
+    temperature = columns["temperature"][0] + LAPSE_RATE_K_M * lowest
+    pressure = pressure_beyond(
+        float(columns["pressure"][0]), float(columns["temperature"][0]), lowest, float(temperature), 0.0
+    )
+    notes.append(
+        f"profile '{sounding.name}': continued from {lowest:g} m down to the sea with 6.5 K per km and constant mixing "
+        "ratios"
+    )
+    surface = {"altitude": 0.0, "pressure": pressure, "temperature": float(temperature)}
+    return {name: np.concatenate(([surface.get(name, float(values[0]))], values)) for name, values in columns.items()}
+
+
+def _with_gases(sounding: Sounding, columns: Columns, model: Callable[[], Profile], notes: list[str]) -> Columns:
+    missing = [gas for gas in GASES if gas not in columns]
+    if not missing:
+        return columns
+    base = model()
+    missing = [gas for gas in missing if gas in base.mixing_ratio]
+    notes.append(f"profile '{sounding.name}': {', '.join(missing)} from '{base.name}'")
+    altitude = np.minimum(columns["altitude"], base.altitude_m[-1])
+    return columns | {gas: _log_interpolated(altitude, base.altitude_m, base.mixing_ratio[gas]) for gas in missing}
+
+
+def _up_to_space(sounding: Sounding, columns: Columns, model: Callable[[], Profile], notes: list[str]) -> Columns:
+    top = float(columns["altitude"][-1])
+    if top >= COMPLETE_M:
+        return columns
+    base = model()
+    if base.altitude_m[-1] < COMPLETE_M:
+        raise CatalogError(
+            f"'{base.name}' ends at {base.altitude_m[-1] / 1e3:g} km and cannot complete '{sounding.name}'; "
+            f"allowed: profiles of {COMPLETE_M / 1e3:g} km or more"
+        )
+    above = base.altitude_m >= top + CLEARANCE_M
+    altitude, temperature = base.altitude_m[above], base.temperature_K[above]
+    first = pressure_beyond(
+        float(columns["pressure"][-1]), float(columns["temperature"][-1]), top, temperature[0], altitude[0]
+    )
+    pressure = base.pressure_Pa[above] * (first / base.pressure_Pa[above][0])
+    step = float(base.temperature_at(top)) - float(columns["temperature"][-1])
+    notes.append(
+        f"profile '{sounding.name}': above {top / 1e3:.4g} km from '{base.name}', which is {abs(step):.1f} K "
+        f"{'warmer' if step >= 0 else 'colder'} there; pressures continued"
+    )
+    added = {"altitude": altitude, "pressure": pressure, "temperature": temperature}
+    added |= {gas: base.mixing_ratio[gas][above] for gas in GASES if gas in base.mixing_ratio}
+    return {name: np.concatenate((values, added[name])) for name, values in columns.items() if name in added}
+
+
+def _log_interpolated(at: Array, altitude: Array, ratio: Array) -> Array:
+    if np.any(ratio <= 0):
+        return np.interp(at, altitude, ratio)
+    return np.exp(np.interp(at, altitude, np.log(ratio)))
+
 
 STANDARD = "us-standard-1976"
 """Model that completes profiles where nothing else is asked for."""
 
 
 def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
-    """Read a profile by catalog name or from a user's CSV or NetCDF file (docs/atmosphere-profiles.md).
+    """Read a profile by catalog name or from a user's CSV or NetCDF file (docs/how-to/atmospheres.md).
 
     Parameters
     ----------
@@ -67,8 +371,8 @@ WARM_MONTHS = range(4, 10)
 def candidates(latitude_deg: float) -> tuple[str, ...]:
     """Model atmospheres that occur in a belt of latitude.
 
-    Tropical and midlatitude summer up to 23.5 degrees; all but the subarctic ones up to 50; beyond that
-    all but the tropical and the midlatitude summer one.
+    Tropical and midlatitude summer up to 23.5 degrees; all but the subarctic ones up to 50; beyond that all but the
+    tropical and the midlatitude summer one.
     """
     if abs(latitude_deg) <= TROPIC_DEG:
         return ("tropical", "midlatitude-summer")

@@ -1,4 +1,4 @@
-"""Reader of a user's profile or radiosonde ascent, CSV or NetCDF; docs/atmosphere-profiles.md."""
+"""Reader of a user's profile or radiosonde ascent, CSV or NetCDF; docs/how-to/atmospheres.md."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.profile_columns import (
     HUMIDITIES,
     QUANTITIES,
-    Quantity,
+    ProfileQuantity,
     Unit,
     named,
     recognised,
@@ -37,7 +37,7 @@ class Sounding:
     where : tuple of str (L,)
         Where each level stands in the file, for messages: ``line 12`` or ``level 3``.
     columns : mapping of str to ndarray (L,)
-        Quantity (``profile_columns``) to values; every value finite and within its physical limits.
+        ProfileQuantity (``profile_columns``) to values; every value finite and within its physical limits.
     notes : tuple of str
         What was left aside.
     """
@@ -61,8 +61,7 @@ def read_sounding(path: Path, name: str) -> Sounding:
     Raises
     ------
     CatalogError
-        If the file is malformed, a quantity is missing, or a value is missing or impossible; with the
-        line or level.
+        If the file is malformed, a quantity is missing, or a value is missing or impossible; with the line or level.
     """
     read = _read_netcdf if path.suffix.lower() in NETCDF_SUFFIXES else _read_csv
     where, columns = read(path, name)
@@ -86,23 +85,23 @@ def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]
     number, header = next(lines, (0, None))
     if header is None:
         raise CatalogError(f"{name}: no row of column names")
-    kept: dict[int, tuple[Quantity, Unit, str]] = {}
+    used: dict[int, tuple[ProfileQuantity, Unit, str]] = {}
     for index, head in enumerate(header):
         try:
-            found = recognised(head)
+            match = recognised(head)
         except ValueError as error:
             raise CatalogError(f"{name}, line {number}: {error}") from error
-        if found is None:
+        if match is None:
             continue
-        quantity, unit = found
-        _refuse_twice(kept, quantity, head, f"{name}, line {number}")
-        kept[index] = (quantity, unit, head)
+        quantity, unit = match
+        _refuse_twice(used, quantity, head, f"{name}, line {number}")
+        used[index] = (quantity, unit, head)
     where, rows = [], []
     for number, fields in lines:
         place = f"line {number}"
         if len(fields) != len(header):
             raise CatalogError(f"{name}, {place}: {len(fields)} fields, the header has {len(header)}")
-        rows.append([_number(fields[index], kept[index][2], f"{name}, {place}") for index in kept])
+        rows.append([_number(fields[index], used[index][2], f"{name}, {place}") for index in used])
         where.append(place)
         if len(rows) > MAX_LEVELS:
             raise CatalogError(f"{name}: more than {MAX_LEVELS} levels")
@@ -110,7 +109,7 @@ def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]
         raise CatalogError(f"{name}: {len(rows)} levels; at least 2 are needed")
     table = np.array(rows, dtype=np.float64)
     columns = {}
-    for position, (quantity, unit, head) in enumerate(kept.values()):
+    for position, (quantity, unit, head) in enumerate(used.values()):
         columns[quantity.name] = _in_si(table[:, position], quantity, unit, head, where, name)
     return tuple(where), columns
 
@@ -143,19 +142,19 @@ def _read_netcdf(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Arra
         dataset = netCDF4.Dataset(path)
     except OSError as error:
         raise CatalogError(f"{name}: not a readable NetCDF file: {error}") from error
-    found: dict[int, tuple[Quantity, Unit, str]] = {}
+    used: dict[int, tuple[ProfileQuantity, Unit, str]] = {}
     arrays: dict[str, Array] = {}
     with dataset:
         for index, (label, variable) in enumerate(dataset.variables.items()):
             quantity = named((str(getattr(variable, "standard_name", "")), label))
             if quantity is None:
                 continue
-            _refuse_twice(found, quantity, label, name)
+            _refuse_twice(used, quantity, label, name)
             try:
                 unit = unit_of(quantity, str(getattr(variable, "units", "")), label)
             except ValueError as error:
                 raise CatalogError(f"{name}: {error}") from error
-            found[index] = (quantity, unit, label)
+            used[index] = (quantity, unit, label)
             arrays[label] = _one_column(variable, label, name)
     sizes = {label: array.size for label, array in arrays.items()}
     if len(set(sizes.values())) > 1:
@@ -168,7 +167,7 @@ def _read_netcdf(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Arra
         raise CatalogError(f"{name}: {levels} levels; at least 2 are needed and {MAX_LEVELS} are allowed")
     where = tuple(f"level {number}" for number in range(1, levels + 1))
     columns = {}
-    for quantity, unit, label in found.values():
+    for quantity, unit, label in used.values():
         bad = np.flatnonzero(~np.isfinite(arrays[label]))
         if bad.size:
             raise CatalogError(f"{name}, {where[bad[0]]}: {label} is missing; {_REMEDY}")
@@ -186,14 +185,16 @@ def _one_column(variable: Any, label: str, name: str) -> Array:
     return squeezed
 
 
-def _refuse_twice(kept: Mapping[int, tuple[Quantity, Unit, str]], quantity: Quantity, label: str, place: str) -> None:
-    for other, _, first in kept.values():
+def _refuse_twice(
+    used: Mapping[int, tuple[ProfileQuantity, Unit, str]], quantity: ProfileQuantity, label: str, place: str
+) -> None:
+    for other, _, first in used.values():
         if other.name == quantity.name:
             raise CatalogError(f"{place}: '{first}' and '{label}' both hold {quantity.name}; keep one")
 
 
 def _in_si(
-    values: Array, quantity: Quantity, unit: Unit, label: str, where: tuple[str, ...] | list[str], name: str
+    values: Array, quantity: ProfileQuantity, unit: Unit, label: str, where: tuple[str, ...] | list[str], name: str
 ) -> Array:
     factor, offset = unit
     result = factor * values + offset

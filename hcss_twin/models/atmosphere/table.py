@@ -1,8 +1,8 @@
 """Transmittance provider ``table``: interpolation of tabulated transmittance and path radiance.
 
-A composite path is looked up by its *total* air mass above its lowest point: absorber amounts
-add along the legs, so sun -> sea -> sensor is one long path, not the product of two
-transmittances (which would be too small wherever lines are saturated).
+A composite path is looked up by its *total* air mass above its lowest point: absorber amounts add along the legs, so
+sun -> sea -> sensor is one long path, not the product of two transmittances (which would be too small wherever lines
+are saturated).
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.native_grid import native_nodes, native_window
-from hcss_twin.models.atmosphere.parameters import TableParameters
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable, read_atmosphere_table
+from hcss_twin.models.parameters import TableParameters
 from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_start
 from hcss_twin.physics.paths import SPACE, Path
 from hcss_twin.physics.profile import Profile
@@ -26,8 +26,8 @@ from hcss_twin.providers import AtmosphereInputs, Declares
 from hcss_twin.providers.common import Note
 
 # Bounds of -ln T kept in the logarithm: T from 1e-30 to 1 - 1e-7.
-_SMALLEST_TRANSMITTANCE = 1e-30
-_LARGEST_TRANSMITTANCE = 1.0 - 1e-7
+_MIN_TRANSMITTANCE = 1e-30
+_MAX_TRANSMITTANCE = 1.0 - 1e-7
 
 PROVIDER = "atmosphere table"
 """How messages call this provider."""
@@ -56,11 +56,10 @@ class TableTransmittance:
 
     Notes
     -----
-    ln(-ln T) and path radiance / (1 - T) by monotone cubics: first in ln(pressure) of the target at
-    the table's zenith angles, then in ln(air mass). Between the nodes of the shipped table this is
-    within 4e-4 of LOWTRAN7 at every wavenumber and 2e-4 in band means; path radiance within 0.25 %.
-    A path that crosses the air above its lowest point with a height-dependent slant (two legs of
-    different zenith) is treated as the slant path of equal air mass.
+    ln(-ln T) and path radiance / (1 - T) by monotone cubics: first in ln(pressure) of the target at the table's zenith
+    angles, then in ln(air mass). Between the nodes of the shipped table this is within 4e-4 of LOWTRAN7 at every
+    wavenumber and 2e-4 in band means; path radiance within 0.25 %. A path that crosses the air above its lowest point
+    with a height-dependent slant (two legs of different zenith) is treated as the slant path of equal air mass.
     """
 
     def __init__(self, inputs: AtmosphereInputs, parameters: TableParameters) -> None:
@@ -69,7 +68,7 @@ class TableTransmittance:
         self._require_same_profile(inputs)
         self._wavenumber = table.wavenumber_cm1
         self._zenith = table.zenith_deg
-        depth = -np.log(np.clip(table.transmittance, _SMALLEST_TRANSMITTANCE, _LARGEST_TRANSMITTANCE))
+        depth = -np.log(np.clip(table.transmittance, _MIN_TRANSMITTANCE, _MAX_TRANSMITTANCE))
         fields = np.stack((np.log(depth), table.path_radiance / -np.expm1(-depth)), axis=1)
         self._ln_pressure = -np.log(self._profile.pressure_at(table.target_altitude_m))
         self._fields = fields  # (heights, 2, angles, wavenumbers)
@@ -144,8 +143,8 @@ class TableTransmittance:
         around = fields[at_height[:, :, None], :, at_angle[:, None, :]].swapaxes(2, 3)
         at_target = pchip_in_window(self._ln_pressure[at_height], around, height)
         local_nodes = np.take_along_axis(nodes, at_angle, axis=1)
-        found = pchip_in_window(local_nodes, at_target.swapaxes(1, 2), airmass)
-        result[:, rows] = found.swapaxes(0, 1)
+        values = pchip_in_window(local_nodes, at_target.swapaxes(1, 2), airmass)
+        result[:, rows] = values.swapaxes(0, 1)
         return result
 
     def _choose_fields(self, nodes: bytes) -> Array:

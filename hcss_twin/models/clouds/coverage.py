@@ -1,15 +1,17 @@
-"""The share of a standard normal field above a value: 1 - p with the p of eq 5 of the HCSS paper.
+"""Cloud fraction value and exact coverage: which pixels of a frame are cloudy (eq 5 of the HCSS paper).
 
-1 - p and not p, because clouds are the high values: p is exactly 1 in single precision above 5.4, where
-1 - p still has all its digits.
+The pixels with the greatest field values are cloudy, exactly as many as the coverage demands. The paper sorts the
+pixels; counting their values in bins gives the same threshold in less time. The quantile of the normal distribution
+would give the coverage only on average over realisations: with large cells that of single frames scatters by 0.04.
 
-Which pixels are cloudy: eq 5 of the HCSS paper and its coverage by sorting.
-
-Windows of a scene.
+A window of a frame therefore depends on the rest of the frame. :func:`summarise` reduces this dependence to three
+numbers, in bounded memory: it counts the values of the field strip by strip.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,27 +19,44 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import erf
 
+from hcss_twin.core.arrays import Array
+
 _f4, _i4 = np.float32, np.int32
 
-_FARTHEST = 9.0
-"""Beyond it the share, 1e-19, is taken for that at 9."""
+Field = NDArray[np.float32]
+
+_LARGEST_VALUE = 9.0
+"""At greater |V| the exceedance of 9, 1e-19, is used."""
+
+_HALF_WORDS = 1 << 16
+"""Values of the upper, and of the lower, 16 bits of a single-precision number."""
+
+
+def cloud_fraction_value(field: Array) -> Array:
+    """Map a standard normal field V to p = (1 + erf(V / sqrt 2)) / 2, uniform on [0, 1] (eq 5); any shape.
+
+    p is exactly 1 above V = 8.3; order pixels by the field, not by p.
+    """
+    p: Array = 0.5 * (1.0 + erf(field * np.sqrt(0.5)))
+    return p
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def exceedance(field: NDArray[np.float32], share: NDArray[np.float32]) -> None:
-    """Write Q(V) = (1 - erf(V / sqrt 2)) / 2 of ``field`` (N,) into ``share`` (N,).
+    """Write Q(V) = 1 - p = (1 - erf(V / sqrt 2)) / 2 of ``field`` (N,) into ``share`` (N,); p is that of eq 5.
 
-    exp(-V^2 / 2) times a rational function, a minimax fit of our own; relative error below 8e-6 for
-    0 <= V <= 9. Additions, multiplications and divisions only, so that bits are the same everywhere.
+    Q and not p, because clouds are the high values: in single precision p is exactly 1 above V = 5.4, where Q still has
+    all its digits. exp(-V^2 / 2) times a rational function, a minimax fit of our own; relative error below 8e-6 up
+    to V = 9. Only additions, multiplications and divisions occur, so that the bits are the same on every machine.
     """
     scale = share.view(np.int32)
     for i in range(field.size):
-        v = min(abs(field[i]), _f4(_FARTHEST))
+        v = min(abs(field[i]), _f4(_LARGEST_VALUE))
         whole = v * v * _f4(-0.7213475204444817)  # of exp(-v^2 / 2) as a power of 2
         k = _i4(whole - _f4(0.5))
         scale[i] = (k + _i4(127)) << _i4(23)
     for i in range(field.size):
-        v = min(abs(field[i]), _f4(_FARTHEST))
+        v = min(abs(field[i]), _f4(_LARGEST_VALUE))
         whole = v * v * _f4(-0.7213475204444817)
         k = _i4(whole - _f4(0.5))
         f = whole - _f4(k)
@@ -65,34 +84,23 @@ def exceedance(field: NDArray[np.float32], share: NDArray[np.float32]) -> None:
         share[i] = above if field[i] > _f4(0.0) else _f4(1.0) - above
 
 
-def cloud_fraction_value(field: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Map a standard normal field to p, uniform on [0, 1] (eq 5); any shape.
-
-    p is exactly 1 above 8.3; order pixels by the field, not by p.
-    """
-    p: NDArray[np.float64] = 0.5 * (1.0 + erf(field * np.sqrt(0.5)))
-    return p
-
-
 def cloudy_pixels(field: NDArray[np.floating[Any]], coverage: float) -> NDArray[np.bool_]:
-    """Return the mask of the pixels with the greatest field values, exactly as many as asked for.
+    """Return the mask of the pixels with the greatest field values, exactly as many as the coverage demands (eq 5).
 
-    Sorting p and sorting the field are the same, because eq 5 is monotonic; the field does not
-    saturate. A threshold from the normal quantile would hold the coverage only on average over
-    realisations, with a scatter of about .04 from frame to frame for large cells.
+    Sorting the field and sorting p are the same, because eq 5 is monotonic; the field does not saturate.
 
     Parameters
     ----------
     field : ndarray of floating point (rows, columns)
         The field V.
     coverage : float
-        Wanted fraction of cloudy pixels, 0 to 1.
+        Fraction of cloudy pixels, 0 to 1.
 
     Returns
     -------
     ndarray of bool (rows, columns)
-        True in ``round(coverage * field.size)`` pixels (halves go to the even number). Of pixels
-        with equal values those with the smaller flat index are taken first.
+        True in ``round(coverage * field.size)`` pixels (halves go to the even number). Of pixels with equal values
+        those with the smaller flat index come first.
 
     Raises
     ------
@@ -107,55 +115,10 @@ def cloudy_pixels(field: NDArray[np.floating[Any]], coverage: float) -> NDArray[
     return mask
 
 
-_BINS = 1 << 16
-
-
-def _order_statistic(flat: NDArray[np.floating[Any]], rank: int) -> np.floating[Any]:
-    """Return the value with exactly ``rank`` values (counting equals) before it.
-
-    Single precision, of which every frame is made, is sorted into bins by the upper half of its bits; only
-    one bin need be sorted within. Four times faster than a partition of the whole.
-    """
-    if flat.dtype != np.float32:
-        by_partition: np.floating[Any] = np.partition(flat, rank)[rank]
-        return by_partition
-    counts = np.zeros(_BINS, dtype=np.int64)
-    _count(flat.view(np.int32), counts)
-    before = np.cumsum(counts)
-    chosen = int(np.searchsorted(before, rank, side="right"))
-    members = np.empty(counts[chosen], dtype=np.float32)
-    _collect(flat, flat.view(np.int32), chosen, members)
-    members.sort()
-    value: np.float32 = members[rank - int(before[chosen]) + members.size]
-    return value
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _bin(word: Any) -> Any:
-    """Order of a number among the bins: of negative numbers, the bits descend."""
-    high = word >> 16
-    return high + 32768 if high >= 0 else -1 - high
-
-
-@njit(cache=True, nogil=True)
-def _count(words: Any, counts: Any) -> None:
-    for i in range(words.size):
-        counts[_bin(np.int64(words[i]))] += 1
-
-
-@njit(cache=True, nogil=True)
-def _collect(values: Any, words: Any, chosen: Any, members: Any) -> None:
-    found = 0
-    for i in range(words.size):
-        if _bin(np.int64(words[i])) == chosen:
-            members[found] = values[i]
-            found += 1
-
-
 def highest_values(
     field: NDArray[np.floating[Any]], coverage: float
 ) -> tuple[np.floating[Any] | None, NDArray[np.intp]]:
-    """Return the lowest cloudy value, None without cloud, and the pixels of that value that are too many.
+    """Return the lowest cloudy value, None without cloud, and the flat indices of surplus pixels with this value.
 
     Parameters and errors are those of :func:`cloudy_pixels`.
     """
@@ -166,21 +129,121 @@ def highest_values(
         return None, nothing
     if count == field.size:
         return flat.min(), nothing
-    lowest = _order_statistic(flat, flat.size - count)
+    rank = flat.size - count
+    if flat.dtype == np.float32:  # all frames: counting is four times as fast as a partition
+        half, rank = _bin_of_rank(_counted_upper([flat]), rank)
+        lowest: np.floating[Any] = _f4(_order_statistic([flat], half, rank)[0])
+    else:
+        lowest = np.partition(flat, rank)[rank]
     surplus = int(np.count_nonzero(flat >= lowest)) - count
     return lowest, np.flatnonzero(flat == lowest)[-surplus:] if surplus else nothing
 
 
-def window_inside(name: str, window: slice, size: int) -> slice:
-    """Check that a window lies within a scene axis, and fill in open ends.
+@dataclass(frozen=True)
+class FrameSummary:
+    """Three numbers that say which pixels of a frame are cloudy.
 
-    Raises
-    ------
-    ValueError
-        If it has a step or reaches outside 0 to ``size``.
+    Attributes
+    ----------
+    lowest : float or None
+        Lowest field value of a cloudy pixel; None without cloud.
+    highest : float
+        Greatest field value.
+    last : int
+        Flat index of the last cloudy pixel with the lowest value: of pixels with equal values the first are cloudy.
     """
-    start = 0 if window.start is None else window.start
-    stop = size if window.stop is None else window.stop
-    if window.step not in (None, 1) or not 0 <= start <= stop <= size:
-        raise ValueError(f"{name}: {window} given, allowed: a window without step inside 0 to {size}")
-    return slice(start, stop)
+
+    lowest: float | None
+    highest: float
+    last: int
+
+
+def summarise(strips: Callable[[], Iterator[Field]], size: int, coverage: float) -> FrameSummary:
+    """Find which pixels of a frame are cloudy, in two or three passes over its field.
+
+    Parameters
+    ----------
+    strips : callable
+        Yields the field in strips of whole rows, in order, each time it is called.
+    size : int
+        Pixels of the frame.
+    coverage : float
+        Fraction of cloudy pixels, 0 to 1.
+    """
+    count = round(coverage * size)
+    if count == 0:
+        return FrameSummary(None, 0.0, -1)
+    extremes = np.array([np.inf, -np.inf], dtype=np.float32)
+
+    def with_extremes() -> Iterator[Field]:
+        for strip in strips():
+            extremes[:] = min(extremes[0], strip.min()), max(extremes[1], strip.max())
+            yield strip
+
+    upper = _counted_upper(with_extremes())
+    highest = float(extremes[1])
+    if count == size:
+        return FrameSummary(float(extremes[0]), highest, size - 1)
+    half, rank = _bin_of_rank(upper, size - count)
+    lowest, rank, equal = _order_statistic(strips(), half, rank)
+    last = size - 1 if rank == 0 else _index_of(strips(), _f4(lowest), equal - rank)
+    return FrameSummary(lowest, highest, last)
+
+
+def _counted_upper(strips: Iterable[Field]) -> NDArray[np.int64]:
+    counts = np.zeros(_HALF_WORDS, dtype=np.int64)
+    for strip in strips:
+        _count_upper(strip.view(np.int32).reshape(-1), counts)
+    return counts
+
+
+def _order_statistic(strips: Iterable[Field], half: int, rank: int) -> tuple[float, int, int]:
+    """Return the value of a rank among those with the upper bits ``half``, its rank among equals, and their number."""
+    counts = np.zeros(_HALF_WORDS, dtype=np.int64)
+    for strip in strips:
+        _count_lower(strip.view(np.int32).reshape(-1), half, counts)
+    rest, rank = _bin_of_rank(counts, rank)
+    order = half << 16 | rest
+    bits = order ^ 0x8000_0000 if order & 0x8000_0000 else order ^ 0xFFFF_FFFF  # the inverse of _order
+    return float(np.array(bits, dtype=np.uint32).view(np.float32)), rank, int(counts[rest])
+
+
+def _bin_of_rank(counts: NDArray[np.int64], rank: int) -> tuple[int, int]:
+    """Return the bin that holds a rank, from 0, and the rank within the bin."""
+    ends = np.cumsum(counts)
+    chosen = int(np.searchsorted(ends, rank, side="right"))
+    return chosen, rank - int(ends[chosen] - counts[chosen])
+
+
+def _index_of(strips: Iterable[Field], value: np.float32, number: int) -> int:
+    """Return the flat index of the ``number``-th pixel, from 1, with this value."""
+    before = 0
+    for strip in strips:
+        indices = np.flatnonzero(strip == value)
+        if indices.size >= number:
+            return before + int(indices[number - 1])
+        number -= indices.size
+        before += strip.size
+    raise AssertionError("the field changed between two passes")
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _order(word: Any) -> Any:
+    """Map the bits of a single-precision number to 0 to 2**32 - 1 in the order of the numbers; both zeros are one."""
+    if word == -2147483648:
+        return 2147483648
+    return word + 2147483648 if word >= 0 else -1 - word
+
+
+@njit(cache=True, nogil=True)
+def _count_upper(words: Any, counts: Any) -> None:
+    for i in range(words.size):
+        counts[_order(np.int64(words[i])) >> 16] += 1
+
+
+@njit(cache=True, nogil=True)
+def _count_lower(words: Any, half: int, counts: Any) -> None:
+    for i in range(words.size):
+        order = _order(np.int64(words[i]))
+        if order >> 16 == half:
+            counts[order & 65535] += 1

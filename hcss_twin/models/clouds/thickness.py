@@ -1,4 +1,11 @@
-"""Cloud thickness from the cloud fraction value: eq 7 of the HCSS paper."""
+"""Cloud thickness from the fractal field V: eq 7 of the HCSS paper, for frames, windows of frames, and an endless sky.
+
+Th = Th_min + (Th_max - Th_min) (C - C_min) / (C_max - C_min), with C the cloud fraction value p of eq 5 and its
+extremes over the cloudy pixels. (Images have their own form: :mod:`hcss_twin.models.clouds.imagery.cloudiness`.)
+
+Two extensions, neutral by default: C is p_c^s with p_c the p scaled to 0 to 1 over the cloud (``exponent`` s, 1 in the
+paper), and the thickness may rise smoothly from the cloud's edge (``layer.edge_taper``, 0 in the paper).
+"""
 
 from __future__ import annotations
 
@@ -6,19 +13,16 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from hcss_twin.models.clouds.coverage import exceedance, highest_values
-from hcss_twin.providers import CloudLayer
+from hcss_twin.models.clouds.coverage import Field, FrameSummary, exceedance, highest_values
+from hcss_twin.providers import CloudLayer, Grid
 
 _f4 = np.float32
 
 
-def frame_thickness(field: NDArray[np.float32], layer: CloudLayer, exponent: float = 1.0) -> NDArray[np.float32]:
-    """Cloud in exactly the layer's coverage of a frame, of thickness from its minimum to its maximum.
-
-    Eqs 5 and 7 of the HCSS paper, p of the cloudy pixels of this frame taken linearly to thickness.
+def frame_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> Field:
+    """Return the thickness of a frame with exactly the layer's coverage, from the least to the greatest (eqs 5 and 7).
 
     Parameters
     ----------
@@ -27,81 +31,79 @@ def frame_thickness(field: NDArray[np.float32], layer: CloudLayer, exponent: flo
     layer : CloudLayer
         Coverage, limits of thickness, taper.
     exponent : float
-        s: thickness goes with p_c^s, p_c being p scaled to 0 to 1 over the cloud. Eq 7 has s = 1.
+        s of p_c^s.
 
     Returns
     -------
     ndarray of float32 (rows, columns)
-        Metres; 0 is clear sky. Where all cloudy pixels have one value (a single pixel, say), eq 7 is 0/0;
-        they get the greatest thickness.
+        Metres; 0 is clear sky. Where all cloudy pixels have one value (a single pixel, say), eq 7 is 0/0; they get the
+        greatest thickness.
     """
     lowest, surplus = highest_values(field, layer.coverage)
     if lowest is None:
         return np.zeros(field.shape, dtype=np.float32)
     highest = float(field.max())
-    thickness = scaled_thickness(field, layer, float(lowest), ndtr(-float(lowest)), ndtr(-highest), exponent)
+    thickness = _scaled_thickness(field, layer, float(lowest), ndtr(-float(lowest)), ndtr(-highest), exponent)
     thickness.ravel()[surplus] = 0.0
     return thickness
 
 
-def field_thickness(field: NDArray[np.float32], layer: CloudLayer, exponent: float = 1.0) -> NDArray[np.float32]:
-    """Cloud where the field exceeds a fixed threshold, the coverage's quantile of the normal distribution.
-
-    The coverage is exact in the mean over an unbounded field; a pixel does not depend on others. Eq 7 takes
-    p from 1 - coverage to 1.
+def thickness_in_frame(
+    field: Field, first: int, columns: int, summary: FrameSummary, layer: CloudLayer, exponent: float
+) -> Field:
+    """Return what :func:`frame_thickness` has in a window of the frame, to the bit.
 
     Parameters
     ----------
-    field : ndarray of float32 (rows, columns)
-        The normal field V of any window.
-    layer : CloudLayer
-        Coverage, limits of thickness, taper.
-    exponent : float
-        s: thickness goes with p_c^s, p_c being p scaled to 0 to 1 over the cloud. Eq 7 has s = 1.
+    field : ndarray of float32 (y, x)
+        V in the window.
+    first, columns : int
+        Flat index of the window's first pixel in the frame, and columns of the frame.
+    summary : FrameSummary
+        Of the frame.
+    """
+    if summary.lowest is None:
+        return np.zeros(field.shape, dtype=np.float32)
+    shares = ndtr(-summary.lowest), ndtr(-summary.highest)
+    thickness = _scaled_thickness(field, layer, summary.lowest, *shares, exponent)
+    if first + (field.shape[0] - 1) * columns + field.shape[1] - 1 > summary.last:
+        y, x = np.nonzero(field == np.float32(summary.lowest))
+        late = first + y * columns + x > summary.last
+        thickness[y[late], x[late]] = 0.0
+    return thickness
 
-    Returns
-    -------
-    ndarray of float32 (rows, columns)
-        Metres; 0 is clear sky.
+
+def field_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> Field:
+    """Return the thickness where V exceeds a fixed threshold, the coverage's normal quantile (eqs 5 and 7).
+
+    The coverage is exact in the mean over an unbounded field, and a pixel does not depend on others. Eq 7 takes p from
+    1 - coverage to 1. Parameters and result are those of :func:`frame_thickness`, for any window.
     """
     if layer.coverage == 0.0:
         return np.zeros(field.shape, dtype=np.float32)
-    return scaled_thickness(field, layer, float(-ndtri(layer.coverage)), layer.coverage, 0.0, exponent)
+    return _scaled_thickness(field, layer, float(-ndtri(layer.coverage)), layer.coverage, 0.0, exponent)
 
 
-def scaled_thickness(
-    field: NDArray[np.float32],
-    layer: CloudLayer,
-    lowest: float,
-    share_lowest: float,
-    share_highest: float,
-    exponent: float,
-) -> NDArray[np.float32]:
-    """Map V >= ``lowest`` to thickness, by a power of its exceedance scaled between two values of that.
-
-    Parameters
-    ----------
-    field : ndarray of float32 (rows, columns)
-        The normal field V of any window.
-    lowest : float
-        Of cloudy pixels.
-    share_lowest, share_highest : float
-        Exceedance of the lowest and of the highest field value, where the scale begins and ends.
-    """
-    _require_limits(layer.thickness_min_m, layer.thickness_max_m)
+def _scaled_thickness(
+    field: Field, layer: CloudLayer, lowest: float, share_lowest: float, share_highest: float, exponent: float
+) -> Field:
+    """Map V >= ``lowest`` to thickness; the shares are 1 - p at the lowest and the highest cloudy value."""
+    low_m, high_m = layer.thickness_min_m, layer.thickness_max_m
+    if not 0.0 <= low_m <= high_m < np.inf or high_m == 0.0:
+        raise ValueError(
+            f"thickness: {low_m} to {high_m} m given, allowed 0 <= minimum <= maximum with maximum > 0; "
+            f"closest is {max(0.0, min(low_m, high_m))} to {max(low_m, high_m, 1.0)} m"
+        )
     thickness = np.empty(field.shape, dtype=np.float32)
-    flat = np.ascontiguousarray(field).reshape(-1)
-    low, high = _inward(layer.thickness_min_m, layer.thickness_max_m)
     span = share_lowest - share_highest
     _map_field(
-        flat,
+        np.ascontiguousarray(field).reshape(-1),
         thickness.reshape(-1),
         _f4(lowest),
         _f4(share_lowest),
         _f4(1.0 / span if span > 1e-30 else 0.0),
         _f4(0.0 if span > 1e-30 else 1.0),
-        low,
-        high,
+        *_inward(low_m, high_m),
         _f4(layer.edge_taper),
         float(exponent),
     )
@@ -121,6 +123,7 @@ def _map_field(
     taper: Any,
     exponent: float,
 ) -> None:
+    # Parts of 4096 pixels stay in the processor's cache from one pass to the next.
     step = 4096
     work = np.empty(step, dtype=np.float32)
     for first in range(0, field.size, step):
@@ -128,10 +131,11 @@ def _map_field(
         result = thickness[first : first + step]
         above = work[: values.size]
         exceedance(values, above)
+        # u = (C - C_min) / (C_max - C_min) of eq 7, with C = p = 1 - exceedance of eq 5.
         if exponent != 1.0:
             for i in range(values.size):
                 u = min(max(start + (share - above[i]) * slope, _f4(0.0)), _f4(1.0))
-                # In double precision: what rounds differently in another build is lost in the rounding to single.
+                # The power in double precision: another build may round it differently, which single precision hides.
                 power = _f4(np.float64(u) ** exponent)
                 if taper > _f4(0.0):
                     s = min(u / taper, _f4(1.0))
@@ -146,71 +150,36 @@ def _map_field(
             for i in range(values.size):
                 above[i] = min(max(start + (share - above[i]) * slope, _f4(0.0)), _f4(1.0))
         for i in range(values.size):
+            # Th = Th_min + (Th_max - Th_min) C' of eq 7.
             metres = min(max(low + (high - low) * above[i], low), high)
             result[i] = metres if values[i] >= lowest else _f4(0.0)
-
-
-def _require_limits(thickness_min_m: float, thickness_max_m: float) -> None:
-    if not 0.0 <= thickness_min_m <= thickness_max_m < np.inf or thickness_max_m == 0.0:
-        raise ValueError(
-            f"thickness: {thickness_min_m} to {thickness_max_m} m given, allowed 0 <= minimum <= maximum "
-            f"with maximum > 0; closest is {max(0.0, min(thickness_min_m, thickness_max_m))} "
-            f"to {max(thickness_min_m, thickness_max_m, 1.0)} m"
-        )
-
-
-def map_thickness(
-    brightness: NDArray[np.float64], cloudy: NDArray[np.bool_], thickness_min_m: float, thickness_max_m: float
-) -> NDArray[np.float32]:
-    """Map the values C of the cloudy pixels linearly to thickness.
-
-    Th = Th_min + (Th_max - Th_min) (C - C_min) / (C_max - C_min), with the extremes over the
-    cloudy pixels of this frame, and 0 in the clear ones.
-
-    Parameters
-    ----------
-    brightness : ndarray of float64 (N,)
-        C (the p of eq 5, or grey levels of an image) of the N cloudy pixels, in flat order.
-    cloudy : ndarray of bool (rows, columns)
-        Mask with N true pixels.
-    thickness_min_m, thickness_max_m : float
-        Thickness of the thinnest and of the thickest cloudy pixel, 0 <= min <= max, max > 0.
-
-    Returns
-    -------
-    ndarray of float32 (rows, columns)
-        Metres. Where all cloudy pixels have one value (a single pixel, say), eq 7 is 0/0; they get
-        Th_max. Cloudy pixels are greater than 0 even for Th_min = 0, when the thinnest gets the
-        smallest normal number, 1.2e-38 m, so that the mask can be read from the thickness.
-        Rounding to single precision goes inward: no pixel leaves [Th_min, Th_max], unless no
-        single-precision number lies between them.
-
-    Raises
-    ------
-    ValueError
-        If the limits are not in order.
-    """
-    _require_limits(thickness_min_m, thickness_max_m)
-    thickness = np.zeros(cloudy.shape, dtype=np.float32)
-    if brightness.size == 0:
-        return thickness
-    lowest = brightness.min()
-    span = brightness.max() - lowest
-    # A subnormal span would lose its digits in the division.
-    scaled = (brightness - lowest) / span if span > np.finfo(np.float64).tiny else np.ones_like(brightness)
-    values = (thickness_min_m + (thickness_max_m - thickness_min_m) * scaled).astype(np.float32)
-    low, high = _inward(thickness_min_m, thickness_max_m)
-    thickness[cloudy] = np.minimum(np.maximum(values, low), high)
-    return thickness
 
 
 def _inward(low_m: float, high_m: float) -> tuple[np.float32, np.float32]:
     """Round the ends of an interval to the single-precision numbers inside it, greater than 0."""
     low, high = np.float32(low_m), np.float32(high_m)
-    # As Python floats: numpy would compare in single precision, where the rounding cannot be seen.
+    # Compared as Python floats: numpy would compare in single precision, which hides the rounding.
     if float(low) < low_m:
         low = np.nextafter(low, np.float32(np.inf))
     if float(high) > high_m:
         high = np.nextafter(high, np.float32(0.0))
     smallest = np.finfo(np.float32).tiny
     return max(low, smallest), max(high, smallest)
+
+
+def window_inside(rows: slice, columns: slice, grid: Grid) -> tuple[slice, slice]:
+    """Check that a window of thickness lies within a scene, and fill in open ends.
+
+    Raises
+    ------
+    ValueError
+        If it has a step or reaches outside the scene.
+    """
+    inside = []
+    for name, window, size in (("rows", rows, grid.rows), ("columns", columns, grid.columns)):
+        start = 0 if window.start is None else window.start
+        stop = size if window.stop is None else window.stop
+        if window.step not in (None, 1) or not 0 <= start <= stop <= size:
+            raise ValueError(f"{name}: {window} given, allowed: a window without step inside 0 to {size}")
+        inside.append(slice(start, stop))
+    return inside[0], inside[1]

@@ -1,1 +1,1 @@
-"""Optical properties of cloud particles."""
+"""Optics of clouds: scattering by spheres and ice crystals, over sizes and wavelengths."""

@@ -1,14 +1,24 @@
-"""Optical properties of a volume of particles: Mie efficiencies summed over the size distribution."""
+"""Optical properties of a volume of particles: Mie efficiencies summed over sizes, and tabulated over wavelength.
+
+Tables interpolate over wavelength alone, piecewise quadratically. Panels end at the rows of the refractive-index table,
+where bulk properties have kinks, and are subdivided to a widest relative step. Nodes depend on the table alone, so that
+the value at a wavenumber does not depend on which others are requested; they are computed when first needed. Everything
+that a value depends on enters the table's key, so that tables can be stored in files and found by content.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.optics.size_distribution import projected_area_m1, quadrature
+from hcss_twin.models.optics.size_distribution import check, quadrature
 from hcss_twin.models.optics.spheres import MomentSums, mie_efficiencies
 from hcss_twin.models.refractive_index import RefractiveIndex
 from hcss_twin.providers import Microphysics
@@ -19,7 +29,7 @@ RESONANCES = ((0.0015, 16), (0.005, 8), (0.02, 4), (np.inf, 1))
 _SPHERES_AT_ONCE = 65536
 
 MAX_MOMENT_RADII = 2
-"""Times the radii at most for the phase function, whose resonances a wavelength's neighbours average out."""
+"""Largest multiple of the radii for the phase function, whose resonances average out between wavelengths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +55,7 @@ class BulkProperties:
 
     @property
     def albedo(self) -> Array:
-        """Single-scattering albedo (V,), eq 11 of the HCSS paper."""
+        """Single-scattering albedo (V,) (HCSS paper, eq 11)."""
         return self.scattering_m1 / self.extinction_m1
 
 
@@ -72,13 +82,13 @@ def bulk_properties(
 
     Notes
     -----
-    Eq 9 of the HCSS paper, pi * integral of r^2 Q n(r) dr, for absorption and extinction alike. Eq 10
-    multiplies 1 - albedo with a bare efficiency; a coefficient per length needs the number density
-    too, so ice is integrated as eq 9 is.
+    HCSS paper, eq 9: pi * integral of r^2 Q n(r) dr, for absorption and extinction alike. The paper's eq 10 for ice
+    multiplies 1 - albedo with a bare efficiency; a coefficient per length needs the number density too, so that ice is
+    integrated as in eq 9.
     """
     wavelength = np.asarray(wavelength_um, dtype=np.float64)
     refractive = index.at(1e4 / wavelength)
-    factor = _times(refractive)
+    factor = _radius_multiple(refractive)
     sums = np.empty((3, wavelength.size))
     for many in np.unique(factor):
         chosen = factor == many
@@ -108,15 +118,15 @@ def bulk_moments(
     refractive = index.at(1e4 / wavelength)
     sums = MomentSums(count)
     result = np.empty((count, wavelength.size))
-    for column, many in enumerate(np.minimum(_times(refractive), MAX_MOMENT_RADII)):
+    for column, many in enumerate(np.minimum(_radius_multiple(refractive), MAX_MOMENT_RADII)):
         radius, number = quadrature(cloud, int(many) * radius_nodes)
         size = 2.0 * np.pi * radius / wavelength[column]
         result[:, column] = sums(complex(refractive[column]), size, number)
     return result
 
 
-def _times(refractive: NDArray[np.complex128]) -> NDArray[np.int64]:
-    """How many times the radii each wavelength (V,) takes."""
+def _radius_multiple(refractive: NDArray[np.complex128]) -> NDArray[np.int64]:
+    """Multiple of the radii that each wavelength (V,) needs."""
     below = [refractive.imag < limit for limit, _ in RESONANCES]
     return np.asarray(np.select(below, [many for _, many in RESONANCES]), dtype=np.int64)
 
@@ -136,14 +146,191 @@ def _integrate(cloud: Microphysics, refractive: NDArray[np.complex128], waveleng
     return result
 
 
-def bulk_efficiencies(
-    cloud: Microphysics, index: RefractiveIndex, wavelength_um: Array, radius_nodes: int
-) -> tuple[Array, Array, Array]:
-    """Extinction, scattering and absorption efficiencies (V,) of the particles together.
+def panel_edges(kinks: Array, step: float) -> Array:
+    """Split the intervals between ``kinks`` (T,), ascending ln wavelengths, into panels of at most ``step``.
 
-    Fig 6 of the HCSS paper shows them. They are the volume coefficients divided by the
-    geometric cross section per volume.
+    Returns
+    -------
+    ndarray (P + 1,)
+        Edges of the panels, ascending; every kink is one.
     """
-    bulk = bulk_properties(cloud, index, wavelength_um, radius_nodes)
-    area = projected_area_m1(cloud)
-    return bulk.extinction_m1 / area, bulk.scattering_m1 / area, bulk.absorption_m1 / area
+    pieces = [
+        np.linspace(low, high, max(1, int(np.ceil((high - low) / step))), endpoint=False)
+        for low, high in pairwise(kinks)
+    ]
+    return np.concatenate([*pieces, kinks[-1:]])
+
+
+class PanelTable:
+    """Functions of position with values at nodes, interpolated between them.
+
+    Parameters
+    ----------
+    edges : ndarray (P + 1,)
+        Edges of the panels, ascending.
+    components : int
+        Number C of functions.
+
+    Attributes
+    ----------
+    nodes : ndarray (2 P + 1,)
+        Positions: the edges and the middles of the panels.
+    values : ndarray (C, 2 P + 1)
+        Values there, NaN where they are not computed yet.
+    """
+
+    def __init__(self, edges: Array, components: int) -> None:
+        self.nodes = np.empty(2 * edges.size - 1)
+        self.nodes[::2] = edges
+        self.nodes[1::2] = 0.5 * (edges[:-1] + edges[1:])
+        self.values = np.full((components, self.nodes.size), np.nan)
+        self._edges = edges
+
+    def missing(self, position: Array) -> NDArray[np.intp]:
+        """Nodes (N,) without values that ``position`` (V,) needs."""
+        wanted = np.unique(2 * self._panel(position)[:, np.newaxis] + np.arange(3))
+        result: NDArray[np.intp] = wanted[np.isnan(self.values[0, wanted])]
+        return result
+
+    def fill(self, nodes: NDArray[np.intp], evaluate: Callable[[Array], Array]) -> None:
+        """Set the values of ``nodes`` (N,) from ``evaluate``, which maps positions (N,) to values (C, N)."""
+        if nodes.size:
+            self.values[:, nodes] = evaluate(self.nodes[nodes])
+
+    def adopt(self, values: Array) -> None:
+        """Take over values (C, 2 P + 1) of another table at the same nodes where this one has none."""
+        unknown = np.isnan(self.values[0])
+        self.values[:, unknown] = values[:, unknown]
+
+    def __call__(self, position: Array) -> Array:
+        """Return interpolated values (C, V) at ``position`` (V,), all within the edges and none of them missing."""
+        panel = self._panel(position)
+        low, high = self._edges[panel], self._edges[panel + 1]
+        t = (position - low) / (high - low)
+        first, middle, last = (self.values[:, 2 * panel + offset] for offset in range(3))
+        result: Array = first * (1.0 - t) * (1.0 - 2.0 * t) + middle * 4.0 * t * (1.0 - t) + last * t * (2.0 * t - 1.0)
+        return result
+
+    def _panel(self, position: Array) -> NDArray[np.intp]:
+        last = self._edges.size - 2
+        return np.clip(np.searchsorted(self._edges, position, side="right") - 1, 0, last)
+
+
+Progress = Callable[[Iterable[NDArray[np.intp]], int], Iterator[NDArray[np.intp]]]
+"""Wraps an iteration over pieces of work, given their total size."""
+
+VALID_UM = (0.3, 16.0)
+"""Wavelengths inside which the errors of quadrature and interpolation were measured."""
+
+COMPUTATION = 1
+"""Version of the computation; raised whenever the same input gives other numbers."""
+
+_MOMENT_STEP = 2.0
+"""Widest panel of the moments over that of the other properties: moments vary less."""
+
+_NODES_AT_ONCE = 16
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How finely a table is computed.
+
+    Attributes
+    ----------
+    radius_nodes : int
+        Radii of the quadrature over sizes.
+    spectral_step : float
+        Widest panel over ln wavelength.
+    moments : int
+        Legendre moments of the phase function; 2 leaves only the asymmetry parameter.
+    """
+
+    radius_nodes: int
+    spectral_step: float
+    moments: int
+
+
+class BulkTable:
+    """Extinction, absorption, asymmetry and moments per particle over ln wavelength (um).
+
+    Parameters
+    ----------
+    cloud : Microphysics
+        Particles; their number density has no influence.
+    index : RefractiveIndex
+        Of their substance.
+    accuracy : Accuracy
+        Fineness.
+
+    Raises
+    ------
+    ValueError
+        If the particles' parameters are not valid, or the refractive index has no wavelength in ``VALID_UM``.
+    """
+
+    def __init__(self, cloud: Microphysics, index: RefractiveIndex, accuracy: Accuracy) -> None:
+        self._cloud = replace(cloud, number_density_m3=1.0)
+        check(self._cloud)
+        self._index = index
+        self._accuracy = accuracy
+        kinks = np.log(np.unique(np.clip(index.wavelength_um, *VALID_UM)))
+        if kinks.size < 2:
+            raise ValueError(f"refractive index '{index.name}' covers no wavelength of {VALID_UM} um")
+        step = accuracy.spectral_step
+        self.properties = PanelTable(panel_edges(kinks, step), components=3)
+        self.moments = PanelTable(panel_edges(kinks, _MOMENT_STEP * step), components=accuracy.moments)
+        self.key = self._key()
+
+    def _key(self) -> str:
+        particles = asdict(self._cloud)
+        del (particles["number_density_m3"], particles["phase"])  # the refractive index says what they are made of
+        text = json.dumps([COMPUTATION, VALID_UM, particles, asdict(self._accuracy)], sort_keys=True)
+        digest = hashlib.sha256(text.encode())
+        for column in (self._index.wavelength_um, self._index.n, self._index.k):
+            digest.update(np.ascontiguousarray(column, dtype="<f8").tobytes())
+        return digest.hexdigest()
+
+    @property
+    def has_moments(self) -> bool:
+        """Whether the phase function has moments of its own."""
+        return self._accuracy.moments > 2
+
+    def __call__(self, position: Array) -> tuple[Array, Array, Array, Array]:
+        """Cross sections of extinction and absorption per particle (V,), m2, asymmetry (V,) and moments (K, V).
+
+        All nodes that ``position`` (V,), ln wavelength in um, needs must have values.
+        """
+        log_extinction, log_absorption, asymmetry = self.properties(position)
+        moments = self.moments(position) if self.has_moments else np.empty((2, position.size))
+        # Radii and panels are finer for the asymmetry than for the moments, where the two differ at all.
+        moments[0], moments[1] = 1.0, asymmetry
+        return np.exp(log_extinction), np.exp(log_absorption), asymmetry, moments
+
+    def complete(self, position: Array, progress: Progress) -> bool:
+        """Compute the missing values that ``position`` (V,) needs; return whether there were any."""
+        wanted = self.properties.missing(position)
+        wanted_moments = self.moments.missing(position) if self.has_moments else np.empty(0, dtype=np.intp)
+        pieces = [(self.properties, part, self._properties) for part in _pieces(wanted)]
+        pieces += [(self.moments, part, self._moments) for part in _pieces(wanted_moments)]
+        total = wanted.size + wanted_moments.size
+        if not total:
+            return False
+        work = iter(pieces)
+        for nodes in progress([part for _, part, _ in pieces], total):
+            table, _, evaluate = next(work)
+            table.fill(nodes, evaluate)
+        return True
+
+    def _properties(self, position: Array) -> Array:
+        bulk = bulk_properties(self._cloud, self._index, np.exp(position), self._accuracy.radius_nodes)
+        return np.stack([np.log(bulk.extinction_m1), np.log(bulk.absorption_m1), bulk.asymmetry])
+
+    def _moments(self, position: Array) -> Array:
+        accuracy = self._accuracy
+        moments = bulk_moments(self._cloud, self._index, np.exp(position), accuracy.radius_nodes, accuracy.moments)
+        # Single precision as in files, so that a result does not depend on where its table came from.
+        return moments.astype(np.float32).astype(np.float64)
+
+
+def _pieces(nodes: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    return [nodes[start : start + _NODES_AT_ONCE] for start in range(0, nodes.size, _NODES_AT_ONCE)]

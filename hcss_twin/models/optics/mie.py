@@ -1,9 +1,4 @@
-"""Spheres of water or ice of the clouds of one run: refractive indices and tables, each made once.
-
-Optics provider: homogeneous spheres of water or ice (Mie theory).
-
-Optics provider: Mie theory for water, a published parameterisation of crystals for ice.
-"""
+"""Optics providers ``mie``, spheres of water and ice, and ``bulk``, spheres of water and crystals of ice."""
 
 from __future__ import annotations
 
@@ -14,11 +9,11 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.optics.bulk_table import VALID_UM, Accuracy, BulkTable
+from hcss_twin.models.optics.bulk import VALID_UM, Accuracy, BulkTable
 from hcss_twin.models.optics.ice_crystals import CrystalRatios, load_crystals
-from hcss_twin.models.optics.parameters import BulkParameters, MieParameters
 from hcss_twin.models.optics.size_distribution import effective_radius_um
 from hcss_twin.models.optics.table_store import TableStore
+from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index, load_water_at
 from hcss_twin.providers import Declares, Microphysics, OpticsInputs, SingleScattering
 from hcss_twin.providers.common import Note
@@ -39,7 +34,7 @@ ICE_NOTE = "the refractive index of ice particles is for one temperature, -7 deg
 
 
 class CloudSpheres:
-    """Bulk properties of clouds of spheres.
+    """Bulk properties of clouds of spheres; refractive indices and tables of one run are loaded once.
 
     Parameters
     ----------
@@ -68,18 +63,9 @@ class CloudSpheres:
             raise ScenarioError([Problem("water_temperature_K", message)])
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
-        """Return bulk properties at ``wavenumber_cm1`` (V,).
-
-        Raises
-        ------
-        ValueError
-            If a wavenumber lies outside 0.3 to 16 um or outside the refractive-index table, or the
-            particles' parameters are not valid.
-        CatalogError
-            If the refractive-index table is missing or malformed.
-        """
+        """Return bulk properties as :meth:`MieOptics.single_scattering`."""
         wavenumber = np.asarray(wavenumber_cm1, dtype=np.float64)
-        check_range(wavenumber)
+        _require_range(wavenumber)
         if wavenumber.size == 0:
             return SingleScattering(np.empty(0), np.empty(0), np.empty((2, 0)))
         if cloud.number_density_m3 <= 0.0:
@@ -106,14 +92,8 @@ class CloudSpheres:
         return self._indices[phase]
 
 
-def check_range(wavenumber_cm1: Array) -> None:
-    """Refuse wavenumbers outside 0.3 to 16 um.
-
-    Raises
-    ------
-    ValueError
-        Naming the first of them and the closest that is allowed.
-    """
+def _require_range(wavenumber_cm1: Array) -> None:
+    """Raise ValueError for a wavenumber outside 0.3 to 16 um."""
     low, high = VALID_CM1
     outside = ~((wavenumber_cm1 >= low) & (wavenumber_cm1 <= high))
     if np.any(outside):
@@ -125,9 +105,9 @@ def check_range(wavenumber_cm1: Array) -> None:
 
 
 class MieOptics:
-    """Extinction, albedo and phase function of a modified gamma distribution of spheres.
+    """Extinction, albedo and phase function of a modified gamma distribution of spheres (HCSS paper, eq 9 to eq 11).
 
-    Eqs 8 to 11 of the HCSS paper. The phase function is that of Mie theory, given by its Legendre moments, or
+    The phase function is that of Mie theory, given by its Legendre moments, or
     Henyey and Greenstein's with the same asymmetry (eq 13).
 
     Parameters

@@ -1,9 +1,9 @@
 """Size distribution of cloud particles: the modified gamma distribution.
 
-n(r) = a r^alpha exp(-b r^nu) between two radii, D. Deirmendjian, Electromagnetic Scattering on
-Spherical Polydispersions (1969); the form below eq 9 of the HCSS paper. Radii are in
-micrometres, as b is; ``a`` follows from the number density. All moments have closed forms in
-incomplete gamma functions, because t = b r^nu turns them into gamma integrals.
+n(r) = a r^alpha exp(-b r^nu) between two radii (D. Deirmendjian, Electromagnetic Scattering on Spherical
+Polydispersions, 1969), the form below eq 9 of the HCSS paper. Radii are in micrometres, as b is; ``a`` follows from the
+number density. All moments have closed forms in incomplete gamma functions, because t = b r^nu turns them into gamma
+integrals.
 """
 
 from __future__ import annotations
@@ -156,14 +156,14 @@ def gamma_distribution(
     alpha, b = 1.0 / variance - 3.0, 1.0 / (radius_um * variance)
     single = Microphysics(phase, alpha, b, 1.0, 1.0, limits)
     check(single)
-    for name, found, wanted in (
+    for name, actual, wanted in (
         ("effective_radius_um", effective_radius_um(single), radius_um),
         ("effective_variance", effective_variance(single), variance),
     ):
-        if not abs(found - wanted) <= 0.01 * wanted:
+        if not abs(actual - wanted) <= 0.01 * wanted:
             raise ValueError(
-                f"radius_range_um {limits[0]:g}, {limits[1]:g}: cuts so much off that {name} is {found:.4g} instead of "
-                f"{wanted:g}; allowed: a wider range; closest is {WHOLE[0] * radius_um:g}, "
+                f"radius_range_um {limits[0]:g}, {limits[1]:g}: cuts so much off that {name} is {actual:.4g} instead "
+                f"of {wanted:g}; allowed: a wider range; closest is {WHOLE[0] * radius_um:g}, "
                 f"{WHOLE[1] * radius_um:g}"
             )
     return replace(single, number_density_m3=content_kg_m3 / water_content_kg_m3(single))
@@ -172,10 +172,9 @@ def gamma_distribution(
 def quadrature(cloud: Microphysics, nodes: int) -> tuple[Array, Array]:
     """Radii and number densities that replace the integral over n(r).
 
-    Gauss-Legendre in the square root of r, a compromise between small spheres, which want equal
-    steps of ln r, and large ones, whose resonances want equal steps of r. It covers the part of the
-    radius range that matters: outside lies a fraction below 1e-7 of the area (small radii) and of
-    the sixth moment (large radii).
+    Gauss-Legendre in the square root of r, a compromise between small spheres, which want equal steps of ln r, and
+    large ones, whose resonances want equal steps of r. It covers the part of the radius range that matters: outside
+    lies a fraction below 1e-7 of the area (small radii) and of the sixth moment (large radii).
 
     Parameters
     ----------

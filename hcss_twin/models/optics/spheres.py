@@ -1,14 +1,11 @@
-"""Mie efficiencies of many homogeneous spheres at once.
+"""Mie theory for many homogeneous spheres at once: efficiencies, amplitudes and Legendre moments of phase functions.
 
-The bulk properties of one cloud in three bands need about 1e5 spheres. A loop over spheres
-costs 0.1 ms each in interpreted Python; compiled loops are fast but pay seconds of
-compilation. Here the loop runs over multipole orders and every order handles all spheres
-that still need it, which costs about 2 us per sphere and needs no compiler.
+The bulk properties of one cloud in three bands need about 1e5 spheres. A loop over spheres costs 0.1 ms each in
+interpreted Python; compiled loops are fast but take seconds to compile. Here the loop runs over multipole orders, and
+every order handles all spheres that still need it: about 2 us per sphere without a compiler.
 
-Phase functions of homogeneous spheres: scattering amplitudes, and Legendre moments of many spheres together.
-
-The intensity that a sphere scatters is a polynomial of the cosine of the scattering angle, of twice the degree of
-its last multipole. Gauss-Legendre quadrature with enough nodes therefore gives its moments exactly, and sums over
+The intensity that a sphere scatters is a polynomial of the cosine of the scattering angle, of twice the degree of its
+last multipole. Gauss-Legendre quadrature with enough nodes therefore gives its moments exactly, and sums over
 multipoles at all nodes and all spheres are products of matrices.
 """
 
@@ -52,9 +49,8 @@ def mie_efficiencies(refractive_index: ComplexArray, size_parameter: Array) -> t
 
     References
     ----------
-    C. F. Bohren and D. R. Huffman, Absorption and Scattering of Light by Small Particles (1983),
-    eqs 4.61, 4.62, 4.88, 4.89 and p. 120 for the asymmetry; number of orders from W. J. Wiscombe,
-    Appl. Opt. 19, 1505 (1980).
+    C. F. Bohren and D. R. Huffman, Absorption and Scattering of Light by Small Particles (1983), eqs 4.61, 4.62, 4.88,
+    4.89 and p. 120 for the asymmetry; number of orders from W. J. Wiscombe, Appl. Opt. 19, 1505 (1980).
     """
     index = np.asarray(refractive_index, dtype=np.complex128)
     size = np.asarray(size_parameter, dtype=np.float64)
@@ -235,8 +231,8 @@ class MomentSums:
     def __call__(self, refractive_index: complex, size_parameter: Array, weight: Array) -> Array:
         """Moments (K,) of the phase function of spheres with ``size_parameter`` and ``weight`` (M,) together.
 
-        ``weight`` is their number; what a sphere scatters follows from its amplitudes. The result is divided by
-        its moment of degree 0.
+        ``weight`` is their number; what a sphere scatters follows from its amplitudes. The result is divided by its
+        moment of degree 0.
         """
         order = np.argsort(-size_parameter, kind="stable")
         sums = np.zeros(self._count)

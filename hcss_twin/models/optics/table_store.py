@@ -1,7 +1,4 @@
-"""Files of tabulated bulk properties: those that ship, and those that a run keeps for the next one.
-
-Where tables of bulk properties come from: the catalog, the user's cache, or computation.
-"""
+"""Tables of bulk properties in files: those that ship in the catalog, and computed ones in the user's cache."""
 
 from __future__ import annotations
 
@@ -19,12 +16,12 @@ from hcss_twin.core.cache import OPTICS, cache_root
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
-from hcss_twin.models.optics.bulk_table import BulkTable
+from hcss_twin.models.optics.bulk import BulkTable
 
 FORMAT, VERSION = "hcss-bulk-optics", 1
 
 _GROUPS = (("properties", "f8"), ("moments", "f4"))
-"""Parts of a table and how precisely they are kept; single precision is 6e-8 of a moment."""
+"""Parts of a table and their precision in files; single precision is 6e-8 of a moment."""
 
 
 def key_of(path: Path) -> str:
@@ -40,24 +37,24 @@ def key_of(path: Path) -> str:
 
 
 def read_into(table: BulkTable, path: Path) -> None:
-    """Take over the values of a file where ``table`` has none.
+    """Fill values that ``table`` lacks from a file.
 
     Raises
     ------
     CatalogError
         If the file is damaged (every block carries a checksum), of another table, or of another format.
     """
-    found = {}
+    stored = {}
     with open_format(path, FORMAT, VERSION) as dataset:
         if getattr(dataset, "key", None) != table.key:
             raise CatalogError(f"{path}: holds another table than {table.key[:12]}")
         try:
             for name, _ in _GROUPS:
                 dataset[name].set_auto_mask(False)
-                found[name] = np.asarray(dataset[name][:], dtype=np.float64)
+                stored[name] = np.asarray(dataset[name][:], dtype=np.float64)
         except (IndexError, OSError, RuntimeError) as error:
             raise CatalogError(f"{path}: damaged: {error}") from error
-    for name, values in found.items():
+    for name, values in stored.items():
         part = getattr(table, name)
         if values.shape != part.values.shape:
             raise CatalogError(f"{path}: {name} has shape {values.shape}; allowed {part.values.shape}")
@@ -85,7 +82,7 @@ def _write_part(dataset: Any, name: str, kind: str, part: Any) -> None:
     components, nodes = part.values.shape
     dataset.createDimension(f"{name}_component", components)
     dataset.createDimension(f"{name}_node", nodes)
-    # least_significant_digit would be smaller still, but the values then differ from those computed on demand.
+    # No least_significant_digit: files would be smaller still, but differ from values computed on demand.
     variable = dataset.createVariable(
         name, kind, (f"{name}_component", f"{name}_node"), zlib=True, complevel=6, shuffle=True, fletcher32=True
     )
@@ -100,9 +97,9 @@ def _write_part(dataset: Any, name: str, kind: str, part: Any) -> None:
 
 
 def write_if_possible(table: BulkTable, path: Path) -> bool:
-    """Keep a table for the next run, together with what another run has put there in the meantime.
+    """Store a table, together with the values another run stored in the meantime; return whether it was written.
 
-    Nobody depends on the file: where it cannot be written (a full or read-only disk), the next run computes again.
+    Where it cannot be written (a full or read-only disk), the next run computes it again.
     """
     with suppress(CatalogError, OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -115,8 +112,8 @@ def write_if_possible(table: BulkTable, path: Path) -> bool:
 
 FOLDER, SUFFIX = OPTICS
 
-_WORTH_A_BAR = 64
-"""Wavelengths to compute from which progress is shown: less is done at once."""
+_MIN_FOR_PROGRESS = 64
+"""Wavelengths to compute from which a progress bar is shown."""
 
 
 def cache_folder() -> Path | None:
@@ -126,12 +123,12 @@ def cache_folder() -> Path | None:
 
 
 class TableStore:
-    """Finds the values of tables, computes those that nobody has, and keeps them.
+    """Looks values of tables up in files, computes missing ones, and stores them.
 
     Parameters
     ----------
     catalog : Catalog
-        Holds the tables that ship; with a secluded one no others are kept.
+        Holds the tables that ship; with a secluded one computed tables are not stored.
     """
 
     def __init__(self, catalog: Catalog) -> None:
@@ -152,7 +149,7 @@ class TableStore:
         if name is not None:
             read_into(table, self._catalog.find(name, FOLDER, SUFFIX))
             return
-        # A damaged file is computed again and replaced: nothing is lost but time.
+        # A damaged file is computed again and replaced; only time is lost.
         with suppress(CatalogError, OSError):
             if (path := self._cached(table)) and path.is_file():
                 read_into(table, path)
@@ -163,7 +160,7 @@ class TableStore:
             self._shipped = {}
             for name in self._catalog.names(FOLDER, SUFFIX):
                 path = self._catalog.root / FOLDER / f"{name}{SUFFIX}"
-                with suppress(CatalogError):  # other formats lie there too
+                with suppress(CatalogError):  # the folder also has files of other formats
                     self._shipped[self._catalog.shelf.parsed(path, key_of)] = name
         return self._shipped
 
@@ -174,7 +171,7 @@ class TableStore:
 
 def _progress(pieces: Iterable[NDArray[np.intp]], total: int) -> Iterator[NDArray[np.intp]]:
     """Show a bar on a terminal while many wavelengths are computed."""
-    if total < _WORTH_A_BAR or not sys.stderr.isatty():
+    if total < _MIN_FOR_PROGRESS or not sys.stderr.isatty():
         yield from pieces
         return
     import click

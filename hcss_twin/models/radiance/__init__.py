@@ -1,1 +1,1 @@
-"""Assembly of radiance terms (eqs 15-20), and the reference path."""
+"""Radiance models: emission, reflection and transmission of sea, clouds and air (HCSS paper, eqs 8 to 20)."""

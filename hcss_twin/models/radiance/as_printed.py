@@ -1,9 +1,8 @@
-"""Radiance model ``as-printed``: equations 8 and 12-20 of the HCSS paper.
+"""Radiance model ``as-printed``: the HCSS paper's eqs 8 and 12 to 20.
 
-Where the paper's own tables exclude a printed form, the corrected form is the default and the
-printed one stands behind a ``literal_...`` switch. The model breaks Kirchhoff's law on purpose
-(its cloud reflects sunlight without regard to thickness); docs/as-printed.md lists every
-difference from physics.
+Where the paper's own tables exclude a printed form, the corrected form is the default and a ``literal_...`` switch
+selects the printed one. The model breaks Kirchhoff's law on purpose: its cloud reflects sunlight without regard to
+thickness. docs/development/reproduction.md lists every difference from physics.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
-from hcss_twin.models.radiance.parameters import AsPrintedParameters
+from hcss_twin.models.parameters import AsPrintedParameters
 from hcss_twin.physics.geometry import relative_azimuth_rad, scattering_cosine, scattering_cosine_literal, wind_azimuths
 from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
 from hcss_twin.physics.paths import to_space
@@ -76,7 +75,7 @@ class AsPrinted:
         )
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> Mapping[str, Array]:
-        """Terms (V,) of a cloud-free column, eq 19: tau_s L_s + L_atm."""
+        """Terms (V,) of a cloud-free column: tau_s L_s + L_atm (HCSS paper, eq 19)."""
         zero = np.zeros_like(wavenumber_cm1)
         zenith = self._inputs.view.zenith_deg
         surface = to_space(0.0, zenith)
@@ -91,10 +90,10 @@ class AsPrinted:
         }
 
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
-        """Terms (N, V) of cloudy columns, eq 20: tau_c L_c + tau_sc L_s + L_atm (above the highest cloud top).
+        """Terms (N, V) of cloudy columns: tau_c L_c + tau_sc L_s + L_atm above the cloud top (HCSS paper, eq 20).
 
-        The paper has one layer. With several, each cloud sends what eqs 15 and 16 give it through the clouds
-        above, which transmit 1 - emissivity as they do in eq 20 for the sea.
+        The paper has one layer. With several, the light of each cloud (eq 15 and eq 16) passes the clouds above, which
+        transmit 1 - emissivity as they do in eq 20 for the sea.
         """
         layers = self._inputs.layers
         if thickness_m.ndim != 2 or thickness_m.shape[1] != len(layers):
@@ -128,7 +127,7 @@ class AsPrinted:
         }
 
     def _cloud(self, layer: CloudLayer, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> _Cloud:
-        """Clouds of one layer, ``thickness_m`` (N,) > 0 thick, seen through nothing but air."""
+        """Clouds of one layer of ``thickness_m`` (N,) > 0, seen through air alone: eq 8 and eq 15."""
         inputs = self._inputs
         scattering = inputs.optics.single_scattering(layer.microphysics, wavenumber_cm1)
         # Columns of equal thickness, of which the product of two layers has many, share everything, and those of
@@ -155,13 +154,13 @@ class AsPrinted:
         return self._inputs.profile.temperature_at(layer.cloud_top_m(thickness_m))
 
     def _sea_emission(self, wavenumber_cm1: Array, sun: Sun | None) -> Array:
-        """Eq 17: emissivity times Planck radiance at the sea surface, (V,)."""
+        """Emissivity times Planck radiance at the sea surface, (V,) (HCSS paper, eq 17)."""
         emissivity = self._inputs.sea.emissivity(wavenumber_cm1, np.array([self._mu]), **self._wind(sun))[0]
         result: Array = emissivity * planck(wavenumber_cm1, self._inputs.sea_temperature_K)
         return result
 
     def _glint(self, wavenumber_cm1: Array, sun: Sun | None) -> Array:
-        """Eq 18 at the sensor, (V,): the sun crosses the air to the sea and again to the sensor."""
+        """Sun glint at the sensor, (V,): sunlight crosses the air down to the sea and up again (HCSS paper, eq 18)."""
         if sun is None or not sun.is_up or self._parameters.glint_scale == 0.0:
             return np.zeros_like(wavenumber_cm1)
         view = self._inputs.view
@@ -180,7 +179,7 @@ class AsPrinted:
         return result
 
     def _wind(self, sun: Sun | None) -> dict[str, Array]:
-        """Return the view's bearing to the wind, counted toward the sun, for a sea that depends on it."""
+        """Return the view's bearing to the wind, counted toward the sun, as argument of an anisotropic sea."""
         inputs = self._inputs
         if not getattr(inputs.sea, "anisotropic", False):
             return {}
@@ -191,7 +190,7 @@ class AsPrinted:
     def _cloud_reflection(
         self, wavenumber_cm1: Array, tops_m: Array, albedo: Array, asymmetry: Array, sun: Sun | None
     ) -> Array:
-        """Eqs 12-14 and 16 at the sensor, (tops, V)."""
+        """Sunlight reflected by the cloud, at the sensor, (tops, V): eq 12 to eq 14 in eq 16 of the HCSS paper."""
         if sun is None or not sun.is_up or self._parameters.cloud_sun_scale == 0.0:
             return np.zeros((tops_m.size, wavenumber_cm1.size))
         view = self._inputs.view
@@ -211,7 +210,7 @@ class AsPrinted:
 
 
 def cloud_emissivity(extinction_m1: Array, albedo: Array, thickness_m: Array) -> Array:
-    """Eq 8 with eqs 9-11: 1 - exp(-k_abs z), k_abs = k_ext (1 - albedo); (N, V).
+    """Return 1 - exp(-k_abs z), k_abs = k_ext (1 - albedo), (N, V) (HCSS paper, eq 8 with eq 9, eq 10 and eq 11).
 
     As printed, without the slant factor 1 / mu.
     """
@@ -221,7 +220,7 @@ def cloud_emissivity(extinction_m1: Array, albedo: Array, thickness_m: Array) ->
 
 
 def cloud_brdf(albedo: Array, asymmetry: Array, scattering_cosine_: float, mu: float, mu0: float) -> Array:
-    """Eq 12 with eq 13: single-scattering BRDF of the cloud in sr-1, (V,), independent of thickness."""
+    """Single-scattering BRDF of the cloud in sr-1, (V,), independent of thickness (HCSS paper, eq 12 with eq 13)."""
     phase = henyey_greenstein(np.array(scattering_cosine_), asymmetry)
     result: Array = albedo / (4.0 * math.pi) * phase * mu0 / (mu0 + mu)
     return result
@@ -234,12 +233,12 @@ def _notes(parameters: AsPrintedParameters, layers: int) -> tuple[str, ...]:
     if not parameters.literal_eq19:
         notes.append("as-printed radiance: emission of the air below a cloud is lost, however thin the cloud")
     if parameters.glint_scale != 1.0:
-        told = f"sun glint scaled by {parameters.glint_scale:g}, which is a fit and not physics"
-        notes.append(Note(told, sunlight=True))
+        text = f"sun glint scaled by {parameters.glint_scale:g}, which is a fit and not physics"
+        notes.append(Note(text, sunlight=True))
     if parameters.cloud_sun_scale != 1.0:
         scale = parameters.cloud_sun_scale
-        told = f"sunlight reflected by cloud scaled by {scale:g}, which is a fit and not physics"
-        notes.append(Note(told, sunlight=True))
+        text = f"sunlight reflected by cloud scaled by {scale:g}, which is a fit and not physics"
+        notes.append(Note(text, sunlight=True))
     literal = [name for name, on in parameters if name.startswith("literal_") and on]
     if literal:
         notes.append(f"literal forms that the paper's own tables exclude: {', '.join(literal)}")

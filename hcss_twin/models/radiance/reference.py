@@ -1,6 +1,6 @@
-"""The reference path: dense spectrum, no tables, nothing skipped, one pixel at a time unless asked for more.
+"""The reference: band radiances of single pixels from dense spectra, without tables or interpolation.
 
-Slow and plainly right. Everything fast is tested against it.
+Slow and simple. Everything fast is tested against it.
 """
 
 from __future__ import annotations
@@ -22,12 +22,11 @@ def reference_radiance(
     Parameters
     ----------
     thickness_m : sequence of float (N,) or array (N, L)
-        Cloud thickness of each pixel, 0 for clear sky; with one column per layer of the scene. (N,) is short for a
-        single layer.
+        Cloud thickness of each pixel, 0 for clear sky, with one column per layer; (N,) is short for a single layer.
     sun : Sun or None
         Where the sun is at that pixel's time.
     together : int
-        Cloudy columns for which the model is asked at once, which saves it time.
+        Cloudy columns that the model computes at once, which is faster.
 
     Returns
     -------
@@ -73,7 +72,7 @@ def _bands(model: RadianceModel, grid: SpectralGrid, terms: Mapping[str, Array])
     )
 
 
-def _trapezoid(values: Array, places: Array) -> Array:
-    """Trapezoidal rule along the last axis; scipy's would bring the import of all its solvers into every run."""
-    result: Array = np.sum(np.diff(places) * (values[..., 1:] + values[..., :-1]) / 2.0, axis=-1)
+def _trapezoid(values: Array, nodes: Array) -> Array:
+    """Trapezoidal rule along the last axis; importing scipy's would load all its solvers in every run."""
+    result: Array = np.sum(np.diff(nodes) * (values[..., 1:] + values[..., :-1]) / 2.0, axis=-1)
     return result

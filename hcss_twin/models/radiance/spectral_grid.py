@@ -1,8 +1,7 @@
-"""A spectral band with its response.
+"""Spectral bands: their response, the wavenumbers at which spectra are computed, and integration over them.
 
-Extraterrestrial solar irradiance from the catalog.
-
-The dense spectral grid: where spectra are evaluated and how they sum to bands.
+A band radiance is the sum of spectral radiance times weights over a dense grid, or over few wavenumbers chosen for the
+scene (:func:`choose_nodes`). :class:`BrightnessTemperature` inverts it for black bodies.
 """
 
 from __future__ import annotations
@@ -15,19 +14,20 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.physics.planck import wavenumber_from_um
+from hcss_twin.core.errors import ProviderError
+from hcss_twin.physics.planck import planck, wavenumber_from_um
 
 
 @dataclass(frozen=True)
 class SpectralBand:
-    """A band with its response.
+    """A spectral band.
 
     Attributes
     ----------
     name : str
         Name in the cube.
     wavelength_um : ndarray (N,)
-        Ascending wavelengths at which the response is known; linear between, 0 outside.
+        Ascending; the response is linear between them and 0 outside.
     response : ndarray (N,)
         Relative response, 0 to 1.
     """
@@ -55,7 +55,7 @@ class SpectralBand:
     def central_um(self) -> float:
         """Centroid over wavelength of the response, which is linear between its nodes."""
         step, left, right = np.diff(self.wavelength_um), self.response[:-1], self.response[1:]
-        # From the shortest wavelength: relative to it the moments of narrow bands keep their digits.
+        # Relative to the shortest wavelength, so that the moments of narrow bands keep their digits.
         start = self.wavelength_um[:-1] - self.wavelength_um[0]
         area = step * (left + right) / 2.0
         moment = start * area + step**2 * (left + 2.0 * right) / 6.0
@@ -95,7 +95,7 @@ class SolarSpectrum:
 
 
 DEFAULT_STEP_CM1 = 5.0
-"""Step where no provider has a grid of its own: that of LOWTRAN7."""
+"""Step where the transmittance provider has no grid of its own: that of LOWTRAN7."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class SpectralGrid:
 
 
 def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None) -> SpectralGrid:
-    """Return every native wavenumber inside the bands, their edges, and their response's own nodes.
+    """Return the grid of all native wavenumbers inside the bands, the band edges, and the nodes of the responses.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def _band_nodes(band: SpectralBand, native_cm1: Array | None) -> Array:
         native_cm1 = np.arange(first, high, DEFAULT_STEP_CM1)
     inside = native_cm1[(native_cm1 > low) & (native_cm1 < high)]
     nodes = np.unique(np.concatenate((edges, inside)))
-    # A native node that rounding puts beside an edge would make a panel of no width.
+    # Rounding may put a native node next to an edge, with no width between.
     keep = np.concatenate(([True], np.diff(nodes) > 1e-9 * high))
     result: Array = nodes[keep]
     return result
@@ -163,3 +163,143 @@ def _trapezoid_weights(nodes: Array) -> Array:
     weights[:-1] += 0.5 * step
     weights[1:] += 0.5 * step
     return weights
+
+
+@dataclass(frozen=True)
+class SpectralNodes:
+    """Wavenumbers at which spectra are computed, and their weights in each band.
+
+    Attributes
+    ----------
+    wavenumber_cm1 : ndarray (N,)
+        Ascending.
+    weights_cm1 : ndarray (B, N)
+        Band radiance = spectral radiance (N,) @ weights.
+    """
+
+    wavenumber_cm1: Array
+    weights_cm1: Array
+
+
+def all_nodes(grid: SpectralGrid) -> SpectralNodes:
+    """Return every wavenumber of a grid."""
+    return SpectralNodes(grid.wavenumber_cm1, grid.weights_cm1)
+
+
+def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> SpectralNodes:
+    """Choose few wavenumbers whose weighted sums are the band radiances of given spectra.
+
+    Spectra of one scene are alike: gas lines, clouds and sun change with thickness and time in few independent ways.
+    A band therefore needs few wavenumbers, if they and their weights are chosen for the scene's own spectra. Weights
+    that cannot be negative keep radiances positive, and a spectrum's terms still sum to its total.
+
+    The method is an empirical quadrature: wavenumbers are added greedily, and their weights follow by non-negative
+    least squares (C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23), until every
+    spectrum is summed within the tolerance.
+
+    Parameters
+    ----------
+    grid : SpectralGrid
+        V wavenumbers, B bands.
+    spectra : ndarray (S, K, V)
+        K terms of S columns.
+    tolerance : float
+        Greatest error of any term of any column, relative to the column's total in the band.
+
+    Returns
+    -------
+    SpectralNodes
+        A subset of the grid.
+    """
+    weights = np.zeros_like(grid.weights_cm1)
+    for band, own in enumerate(grid.nodes):
+        summands = spectra[:, :, own] * grid.weights_cm1[band, own]
+        weights[band, own] = grid.weights_cm1[band, own] * _factors(summands, tolerance)
+    used = np.flatnonzero(weights.any(axis=0))
+    return SpectralNodes(grid.wavenumber_cm1[used], np.ascontiguousarray(weights[:, used]))
+
+
+def _factors(summands: Array, tolerance: float) -> Array:
+    """Factors (V,), most of them 0, of summands (S, K, V) that leave their sums unchanged within the tolerance."""
+    # Imported here: a run that reads its tables from the cache should not wait for it.
+    from scipy.optimize import nnls
+
+    total = np.sum(summands, axis=(1, 2))
+    lit = total > 0.0
+    rows = (summands[lit] / total[lit, None, None]).reshape(-1, summands.shape[2])
+    rows = rows[rows.any(axis=1)]
+    target = np.sum(rows, axis=1)
+    size = np.linalg.norm(rows, axis=0)
+    every = np.ones(summands.shape[2])
+    if not rows.size:
+        return every
+    direction = rows / np.where(size > 0.0, size, 1.0)
+    chosen: list[int] = []
+    factors, left = np.zeros(0), target
+    while np.max(np.abs(left)) > tolerance:
+        gain = left @ direction
+        gain[chosen] = -np.inf
+        best = int(np.argmax(gain))
+        if gain[best] <= 0.0 or len(chosen) >= every.size:
+            return every
+        chosen.append(best)
+        factors, _ = nnls(rows[:, chosen], target)
+        positive = factors > 0.0
+        if not positive[-1]:
+            return every
+        chosen = [index for index, keep in zip(chosen, positive, strict=True) if keep]
+        factors = factors[positive]
+        left = target - rows[:, chosen] @ factors
+    result = np.zeros_like(every)
+    result[chosen] = factors
+    return result
+
+
+COLDEST_K, HOTTEST_K = 60.0, 3000.0
+_TEMPERATURES = 4096
+
+
+class BrightnessTemperature:
+    """Temperature of the black body with a given band radiance, for each band of a grid.
+
+    Tabulated evenly in 1/T and interpolated as 1/T against ln(radiance), which is nearly a straight line: within 1e-5 K
+    over 150-350 K.
+    """
+
+    def __init__(self, grid: SpectralGrid, names: Sequence[str]) -> None:
+        self._names = tuple(names)
+        self._inverse_temperature = np.linspace(1 / COLDEST_K, 1 / HOTTEST_K, _TEMPERATURES)
+        radiance = planck(grid.wavenumber_cm1[None, :], 1 / self._inverse_temperature[:, None]) @ grid.weights_cm1.T
+        self._ln_radiance = np.log(np.maximum(radiance, np.finfo(float).tiny)).T
+
+    def __call__(self, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return kelvin for ``radiance`` (B, y, x).
+
+        Raises
+        ------
+        ProviderError
+            If no black body between 60 and 3000 K has that radiance.
+        """
+        result = np.empty_like(radiance)
+        for band, table in enumerate(self._ln_radiance):
+            values = radiance[band].astype(np.float64)
+            if values.min() <= 0 or np.log(values.max()) > table[-1] or np.log(values.min()) < table[0]:
+                raise ProviderError(
+                    f"band '{self._names[band]}': radiance {values.min():g} to {values.max():g} W m-2 sr-1 has no "
+                    f"brightness temperature between {COLDEST_K:g} and {HOTTEST_K:g} K"
+                )
+            result[band] = 1.0 / np.interp(np.log(values), table, self._inverse_temperature)
+        return result
+
+    @property
+    def highest_radiance(self) -> Array:
+        """Radiance (B,) of the hottest tabulated black body."""
+        return np.exp(self._ln_radiance[:, -1])
+
+    def where_known(self, radiance: Array) -> Array:
+        """Return kelvin for ``radiance`` (B, N), NaN where no black body between 60 and 3000 K has it."""
+        result = np.full(radiance.shape, np.nan)
+        for values, kelvin, table in zip(radiance, result, self._ln_radiance, strict=True):
+            known = (values >= np.exp(table[0])) & (values <= np.exp(table[-1]))
+            kelvin[known] = 1.0 / np.interp(np.log(values[known]), table, self._inverse_temperature)
+        return result

@@ -1,1 +1,1 @@
-"""Sea surface models."""
+"""Sea models: emissivity and BRDF of a wind-roughened surface, and its waves."""

@@ -1,9 +1,4 @@
-"""Arguments of sea models: cosines and bearings.
-
-Fresnel's reflectance at many angles of incidence: a Chebyshev series in its cosine, where that is as good.
-
-The default sea: Fresnel reflection by facets with Cox-Munk slopes.
-"""
+"""Sea model ``cox-munk``: Fresnel reflection by facets with Cox-Munk slopes; and geometry shared by the sea models."""
 
 from __future__ import annotations
 
@@ -12,9 +7,9 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.models.parameters import CoxMunkParameters
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.facets import facet_weights, incidence_nodes
-from hcss_twin.models.sea.parameters import CoxMunkParameters
 from hcss_twin.models.sea.pierson_moskowitz import significant_wave_height_m
 from hcss_twin.models.sea.slope_statistics import (
     MEASURED_WIND_M_S,
@@ -28,13 +23,7 @@ from hcss_twin.providers import Declares, SeaInputs
 
 
 def directions(field: str, cosines: Array) -> Array:
-    """Return cosines (M,) as float64.
-
-    Raises
-    ------
-    ValueError
-        If they do not have one axis or leave (0, 1].
-    """
+    """Return cosines (M,) in (0, 1] as float64; raise ValueError for others."""
     values = np.asarray(cosines, dtype=np.float64)
     if values.ndim != 1:
         raise ValueError(f"{field} of shape {values.shape}: needs one axis (M,)")
@@ -44,13 +33,7 @@ def directions(field: str, cosines: Array) -> Array:
 
 
 def bearings(wind_azimuth: Array | None, count: int) -> Array | None:
-    """Return bearings to the wind (count,) as float64, or None where there are none.
-
-    Raises
-    ------
-    ValueError
-        If their number is another, or one is not finite.
-    """
+    """Return bearings to the wind (count,) as float64, or None; raise ValueError for another shape or infinite ones."""
     if wind_azimuth is None:
         return None
     values = np.asarray(wind_azimuth, dtype=np.float64)
@@ -60,13 +43,7 @@ def bearings(wind_azimuth: Array | None, count: int) -> Array | None:
 
 
 def relative_azimuths(relative_azimuth: Array) -> Array:
-    """Return angles between the bearings toward sensor and source (M,) as float64.
-
-    Raises
-    ------
-    ValueError
-        If one leaves [0, pi].
-    """
+    """Return angles between the bearings toward sensor and source (M,) in [0, pi] as float64, else raise ValueError."""
     values = np.asarray(relative_azimuth, dtype=np.float64)
     if not np.all((values >= 0.0) & (values <= np.pi)):
         raise ValueError(f"relative_azimuth between {np.min(values)} and {np.max(values)}: allowed 0 to pi rad")
@@ -75,8 +52,8 @@ def relative_azimuths(relative_azimuth: Array) -> Array:
 
 TERMS = 32
 
-LARGEST_TAIL = 1e-12
-"""Of the last terms of a series, relative to its largest; those of water are below 1e-13."""
+MAX_TAIL = 1e-12
+"""Largest last terms of a Chebyshev series relative to its largest one; those of water are below 1e-13."""
 
 
 def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array:
@@ -99,14 +76,16 @@ def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array
         If a cosine is outside (0, 1].
     """
     few = cos_incidence.size <= 2 * TERMS
-    if few or not (np.min(cos_incidence) > 0.0 and np.max(cos_incidence) <= 1.0):  # NaN, too, is refused there
+    if few or not (
+        np.min(cos_incidence) > 0.0 and np.max(cos_incidence) <= 1.0
+    ):  # unpolarised_reflectance also refuses NaN
         return unpolarised_reflectance(index, cos_incidence[:, None])
     nodes = incidence_nodes(TERMS)
     at_nodes = unpolarised_reflectance(index, nodes[:, None])
     # Chebyshev polynomials are orthogonal over their points.
     terms = (2.0 / TERMS) * chebyshev.chebvander(2.0 * nodes - 1.0, TERMS - 1).T @ at_nodes
     terms[0] *= 0.5
-    if np.any(np.max(np.abs(terms[-2:]), axis=0) > LARGEST_TAIL * np.max(np.abs(terms), axis=0)):
+    if np.any(np.max(np.abs(terms[-2:]), axis=0) > MAX_TAIL * np.max(np.abs(terms), axis=0)):
         return unpolarised_reflectance(index, cos_incidence[:, None])
     return np.asarray(chebyshev.chebvander(2.0 * cos_incidence - 1.0, TERMS - 1) @ terms)
 
@@ -114,24 +93,16 @@ def reflectance_at(index: NDArray[np.complex128], cos_incidence: Array) -> Array
 class CoxMunkSea:
     """Directional emissivity and BRDF of a wind-roughened sea, isotropic, first reflection only.
 
-    Facets do not hide one another, and light they reflect toward other facets counts as lost from the
-    BRDF and as reflected in the emissivity. Toward grazing views the emissivity is therefore too low.
-    The wind direction and the water temperature have no influence: slopes are isotropic, and the index
-    is tabulated at one temperature.
+    Facets do not hide one another. Light that they reflect toward other facets is missing in the BRDF and counts as
+    reflected in the emissivity, which is therefore too low toward grazing views. Wind direction and water temperature
+    have no influence: slopes are isotropic, and the index is tabulated at one temperature.
 
     Parameters
     ----------
     inputs : SeaInputs
-        Wind speed 0 to 60 m/s.
+        Wind speed 0 to 60 m/s; ValueError outside.
     parameters : CoxMunkParameters
-        Which refractive index to use.
-
-    Raises
-    ------
-    ValueError
-        If the wind speed is outside its range.
-    CatalogError
-        If the refractive index cannot be read.
+        Which refractive index to use; CatalogError if it cannot be read.
     """
 
     def __init__(self, inputs: SeaInputs, parameters: CoxMunkParameters) -> None:
@@ -163,21 +134,8 @@ class CoxMunkSea:
     def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array:
         """Return directional emissivity (M, V): 1 minus the reflectance averaged over the visible facets.
 
-        Parameters
-        ----------
-        wavenumber_cm1 : ndarray (V,)
-            Within the range of the refractive index.
-        mu : ndarray (M,)
-            Cosines of the view zenith angle, in (0, 1].
-
-        Raises
-        ------
-        ValueError
-            If a wavenumber or cosine is out of range.
-
-        Notes
-        -----
-        Masuda et al. 1988, see :mod:`hcss_twin.models.sea.facets`.
+        Eq 17 of the HCSS paper; Masuda et al. 1988, see :mod:`hcss_twin.models.sea.facets`. Raises ValueError if a
+        wavenumber or cosine is out of range.
         """
         cosines = directions("mu", mu)
         index = self._index.at(wavenumber_cm1)
@@ -186,27 +144,11 @@ class CoxMunkSea:
         return np.asarray(1.0 - weights @ reflectance, dtype=np.float64)
 
     def brdf(self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, relative_azimuth: Array) -> Array:
-        """Return BRDF (M, V) in sr-1: rho(chi) P(slope) / (4 mu_out mu_in mu_n^4).
+        """Return BRDF (M, V) in sr-1: rho(chi) P(slope) / (4 mu_out mu_in mu_n^4) (HCSS paper, eq 18).
 
-        Parameters
-        ----------
-        wavenumber_cm1 : ndarray (V,)
-            Within the range of the refractive index.
-        mu_out, mu_in : ndarray (M,)
-            Cosines of the zenith angles of sensor and source, in (0, 1].
-        relative_azimuth : ndarray (M,)
-            In [0, pi]: 0 with the sensor on the sun's side, pi toward the glint.
-
-        Raises
-        ------
-        ValueError
-            If a wavenumber, cosine or azimuth is out of range.
-
-        Notes
-        -----
-        Cox and Munk 1954 for P; the geometry of one facet that mirrors the source into the sensor follows
-        from its normal, the bisector of the two directions. mu_n is the cosine of its tilt, chi half the
-        angle between the directions.
+        Cox and Munk 1954 for P. One facet mirrors the source into the sensor: its normal is the bisector of the two
+        directions, mu_n the cosine of its tilt, chi half the angle between the directions. ``relative_azimuth`` (M,) is
+        in [0, pi], pi toward the glint. Raises ValueError if a wavenumber, cosine or azimuth is out of range.
         """
         out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
         azimuth = relative_azimuths(relative_azimuth)
@@ -218,10 +160,11 @@ class CoxMunkSea:
         return np.asarray(geometry[:, None] * reflectance_at(index, cos_incidence), dtype=np.float64)
 
 
-def mirror_facet(
-    mu_out: NDArray[np.float64], mu_in: NDArray[np.float64], relative_azimuth: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the squared slope of the facet that mirrors one direction into the other, and cos(chi) on it.
+def mirror_facet(mu_out: Array, mu_in: Array, relative_azimuth: Array) -> tuple[Array, Array]:
+    """Return the squared slope (M,) of the facet that mirrors one direction into the other, and cos(chi) (M,) on it.
+
+    Both follow from the sum of the two unit vectors, whose length is 2 cos(chi). That is symmetric in the directions
+    and keeps its digits near the specular direction, where 1 + cos(2 chi) would lose them.
 
     Parameters
     ----------
@@ -229,16 +172,6 @@ def mirror_facet(
         Cosines of the zenith angles, in (0, 1].
     relative_azimuth : ndarray (M,)
         Angle between the horizontal directions toward the two, in radians.
-
-    Returns
-    -------
-    slope_squared, cos_incidence : ndarray (M,)
-        Squared tangent of the tilt, and cosine of the angle of incidence.
-
-    Notes
-    -----
-    Both come from the sum of the two unit vectors, whose length is 2 cos(chi). That is symmetric in the
-    directions and keeps its digits near the specular direction, where 1 + cos(2 chi) would lose them.
     """
     sin_out = np.sqrt((1.0 - mu_out) * (1.0 + mu_out))
     sin_in = np.sqrt((1.0 - mu_in) * (1.0 + mu_in))

@@ -1,29 +1,16 @@
-"""Averages over the wave facets that a viewer sees.
+"""Wave facets that a viewer sees, and how far waves hide one another.
 
-A facet of slope (zx, zy), tilted by theta_n, is met by the line of sight under the angle chi. Seen from
-the zenith angle theta it takes the share P(zx, zy) cos(chi) / (cos(theta) cos(theta_n)) of the view
-(K. Masuda, T. Takashima and Y. Takayama, Emissivity of pure and sea waters for the model sea surface in
-the infrared window regions, Remote Sens. Environ. 24, 313-329, 1988). Facets with cos(chi) <= 0 are not
-seen; facets do not hide one another. With the x axis pointing toward the viewer and zx = dz/dx,
-cos(chi) / cos(theta_n) = cos(theta) - zx sin(theta).
+A facet of slope (zx, zy), tilted by theta_n, is met by the line of sight under the angle chi. Seen from the zenith
+angle theta it takes the share P(zx, zy) cos(chi) / (cos(theta) cos(theta_n)) of the view (K. Masuda, T. Takashima and
+Y. Takayama, Remote Sens. Environ. 24, 313-329, 1988). With the x axis pointing toward the viewer and zx = dz/dx,
+cos(chi) / cos(theta_n) = cos(theta) - zx sin(theta). The same holds for a ray that a first facet sent toward a second
+one (X. Wu and W. L. Smith, Appl. Opt. 36, 2609-2619, 1997): the second slope is taken as independent of the first.
 
-How far waves hide one another (Smith 1967).
-
-B. G. Smith, Geometrical shadowing of a random rough surface, IEEE Trans. Antennas Propag. 15, 668-671
-(1967): of the facets turned toward a direction, 1 / (1 + Lambda) are seen from it, whatever their slope. The
-factor normalises: the projected areas of the facets turned toward the direction sum to 1 + Lambda times the
-area of the sea. With two directions, heights being common to both, 1 / (1 + Lambda_out + Lambda_in) are
-seen from both (V. Ross and D. Dion, Sea surface slope statistics derived from Sun glint radiance
-measurements and their apparent dependence on sensor elevation, J. Geophys. Res. 112, C09015 (2007), use this
-form for the sea).
-
-Quadratures over the facets a ray meets: cosine of incidence, and where the mirror image of the ray goes.
-
-Seen along a ray, a facet of slope z has the share P(z) max(-n.d, 0) of the view, n the facet's normal over
-its vertical part and d the ray's direction away from the viewer (K. Masuda, T. Takashima and Y. Takayama,
-Remote Sens. Environ. 24, 313-329, 1988, for the first facet). The same holds for a ray that a first facet
-sent toward a second one, be it downward or, close above the horizon, upward (X. Wu and W. L. Smith, Appl.
-Opt. 36, 2609-2619, 1997): the second facet's slope is taken as independent of the first one's.
+Shadowing: of the facets turned toward a direction, 1 / (1 + Lambda) are seen from it, whatever their slope (B. G.
+Smith, Geometrical shadowing of a random rough surface, IEEE Trans. Antennas Propag. 15, 668-671, 1967). The factor
+normalises: the projected areas of the facets turned toward the direction sum to 1 + Lambda times the area of the sea.
+With two directions, heights being common to both, 1 / (1 + Lambda_out + Lambda_in) are seen from both (V. Ross and D.
+Dion, J. Geophys. Res. 112, C09015, 2007, use this form for the sea).
 """
 
 from __future__ import annotations
@@ -32,30 +19,27 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import erfcx
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sea.slope_statistics import SlopeStatistics, slope_density
 from hcss_twin.physics.quadrature import gauss_legendre
 
-# Slopes beyond this many standard deviations of a component hold 2e-9 of the facets.
-_SLOPE_LIMIT_SIGMA = 6.0
+_MAX_SIGMA = 6.0
+"""Slopes beyond this many standard deviations of a component hold 2e-9 of the facets."""
 
 
-def incidence_nodes(count: int) -> NDArray[np.float64]:
+def incidence_nodes(count: int) -> Array:
     """Return ``count`` Chebyshev points of the cosine of incidence within (0, 1), shape (K,)."""
     return np.asarray(0.5 * (1.0 + np.polynomial.chebyshev.chebpts1(count)), dtype=np.float64)
 
 
-def facet_weights(
-    mu: NDArray[np.float64], mean_square_slope: float, incidence_count: int = 32, slope_count: int = 64
-) -> NDArray[np.float64]:
-    """Return weights that average a function of the angle of incidence over the visible facets.
+def facet_weights(mu: Array, mean_square_slope: float, incidence_count: int = 32, slope_count: int = 64) -> Array:
+    """Return weights (M, K) that average a function of the angle of incidence over the visible facets.
 
-    The integral over slopes is linear in the function, so it is folded once onto the function's
-    interpolation nodes: ``facet_weights(...) @ g(incidence_nodes(K))`` is the average of g. Reflectance is
-    analytic in the cosine, which makes that spectrally accurate, and the wavelengths cost nothing more.
+    The integral over slopes is linear in the function, so that it is computed once, for the function's interpolation
+    nodes: ``facet_weights(...) @ g(incidence_nodes(K))`` is the average of g. Reflectance is analytic in the cosine,
+    which makes that spectrally accurate, and each wavelength costs only a product.
 
     Parameters
     ----------
@@ -68,19 +52,14 @@ def facet_weights(
     slope_count : int
         Gauss-Legendre nodes along and (by symmetry, half of them) across the view.
 
-    Returns
-    -------
-    ndarray (M, K)
-        Rows sum to 1. Single weights may be negative, as those of any interpolation.
-
     Notes
     -----
-    Measured with the optical constants of water at 0.25 to 190 um, mu 0.001 to 1 and winds of 0 to 60 m/s:
-    doubling the nodes changes the emissivity by less than 1e-12, and half the slope nodes by 1e-11. The
-    truncation of the slopes leaves 2e-9.
+    Rows sum to 1; single weights may be negative. With the optical constants of water at 0.25 to 190 um, mu 0.001 to 1
+    and winds of 0 to 60 m/s, doubling the nodes changes the emissivity by less than 1e-12, and doubling half the slope
+    nodes by 1e-11. The truncation of the slopes leaves 2e-9.
     """
     mu = np.asarray(mu, dtype=np.float64)
-    limit = _SLOPE_LIMIT_SIGMA * np.sqrt(0.5 * mean_square_slope)
+    limit = _MAX_SIGMA * np.sqrt(0.5 * mean_square_slope)
     along_nodes, along_weights = gauss_legendre(slope_count)
     across_nodes, across_weights = gauss_legendre(slope_count // 2)
     across = (0.5 * limit * (across_nodes + 1.0))[:, None]
@@ -107,7 +86,7 @@ def facet_weights(
 Shadowing = Literal["none", "separable", "height-correlated"]
 
 
-def smith_lambda(mu: NDArray[np.float64], variance_along: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def smith_lambda(mu: Array, variance_along: Array | float) -> Array:
     """Return Smith's Lambda for Gaussian slopes.
 
     Parameters
@@ -131,9 +110,7 @@ def smith_lambda(mu: NDArray[np.float64], variance_along: NDArray[np.float64] | 
     return np.asarray(0.5 * np.exp(-(v**2)) * np.maximum(tail, 0.0), dtype=np.float64)
 
 
-def both_seen(
-    lambda_out: NDArray[np.float64], lambda_in: NDArray[np.float64], shadowing: Shadowing
-) -> NDArray[np.float64]:
+def both_seen(lambda_out: Array, lambda_in: Array, shadowing: Shadowing) -> Array:
     """Return the share of mirroring facets that both directions see; symmetric in the two.
 
     ``none`` gives 1, ``separable`` the product of the two shares, ``height-correlated`` Smith's bistatic form.
@@ -145,19 +122,13 @@ def both_seen(
     return np.asarray(1.0 / (1.0 + (lambda_out + lambda_in)))
 
 
-def escape_share(
-    lambda_out: NDArray[np.float64] | float, lambda_in: NDArray[np.float64], shadowing: Shadowing
-) -> NDArray[np.float64]:
+def escape_share(lambda_out: Array | float, lambda_in: Array, shadowing: Shadowing) -> Array:
     """Return the share of facets seen from one direction that the other, upward one sees as well."""
     if shadowing == "none":
         return np.ones(np.broadcast(lambda_out, lambda_in).shape)
     if shadowing == "separable":
         return np.asarray(1.0 / (1.0 + lambda_in))
     return np.asarray((1.0 + lambda_out) / (1.0 + (lambda_out + lambda_in)))
-
-
-# Slopes beyond this many standard deviations hold 2e-9 of the facets.
-LIMIT_SIGMA = 6.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,9 +173,9 @@ def seen_facets(
 
     Notes
     -----
-    Rays just above and just below the horizon fare so differently that the quadrature converges slowly: with
-    96 nodes emissivity is within 4e-5, and the light from the sky within 2e-4, of 512 nodes (winds of 0 to 40
-    m/s, views to 89 degrees).
+    Rays just above the horizon escape and rays just below meet the sea, so that the quadrature converges slowly: with
+    96 nodes emissivity is within 4e-5, and the light from the sky within 2e-4, of 512 nodes (winds of 0 to 40 m/s,
+    views to 89 degrees).
     """
     sine = float(np.sqrt((1.0 - mu) * (1.0 + mu)))
     along, across, weight, density = _nodes(mu, sine, wind_azimuth, slopes, count, mean)
@@ -238,14 +209,14 @@ def _nodes(
     cosine, sine_wind = np.cos(wind_azimuth), np.sin(wind_azimuth)
     variance = float(slopes.variance_along(wind_azimuth))
     covariance = (slopes.variance_crosswind - slopes.variance_upwind) * cosine * sine_wind
-    limit = LIMIT_SIGMA * float(np.sqrt(variance))
+    limit = _MAX_SIGMA * float(np.sqrt(variance))
     # Integrating just up to the horizon mu = slope * sine keeps the integrand smooth.
     above = mu - mean[0] * sine
     top = limit if above >= limit * sine else above / sine
     bottom = -limit if top > -limit else top - 2.0 * float(np.sqrt(variance))
     along = (0.5 * ((top - bottom) * x + top + bottom))[:, None]
     spread = float(np.sqrt(slopes.variance_upwind * slopes.variance_crosswind / variance))
-    across = along * (covariance / variance) + LIMIT_SIGMA * spread * y[None, :]
+    across = along * (covariance / variance) + _MAX_SIGMA * spread * y[None, :]
     density = slopes.density(along * cosine - across * sine_wind, along * sine_wind + across * cosine)
     along = np.broadcast_to(along, across.shape) + mean[0]
     weight = (w[:, None] * v[None, :]).ravel()

@@ -1,9 +1,9 @@
 """The Pierson-Moskowitz spectrum of a fully developed sea, and surfaces drawn from it.
 
-The spectrum is eq 1 of the HCSS paper; the original is W. J. Pierson and L. Moskowitz, A proposed
-spectral form for fully developed wind seas, J. Geophys. Res. 69, 5181-5190 (1964), with winds at 19.5 m.
-It describes wave heights. The infrared emissivity comes from slopes (:mod:`hcss_twin.models.sea.slope_statistics`), to
-which the short waves contribute that a height spectrum does not resolve.
+The spectrum is eq 1 of the HCSS paper; the original is W. J. Pierson and L. Moskowitz, A proposed spectral form for
+fully developed wind seas, J. Geophys. Res. 69, 5181-5190 (1964), with winds at 19.5 m. It describes wave heights. The
+infrared emissivity comes from slopes (:mod:`hcss_twin.models.sea.slope_statistics`), to which the short waves
+contribute that a height spectrum does not resolve.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""Functions of the sky's zenith cosine, given by their values at nodes.
+"""Light that reaches a viewer by reflection: from which part of the sky, and how much after two hits.
 
-Light that reaches a viewer by reflection: from which part of the sky, and how much after two hits.
-
-The integral over slopes is linear in the reflectance as a function of the cosine of incidence and in the sky
-as a function of its zenith cosine. It is folded once onto the interpolation nodes of both, so that the
-wavelengths cost a matrix product (as in :mod:`hcss_twin.models.sea.facets`).
+The integral over slopes is linear in the reflectance, a function of the cosine of incidence, and in the sky, a function
+of its zenith cosine. It is computed once for the interpolation nodes of both, so that each wavelength costs only a
+matrix product (as in :mod:`hcss_twin.models.sea.facets`).
 """
 
 from __future__ import annotations
@@ -33,7 +31,7 @@ from hcss_twin.models.sea.slope_statistics import SlopeStatistics, Tilt
 Basis = Literal["linear", "lagrange"]
 
 
-def checked_nodes(mu_nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+def checked_nodes(mu_nodes: Array) -> Array:
     """Return the nodes (N,) as float64.
 
     Raises
@@ -48,11 +46,11 @@ def checked_nodes(mu_nodes: NDArray[np.float64]) -> NDArray[np.float64]:
     return nodes
 
 
-def basis_values(mu: NDArray[np.float64], nodes: NDArray[np.float64], basis: Basis) -> NDArray[np.float64]:
+def basis_values(mu: Array, nodes: Array, basis: Basis) -> Array:
     """Return the weights (P, N) that interpolate a function from the nodes to ``mu`` (P,); rows sum to 1.
 
-    ``linear`` holds the outermost values beyond the nodes; ``lagrange`` is the polynomial through all nodes,
-    which suits the nodes of a Gauss rule only.
+    ``linear`` holds the outermost values beyond the nodes; ``lagrange`` is the polynomial through all nodes, which
+    suits the nodes of a Gauss rule only.
     """
     if nodes.size == 1:
         return np.ones((mu.size, 1))
@@ -66,17 +64,15 @@ def basis_values(mu: NDArray[np.float64], nodes: NDArray[np.float64], basis: Bas
     difference = nodes[:, None] - nodes[None, :] + np.eye(nodes.size)
     barycentric = 1.0 / np.prod(difference, axis=1)
     distance = mu[:, None] - nodes[None, :]
-    # On a node the quotient would be 0 / 0; this far from it the result is the node's value to the last digit.
+    # On a node the quotient would be 0 / 0; at this distance the result is the node's value to the last digit.
     distance = np.where(np.abs(distance) < 1e-300, 1e-300, distance)
     weights = barycentric[None, :] / distance
     return np.asarray(weights / weights.sum(axis=1, keepdims=True), dtype=np.float64)
 
 
-def gathered_linearly(
-    mu: NDArray[np.float64], nodes: NDArray[np.float64], values: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def gathered_linearly(mu: Array, nodes: Array, values: Array) -> Array:
     """Return ``basis_values(mu, nodes, "linear").T @ values`` (N, K) for values (P, K), and two or more nodes."""
-    # imported here: only seas with a second reflection need it
+    # Imported here: only seas with a second reflection need it.
     from scipy.sparse import csc_array
 
     right, part = _interval(mu, nodes)
@@ -86,7 +82,7 @@ def gathered_linearly(
     return np.asarray(transposed @ values, dtype=np.float64)
 
 
-def _interval(mu: NDArray[np.float64], nodes: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def _interval(mu: Array, nodes: Array) -> tuple[NDArray[np.intp], Array]:
     """Return the node to the right of each ``mu`` (P,) and how near it is, 0 to 1; the end beyond the outermost."""
     right = np.clip(np.searchsorted(nodes, mu), 1, nodes.size - 1)
     part = np.clip((mu - nodes[right - 1]) / (nodes[right] - nodes[right - 1]), 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""The rough sea: shadowed facets with a second reflection, sea water, foam."""
+"""Sea model ``rough-sea``: facets that hide one another, with a second reflection, sea water and foam."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Self, TypeVar
 
 import numpy as np
 
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.cox_munk import bearings, directions, mirror_facet, reflectance_at, relative_azimuths
 from hcss_twin.models.sea.facets import both_seen, incidence_nodes, smith_lambda
-from hcss_twin.models.sea.parameters import RoughSeaParameters
 from hcss_twin.models.sea.reflection import (
     INCIDENCE_COUNT,
     Basis,
@@ -30,17 +30,18 @@ from hcss_twin.providers import Array, Declares, Grid, Motion, SeaInputs
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
 _WIND_AZIMUTHS = 16
-_FOLDED_VIEWS = 64
-"""Views and sets of nodes whose reflection is kept: a column asks for a view and its streams, with two sets."""
+_MAX_VIEWS = 64
+"""Views and sets of nodes whose reflection stays in memory; a column needs a view and its streams, with two sets."""
 
 
 class RoughSea:
     """Directional emissivity and BRDF of a wind-roughened sea whose waves hide and mirror one another.
 
-    Of the light a view receives, the share ``emissivity`` was emitted by the sea (directly, or by a second
-    facet that the first one mirrors) and the rest came from the sky; :meth:`reflection_weights` says from
-    which zenith angles. The BRDF holds what was reflected once (and foam): its hemispherical integral is
-    less than 1 - emissivity by what was reflected twice.
+    Of the light a view receives, the share ``emissivity`` was emitted by the sea (directly, or by a second facet that
+    the first one mirrors) and the rest came from the sky; :meth:`reflection_weights` says from which zenith angles. The
+    BRDF holds light reflected once, and foam: its hemispherical integral is less than 1 - emissivity by the light
+    reflected twice. Methods take arguments and raise errors as :class:`hcss_twin.providers.SeaModel` and
+    ``SeaModelOptions``.
 
     Parameters
     ----------
@@ -49,14 +50,9 @@ class RoughSea:
     parameters : RoughSeaParameters
         Choices of the model.
 
-    Attributes
-    ----------
-    anisotropic : bool
-        Whether results depend on the bearing to the wind, so that ``wind_azimuth`` has an influence.
-
     Raises
     ------
-    ValueError
+    ScenarioError, ValueError
         If wind speed, temperature or salinity are outside their ranges.
     CatalogError
         If a refractive index cannot be read.
@@ -115,18 +111,10 @@ class RoughSea:
         return ResolvedWaves(self._spectrum, self._inputs.wind_from_deg, grid, motion, seed)
 
     def tilted(self, upwind: float, crosswind: float, pixel_size_m: float) -> Self:
-        """Return the part of this sea that resolved waves tilt by a slope.
+        """Return the part of this sea that resolved waves tilt by a slope (upwind, crosswind).
 
-        Its facets have the slopes that are left below the pixel, about the tilt. What other waves hide or mirror
-        is as in the sea as a whole. Calls without a bearing give the sea as a whole: a tilt has one.
-
-        Parameters
-        ----------
-        upwind, crosswind : float
-            Slope along the bearing the wind comes from, and at right angles to it in the sense in which
-            ``wind_azimuth`` is counted.
-        pixel_size_m : float
-            Size of the pixels that resolve waves.
+        Its facets have the slopes that are left below the pixel, about the tilt. How other waves hide or mirror them is
+        as in the sea as a whole. Calls without a bearing give the sea as a whole: a tilt has one.
 
         Raises
         ------
@@ -141,23 +129,7 @@ class RoughSea:
         return tilted
 
     def emissivity(self, wavenumber_cm1: Array, mu: Array, wind_azimuth: Array | None = None) -> Array:
-        """Return directional emissivity (M, V).
-
-        Parameters
-        ----------
-        wavenumber_cm1 : ndarray (V,)
-            Within the range of the refractive index.
-        mu : ndarray (M,)
-            Cosines of the view zenith angle, in (0, 1].
-        wind_azimuth : ndarray (M,), optional
-            Bearing of the sensor minus the bearing the wind comes from, radians; without it the mean over
-            all bearings.
-
-        Raises
-        ------
-        ValueError
-            If a wavenumber, cosine or bearing is out of range.
-        """
+        """Return directional emissivity (M, V) (HCSS paper, eq 17, with shadows and second reflections)."""
         cosines = directions("mu", mu)
         return np.asarray(1.0 - self._from_sky(wavenumber_cm1, cosines, np.ones(1), "linear", wind_azimuth)[:, 0])
 
@@ -169,29 +141,11 @@ class RoughSea:
         basis: Basis = "lagrange",
         wind_azimuth: Array | None = None,
     ) -> Array:
-        """Return the share of the light (M, N, V) that came from the sky, folded onto nodes.
+        """Return the share of the light (M, N, V) that came from the sky, interpolated from nodes (N,).
 
-        The reflected radiance is the sum over the nodes of weight times the sky's radiance there, for a sky
-        that is the same in all azimuths. The weights of a view sum to 1 - emissivity.
-
-        Parameters
-        ----------
-        wavenumber_cm1 : ndarray (V,)
-            Within the range of the refractive index.
-        mu : ndarray (M,)
-            Cosines of the view zenith angle, in (0, 1].
-        mu_nodes : ndarray (N,)
-            Ascending zenith cosines at which the sky is known, in (0, 1].
-        basis : {"lagrange", "linear"}
-            How the sky runs between the nodes: as the polynomial through all, for the nodes of a Gauss rule,
-            or straight in the cosine, for any nodes and without negative weights.
-        wind_azimuth : ndarray (M,), optional
-            As in :meth:`emissivity`.
-
-        Raises
-        ------
-        ValueError
-            If an argument is out of range.
+        ``basis`` says how the sky runs between the nodes: as the polynomial through all, for the nodes of a Gauss rule,
+        or straight in the cosine, for any nodes and without negative weights. The weights of a view sum to 1 -
+        emissivity.
         """
         nodes = checked_nodes(mu_nodes)
         return self._from_sky(wavenumber_cm1, directions("mu", mu), nodes, basis, wind_azimuth)
@@ -204,31 +158,10 @@ class RoughSea:
         relative_azimuth: Array,
         wind_azimuth: Array | None = None,
     ) -> Array:
-        """Return BRDF (M, V) in sr-1: rho(chi) P(slope) S / (4 mu_out mu_in mu_n^4), and foam.
+        """Return BRDF (M, V) in sr-1: rho(chi) P(slope) S / (4 mu_out mu_in mu_n^4), and foam (HCSS paper, eq 18).
 
-        Parameters
-        ----------
-        wavenumber_cm1 : ndarray (V,)
-            Within the range of the refractive index.
-        mu_out, mu_in : ndarray (M,)
-            Cosines of the zenith angles of sensor and source, in (0, 1].
-        relative_azimuth : ndarray (M,)
-            In [0, pi]: 0 with the sensor on the sun's side, pi toward the glint.
-        wind_azimuth : ndarray (M,), optional
-            Bearing of the sensor minus the bearing the wind comes from, radians, counted in the sense in which
-            the source lies at wind_azimuth + relative_azimuth (:func:`~hcss_twin.physics.geometry.wind_azimuths`);
-            without it the mean over all bearings.
-
-        Raises
-        ------
-        ValueError
-            If a wavenumber, cosine or azimuth is out of range.
-
-        Notes
-        -----
-        Cox and Munk 1954 for P, Smith 1967 for the share S of facets that both directions see. Exactly
-        reciprocal: exchanged directions are those of the mirror image, wind_azimuth becoming
-        -(wind_azimuth + relative_azimuth).
+        Cox and Munk 1954 for P, Smith 1967 for the share S of facets that both directions see. Exactly reciprocal:
+        exchanged directions are those of the mirror image, wind_azimuth becoming -(wind_azimuth + relative_azimuth).
         """
         out, into = directions("mu_out", mu_out), directions("mu_in", mu_in)
         azimuth = relative_azimuths(relative_azimuth)
@@ -260,7 +193,7 @@ class RoughSea:
         own = smith_lambda(out, self._slopes.variance_along(bearing))
         if self._tilt is not None:
             up, across = -upwind / vertical - self._tilt.upwind, -crosswind / vertical - self._tilt.crosswind
-            # Shown to the sensor, the part has another area than the sea as a whole has on average.
+            # Toward the sensor the tilted part has another area than the sea as a whole has on average.
             area = out * (1.0 + own) / self._tilt.cross_section(out, bearing)
             density = area * self._tilt.rest.density(up, across)
         elif self._slopes.isotropic:
@@ -288,18 +221,18 @@ class RoughSea:
         return np.asarray((1.0 - self._foam) * water + self._foam * foam[None], dtype=np.float64)
 
     def _folded(self, mu: Array, nodes: Array, basis: Basis, bearing: Array | None) -> tuple[list[FirstHit], Array]:
-        """Return the folded reflection of each view, kept for the last ones: they repeat band after band."""
-        kept = (nodes.tobytes(), basis)
-        second = self._seconds.get(kept)
+        """Return the reflection of each view at the nodes; remembered, because views repeat band after band."""
+        nodes_key = (nodes.tobytes(), basis)
+        second = self._seconds.get(nodes_key)
         if second is None:
             second = self._reflection.second(nodes, basis)
-            _keep(self._seconds, kept, second)
+            _keep(self._seconds, nodes_key, second)
         turns: list[float | None] = [None] * mu.size
         if bearing is not None and self.anisotropic:
             turns = list(bearing.tolist())
         first = []
         for view, turn in zip(mu.tolist(), turns, strict=True):
-            key = (view, turn, *kept)
+            key = (view, turn, *nodes_key)
             fold = self._folds.get(key)
             if fold is None:
                 known = self._any_fold(view, turn) if nodes.size == 1 else None
@@ -311,7 +244,7 @@ class RoughSea:
         return first, second
 
     def _any_fold(self, view: float, turn: float | None) -> FirstHit | None:
-        """Return a kept fold of a view, whatever its nodes."""
+        """Return the reflection of a view from memory, whatever its nodes."""
         for (own_view, own_turn, *_), fold in list(self._folds.items()):
             if (own_view, own_turn) == (view, turn):
                 return fold
@@ -319,7 +252,7 @@ class RoughSea:
 
 
 def _keep(store: dict[_Key, _Value], key: _Key, value: _Value) -> None:
-    """Remember a value; where there are many, forget the others (one step, so that threads may share it)."""
-    if len(store) >= _FOLDED_VIEWS:
+    """Remember a value; forget all others where there are too many (in one step, so that threads may share it)."""
+    if len(store) >= _MAX_VIEWS:
         store.clear()
     store[key] = value

@@ -1,14 +1,10 @@
-"""Refractive index of sea water: a table at one temperature, moved to another and to a salinity.
+"""Refractive index of sea water, and foam.
 
-Foam: how much of the sea it covers, and what it reflects.
-
-Foam is Lambertian and absorbs what it does not reflect. Its reflectance in sunlight is the effective one of
-whitecaps of all ages, 0.22 in the visible (P. Koepke, Effective reflectance of oceanic whitecaps, Appl. Opt.
-23, 1816-1824, 1984), falling into the infrared as R. Frouin, M. Schwindling and P.-Y. Deschamps, Spectral
-reflectance of sea foam in the visible and near-infrared, J. Geophys. Res. 101, 14361-14371 (1996), measured
-to 1.65 um; from 2 um on it is what the thermal emissivity leaves.
-
-What users of the rough sea should know.
+Foam is Lambertian and absorbs what it does not reflect. Its reflectance in sunlight is the effective one of whitecaps
+of all ages, 0.22 in the visible (P. Koepke, Effective reflectance of oceanic whitecaps, Appl. Opt. 23, 1816-1824,
+1984), falling into the infrared as R. Frouin, M. Schwindling and P.-Y. Deschamps, Spectral reflectance of sea foam in
+the visible and near-infrared, J. Geophys. Res. 101, 14361-14371 (1996), measured to 1.65 um; from 2 um on it is what
+the thermal emissivity leaves.
 """
 
 from __future__ import annotations
@@ -20,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.refractive_index import RefractiveIndex, load_refractive_index
-from hcss_twin.models.sea.parameters import RoughSeaParameters
 from hcss_twin.models.sea.slope_statistics import MEASURED_WIND_M_S
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import SeaInputs
@@ -88,8 +85,10 @@ def load_sea_water(
 
     Raises
     ------
+    ScenarioError
+        If the temperature (when used) is outside its range.
     ValueError
-        If temperature (when used) or salinity is outside its range.
+        If the salinity is.
     CatalogError
         If a table cannot be read.
     """
@@ -100,10 +99,12 @@ def load_sea_water(
     if not by_temperature:
         return SeaWater(base, None, None, temperature_K, salinity_psu)
     if not ALLOWED_K[0] <= temperature_K <= ALLOWED_K[1]:
-        raise ValueError(
-            f"temperature_K {temperature_K} of the sea: its refractive index is known for {ALLOWED_K[0]} to "
-            f"{ALLOWED_K[1]}; water_temperature = false takes the table's temperature instead"
+        message = (
+            f"{temperature_K:g} K is outside the range of the refractive index of sea water; allowed: "
+            f"{ALLOWED_K[0]:g} to {ALLOWED_K[1]:g} K, or any with sea.parameters.water_temperature = false, which "
+            f"takes the index at {WARM_K:g} K"
         )
+        raise ScenarioError([Problem("sea.temperature", message)])
     cold, warm = load_refractive_index(catalog, "water-273K"), load_refractive_index(catalog, "water")
     return SeaWater(base, cold, warm, temperature_K, salinity_psu)
 
@@ -156,39 +157,39 @@ OWN_ERRORS = (
     "sea: emissivity within 0.0004 to 75 deg and 0.004 to 85 deg of rays followed over random surfaces (10.8 um, "
     "winds to 30 m/s)",
 )
-"""With shadowing and second reflection (docs/sea.md)."""
+"""With shadowing and second reflection (docs/development/optics-sea-and-air.md)."""
 
 
 def notes(inputs: SeaInputs, parameters: RoughSeaParameters, foam: float) -> tuple[str, ...]:
-    """Return where laws are extrapolated, and which choices cost what; ``foam`` is its coverage."""
-    found = []
+    """Return notes on extrapolated laws and on the effect of choices; ``foam`` is its coverage."""
+    texts = []
     low, high = MEASURED_WIND_M_S
     if not low <= inputs.wind_speed_m_s <= high:
-        found.append(
+        texts.append(
             f"sea: wind {inputs.wind_speed_m_s:g} m/s is outside {low:g} to {high:g} m/s, where Cox and Munk "
             "measured slopes; their laws are extrapolated"
         )
     if parameters.water_temperature and not COLD_K <= inputs.temperature_K <= WARM_K:
-        found.append(
+        texts.append(
             f"sea: water of {inputs.temperature_K:g} K is outside {COLD_K:g} to {WARM_K:g} K; its refractive "
             "index is extrapolated"
         )
     if parameters.shadowing == "none":
-        found.append("sea: waves do not hide one another; the BRDF reflects too much toward grazing views")
+        texts.append("sea: waves do not hide one another; the BRDF reflects too much toward grazing views")
     if not parameters.re_reflection:
-        found.append("sea: no second reflection; emissivity is too low toward grazing views")
+        texts.append("sea: no second reflection; emissivity is too low toward grazing views")
     if parameters.slopes != "isotropic":
-        found.append("sea: slopes depend on the bearing to the wind; calls without a bearing give the mean")
+        texts.append("sea: slopes depend on the bearing to the wind; calls without a bearing give the mean")
     if parameters.spectrum == "jonswap" and inputs.wind_speed_m_s > 0.0:
         grown, whole = (
             WaveSpectrum(name, inputs.wind_speed_m_s, parameters.fetch_m).peak_frequency_rad_s
             for name in ("jonswap", "pierson-moskowitz")
         )
         if grown < whole:
-            found.append(
+            texts.append(
                 f"sea: after {parameters.fetch_m / 1e3:g} km at {inputs.wind_speed_m_s:g} m/s the sea is fully "
                 "developed; JONSWAP lets the waves grow beyond that"
             )
     if foam > 0.1:
-        found.append(f"sea: {100 * foam:.0f} % under foam; the coverage law was fitted to less than 10 %")
-    return tuple(found)
+        texts.append(f"sea: {100 * foam:.0f} % under foam; the coverage law was fitted to less than 10 %")
+    return tuple(texts)

@@ -1,20 +1,13 @@
-"""Slope statistics of the wind-roughened sea (Cox and Munk 1954), isotropic form.
+"""Statistics of the slopes of the wind-roughened sea, as a whole and about the tilt of a resolved wave.
 
-The measurements (sun glitter off Hawaii) span winds of 1 to 14 m/s at 12.5 m (41 ft) above the sea.
+C. Cox and W. Munk, Measurement of the roughness of the sea surface from photographs of the sun's glitter, J. Opt. Soc.
+Am. 44, 838-850 (1954), clean surface: sun glitter off Hawaii, winds of 1 to 14 m/s at 12.5 m (41 ft) above the sea.
+Slopes are counted in a frame whose first axis points toward where the wind comes from.
 
-Joint statistics of the upwind and crosswind slopes of the sea (Cox and Munk 1954).
-
-Slopes are counted in a frame whose first axis points toward where the wind comes from and whose second is
-at right angles to it. All laws are those of C. Cox and W. Munk, Measurement of the roughness of the sea
-surface from photographs of the sun's glitter, J. Opt. Soc. Am. 44, 838-850 (1954), clean surface, winds at
-12.5 m.
-
-A part of the sea that a resolved wave tilts: the mean slope of its facets, and what is left around it.
-
-A Gaussian sea is the sum of independent waves, so that their variances add: slopes of the resolved waves with one
-part of the variance, and about each of them the facets below the pixel with the rest, together have the density of
-the whole sea. Seen from one direction a tilted part has another cross-section; weighted with it, what the parts
-send adds up to what the sea sends as a whole, exactly.
+A Gaussian sea is the sum of independent waves, so that their variances add: slopes of the resolved waves with one part
+of the variance, and about each of them the facets below the pixel with the rest, together have the density of the whole
+sea. Seen from one direction a tilted part has another cross-section; weighted with it, the light of the parts adds up
+to that of the whole sea, exactly.
 """
 
 from __future__ import annotations
@@ -27,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ProviderError
+from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.models.sea.wave_field import cutoff_frequency_rad_s
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 
@@ -52,11 +45,6 @@ def mean_square_slope(wind_speed_m_s: float) -> float:
     ------
     ValueError
         If the wind speed is outside 0 to 60 m/s.
-
-    Notes
-    -----
-    C. Cox and W. Munk, Measurement of the roughness of the sea surface from photographs of the sun's
-    glitter, J. Opt. Soc. Am. 44, 838-850 (1954), clean surface.
     """
     low, high = ALLOWED_WIND_M_S
     if not low <= wind_speed_m_s <= high:
@@ -85,9 +73,8 @@ def slope_density(slope_squared: NDArray[np.float64], mean_square_slope: float) 
 
 SlopeLaw = Literal["isotropic", "upwind-crosswind", "gram-charlier"]
 GRAM_CHARLIER_WIND_M_S = (0.0, 20.0)
-# Below this wind the ratio of the two variances is that of the laws at this wind: the upwind law has no
-# offset, so that its variance, and with it the sea's width, would vanish in calm.
 _RATIO_FROM_M_S = 1.0
+"""Below this wind the ratio of the variances stays: the upwind law has no offset, its variance would vanish in calm."""
 _PEAKEDNESS = (0.40, 0.12, 0.23)
 _TAIL_SIGMA = 8.0
 
@@ -139,8 +126,8 @@ class SlopeStatistics:
 
         Notes
         -----
-        Cox and Munk 1954, eq 18, with xi the crosswind and eta the upwind slope over their deviations. The
-        series is negative far out; there the density is 0.
+        Cox and Munk 1954, eq 18, with xi the crosswind and eta the upwind slope over their deviations. The series is
+        negative far out; there the density is 0.
         """
         eta2 = upwind**2 / self.variance_upwind
         xi2 = crosswind**2 / self.variance_crosswind
@@ -174,8 +161,8 @@ def slope_statistics(wind_speed_m_s: float, law: SlopeLaw) -> SlopeStatistics:
 
     Raises
     ------
-    ValueError
-        If the wind speed is outside its range.
+    ValueError, ScenarioError
+        If the wind speed is outside the range of Cox and Munk's laws, or that of the Gram-Charlier series.
     """
     total = mean_square_slope(wind_speed_m_s)
     if law == "isotropic":
@@ -188,10 +175,11 @@ def slope_statistics(wind_speed_m_s: float, law: SlopeLaw) -> SlopeStatistics:
         return SlopeStatistics(upwind, crosswind)
     low, high = GRAM_CHARLIER_WIND_M_S
     if not low <= wind_speed_m_s <= high:
-        raise ValueError(
-            f"wind_speed_m_s {wind_speed_m_s:g} with slopes 'gram-charlier': allowed {low:g} to {high:g}; "
-            f"'upwind-crosswind' reaches {ALLOWED_WIND_M_S[1]:g} m/s"
+        message = (
+            f"{wind_speed_m_s:g} m/s with sea.parameters.slopes = 'gram-charlier'; allowed: {low:g} to {high:g} m/s, "
+            f"or up to {ALLOWED_WIND_M_S[1]:g} m/s with slopes = 'upwind-crosswind'"
         )
+        raise ScenarioError([Problem("sea.wind_speed", message)])
     skewness = (0.01 - 0.0086 * wind_speed_m_s, 0.04 - 0.033 * wind_speed_m_s)
     raw = SlopeStatistics(1.0, 1.0, skewness, _PEAKEDNESS)
     # A sum over a fine grid: the density has kinks where the series changes sign, and vanishes at the edge.
@@ -230,8 +218,8 @@ class Tilt:
     def cross_section(self, mu: Array, wind_azimuth: Array) -> Array:
         """Return the area (M,) that the facets turned toward views show, per horizontal area; above 0.
 
-        The mean of max(mu - z sin(zenith), 0) over Gaussian slopes z along the view. For the sea as a whole it is
-        mu (1 + Lambda), see :func:`hcss_twin.models.sea.facets.smith_lambda`.
+        The mean of max(mu - z sin(zenith), 0) over Gaussian slopes z along the view. For the sea as a whole it is mu (1
+        + Lambda), see :func:`hcss_twin.models.sea.facets.smith_lambda`.
         """
         sine = np.sqrt((1.0 - mu) * (1.0 + mu))
         middle = mu - self.turned(wind_azimuth)[0] * sine

@@ -1,15 +1,18 @@
-"""Slopes of the waves that pixels are small enough to see, and what is left below the pixel.
+"""Resolved waves of an image, longer than two pixels: their slopes while the platform moves, and bounds on their
+effect.
 
-A sum of plane waves of random phase: unbounded, so that any window of any frame is the same part of one
-sea; it repeats nowhere that matters (the waves' lengths have no common multiple). Waves longer than two
-pixels are resolved. The rest of Cox and Munk's mean-square slope stays below the pixel.
+A sum of plane waves of random phase. It is unbounded, so that any window of any frame is the same part of one sea, and
+has no visible period (the lengths of the waves have no common multiple). The rest of Cox and Munk's mean-square slope
+stays below the pixel.
 
-The resolved waves of an image: their slopes at its pixels, as the platform moves.
+A resolved wave tilts the whole population of facets in a pixel by its slope. The bounds consider tilts of three
+standard deviations, which waves of a Gaussian sea exceed in 0.3 % of the pixels; below them waves may be neglected.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 from numba import njit
@@ -77,22 +80,6 @@ class WaveField:
         self._slope = math.sqrt(2.0 * self.resolved_mean_square_slope / max(components, 1))
         self._wavenumber = wavenumber
 
-    def subpixel_mean_square_slope(self, total: float) -> float:
-        """Return what the resolved waves leave of a total mean-square slope.
-
-        Raises
-        ------
-        ValueError
-            If the resolved waves are already rougher than the total.
-        """
-        rest = total - self.resolved_mean_square_slope
-        if rest < 0.0:
-            raise ValueError(
-                f"total mean-square slope {total:g}: the waves longer than {2 * self.pixel_size_m:g} m alone "
-                f"have {self.resolved_mean_square_slope:g}"
-            )
-        return rest
-
     def slopes(self, time_s: float, rows: slice, columns: slice, x_m: float = 0.0) -> tuple[Array, Array]:
         """Return the slopes (y, x) along columns and along rows at the pixel centres of a window.
 
@@ -109,9 +96,9 @@ class WaveField:
         along = -self._slope * self._unit(self._k_x)
         down = -self._slope * self._unit(self._k_y)
         row, column = self._plane_waves(time_s, rows, columns, x_m)
-        found = np.zeros((2, row.shape[0], column.shape[1]))
-        _add_slopes(found, row, column, along, down)
-        return found[0], found[1]
+        slopes = np.zeros((2, row.shape[0], column.shape[1]))
+        _add_slopes(slopes, row, column, along, down)
+        return slopes[0], slopes[1]
 
     def elevation_m(self, time_s: float, rows: slice, columns: slice) -> Array:
         """Return the elevation (y, x) of the resolved waves, in metres; see :meth:`slopes`."""
@@ -134,12 +121,12 @@ class WaveField:
 
 
 @njit(cache=True, nogil=True)
-def _add_slopes(found, row, column, along, down):  # type: ignore[no-untyped-def]
-    """Add both slopes to ``found`` (2, y, x), wave by wave: a product of matrices would round by the window's shape."""
+def _add_slopes(slopes, row, column, along, down):  # type: ignore[no-untyped-def]
+    """Add both slopes to ``slopes`` (2, y, x), wave by wave: a matrix product would round by the window's shape."""
     waves, width = row.shape[1], column.shape[1]
     real, imaginary = column.real.copy(), column.imag.copy()
     for y in range(row.shape[0]):
-        of_x, of_y = found[0, y], found[1, y]
+        of_x, of_y = slopes[0, y], slopes[1, y]
         for n in range(waves):
             a, b = row[y, n].real, row[y, n].imag
             for x in range(width):
@@ -207,3 +194,77 @@ class ResolvedWaves:
         """
         x_m = self._speed_m_s * time_s
         return np.stack(self._field.slopes(time_s, rows, columns, x_m)).astype(np.float32)
+
+
+SIGMAS = 3.0
+_STEEPEST_VIEW = np.radians(89.9)
+
+
+class _Emitter(Protocol):
+    def emissivity(self, wavenumber_cm1: Array, mu: Array) -> Array: ...
+
+
+def thermal_contrast_bound(
+    sea: _Emitter, wavenumber_cm1: Array, mu: Array, slope: float, sky_share: float = 0.0
+) -> Array:
+    """Return the greatest relative change (M, V) of emitted and reflected thermal radiance.
+
+    |Change of emissivity| (1 - sky_share) over emissivity, the greater of both directions of tilt. The emissivity at a
+    tilted view stands for that of tilted facets; views that a tilt would bring below the horizon count as 89.9 degrees.
+
+    Parameters
+    ----------
+    sea : sea model
+    wavenumber_cm1 : ndarray (V,)
+    mu : ndarray (M,)
+        Cosines of the view zenith angle.
+    slope : float
+        Standard deviation of the resolved slope.
+    sky_share : float
+        Radiance of the sky over that of a black sea; 0 is the sky of greatest contrast.
+    """
+    level = sea.emissivity(wavenumber_cm1, mu)
+    zenith, tilt = np.arccos(mu), float(np.arctan(SIGMAS * slope))
+    greatest = np.zeros_like(level)
+    for sign in (-1.0, 1.0):
+        view = np.minimum(np.abs(zenith + sign * tilt), _STEEPEST_VIEW)
+        greatest = np.maximum(greatest, np.abs(sea.emissivity(wavenumber_cm1, np.cos(view)) - level))
+    change, whole = greatest * (1.0 - sky_share), level + (1.0 - level) * sky_share
+    # A sea that sends nothing, as under foam of emissivity 0, changes by nothing or by infinitely much.
+    black = np.where(change > 0.0, np.inf, 0.0)
+    return np.asarray(np.divide(change, whole, out=black, where=whole > 0.0), dtype=np.float64)
+
+
+def tilted_glint_bound(
+    mirror_slope: tuple[float, float], mean_square_slope: float, rms: tuple[float, float], view: tuple[float, float]
+) -> float:
+    """Return the greatest change of the glint over tilted parts, relative to the glint of the sea as a whole.
+
+    Parameters
+    ----------
+    mirror_slope : (float, float)
+        Slope, upwind and crosswind, of the facets that mirror the sun into the sensor.
+    mean_square_slope : float
+        Of the whole sea, taken as isotropic.
+    rms : (float, float)
+        Deviations of the resolved slope, upwind and crosswind; at least a tenth of the whole variance is taken to
+        be left below the pixel.
+    view : (float, float)
+        Horizontal components, upwind and crosswind, of the direction toward the sensor.
+
+    Notes
+    -----
+    All tilts within the ellipse of three standard deviations: the Gaussian density of what is left at the mirror slope,
+    over the area the part shows, of which at least a tenth remains.
+    """
+    radius, angle = np.meshgrid(np.linspace(0.0, SIGMAS, 25), np.linspace(0.0, 2.0 * np.pi, 97))
+    upwind, crosswind = radius * np.cos(angle) * rms[0], radius * np.sin(angle) * rms[1]
+    half = 0.5 * mean_square_slope
+    left = [max(half - each**2, 0.1 * half) for each in rms]
+    away = (mirror_slope[0] - upwind) ** 2 / left[0] + (mirror_slope[1] - crosswind) ** 2 / left[1]
+    whole = (mirror_slope[0] ** 2 + mirror_slope[1] ** 2) / half
+    # Far from the glint the ratio overflows where the glint itself is 0: e^300 is as good as infinity.
+    density = half / math.sqrt(left[0] * left[1]) * np.exp(np.minimum(0.5 * (whole - away), 300.0))
+    sine = math.hypot(*view)
+    area = 1.0 - (upwind * view[0] + crosswind * view[1]) / math.sqrt((1.0 - sine) * (1.0 + sine))
+    return float(np.max(np.abs(density / np.maximum(area, 0.1) - 1.0)))

@@ -1,11 +1,9 @@
-"""The JONSWAP spectrum of a sea that grows over a limited fetch.
+"""Frequency spectra of wave height: JONSWAP, and one interface for it and Pierson-Moskowitz.
 
-K. Hasselmann et al., Measurements of wind-wave growth and swell decay during the Joint North Sea Wave
-Project (JONSWAP), Ergaenzungsheft zur Deutschen Hydrographischen Zeitschrift A8, no. 12 (1973), with winds
-at 10 m: the spectrum of Pierson and Moskowitz with a peak that is higher by gamma = 3.3, and a level and a
-peak frequency that depend on the dimensionless fetch g F / U^2.
-
-Frequency spectra of wave height as one interface: heights, resolved slopes, equal shares of slope.
+JONSWAP describes a sea that grows over a limited fetch: K. Hasselmann et al., Measurements of wind-wave growth and
+swell decay during the Joint North Sea Wave Project (JONSWAP), Ergaenzungsheft zur Deutschen Hydrographischen
+Zeitschrift A8, no. 12 (1973), with winds at 10 m. It is the spectrum of Pierson and Moskowitz with a peak that is
+higher by gamma = 3.3, and a level and a peak frequency that depend on the dimensionless fetch g F / U^2.
 """
 
 from __future__ import annotations
@@ -57,8 +55,8 @@ def spectrum_m2_s(omega_rad_s: NDArray[np.float64], wind_speed_m_s: float, fetch
 
     Notes
     -----
-    alpha = 0.076 (U^2 / (g F))^0.22, r = exp(-(omega / omega_p - 1)^2 / (2 s^2)), s = 0.07 below the peak and
-    0.09 above.
+    alpha = 0.076 (U^2 / (g F))^0.22, r = exp(-(omega / omega_p - 1)^2 / (2 s^2)), s = 0.07 below the peak and 0.09
+    above.
     """
     wind, fetch = _checked(wind_speed_m_s, fetch_m)
     omega = np.asarray(omega_rad_s, dtype=np.float64)
@@ -86,7 +84,7 @@ def _checked(wind_speed_m_s: float, fetch_m: float) -> tuple[float, float]:
     return float(wind_speed_m_s), float(fetch_m)
 
 
-Spectrum = Literal["pierson-moskowitz", "jonswap"]
+SpectrumName = Literal["pierson-moskowitz", "jonswap"]
 _STEPS = 4000
 
 
@@ -104,7 +102,7 @@ class WaveSpectrum:
         Used by JONSWAP only.
     """
 
-    name: Spectrum
+    name: SpectrumName
     wind_speed_m_s: float
     fetch_m: float = 100e3
 

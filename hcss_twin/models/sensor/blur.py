@@ -1,7 +1,4 @@
-"""Motion of the image over the ground while the detector integrates.
-
-Spread by the optics and smear by motion: kernels of finite reach.
-"""
+"""Blur of a frame: spread by the optics, and smear by the motion of the footprint while the detector integrates."""
 
 from __future__ import annotations
 
@@ -14,7 +11,6 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.sensor.detector import photon_wavelength_um
 from hcss_twin.models.sensor.parameters import RadiometerParameters
 from hcss_twin.models.sensor.point_spread import (
-    airy_cutoff,
     airy_mtf,
     convolve,
     gaussian_mtf,
@@ -25,32 +21,17 @@ from hcss_twin.models.sensor.point_spread import (
 from hcss_twin.providers import SensorBand, SensorInputs
 
 
-def smear_pixels(platform_speed_m_s: float, integration_time_s: float, pixel_size_m: float) -> float:
-    """Distance in pixels that the footprint travels along x during one integration, 0 or more."""
-    return abs(platform_speed_m_s) * integration_time_s / pixel_size_m
-
-
 def smear_mtf(frequency_x: Array, pixels: float) -> Array:
-    """Modulation transfer of uniform motion along x, sin(pi f d) / (pi f d), centred on the time of the frame.
+    """MTF of uniform motion along x, sin(pi f d) / (pi f d), centred on the time of the frame.
 
-    Parameters
-    ----------
-    frequency_x : ndarray
-        Cycles per pixel.
-    pixels : float
-        Distance d travelled during the integration.
+    The frequency f is in cycles per pixel, the distance d of one integration in pixels.
     """
     result: Array = np.sinc(frequency_x * pixels)
     return result
 
 
 class Blur:
-    """What optics and motion do to a frame.
-
-    Parameters
-    ----------
-    inputs, parameters
-        Of the sensor.
+    """The kernels of optics and motion, of finite reach, and the convolution of a frame with them.
 
     Raises
     ------
@@ -65,14 +46,14 @@ class Blur:
             measured = (read_kernel(inputs.catalog.file(parameters.psf_file)),)
         self._smear = 0.0
         if parameters.smear and parameters.integration_time is not None:
-            self._smear = smear_pixels(inputs.platform_speed_m_s, parameters.integration_time, inputs.grid.pixel_size_m)
+            self._smear = abs(inputs.platform_speed_m_s) * parameters.integration_time / inputs.grid.pixel_size_m
         self._blurs = parameters.psf in ("gaussian", "airy") or self._smear > 0.0
         self._cut = 0.0
-        self._kernels = {band.name: (*measured, *self._made(band)) for band in inputs.bands}
+        self._kernels = {band.name: (*measured, *self._kernels_of(band)) for band in inputs.bands}
 
     @property
     def reach_pixels(self) -> int:
-        """As far as a pixel has a share, along either axis."""
+        """Distance up to which a pixel contributes, along either axis."""
         return max(
             sum(int(kernel.shape[axis]) // 2 for kernel in kernels)
             for kernels in self._kernels.values()
@@ -81,14 +62,14 @@ class Blur:
 
     @property
     def worked_out(self) -> dict[str, Any]:
-        """Numbers that hold for all bands."""
+        """Derived numbers of all bands."""
         smear = {"smear_pixels": self._smear} if self._smear > 0.0 else {}
         if not self.reach_pixels:
             return smear
         return {**smear, "blur_reach_pixels": self.reach_pixels, "blur_share_beyond_reach": self._cut}
 
     def worked_out_of(self, band: SensorBand) -> dict[str, Any]:
-        """Modulation transfer of optics and smear at half a cycle per pixel, along y and along x."""
+        """MTF of optics and smear at half a cycle per pixel, along y and along x."""
         if not self._blurs:
             return {}
         half, none = np.array([0.5]), np.array([0.0])
@@ -103,8 +84,8 @@ class Blur:
             image = convolve(image, kernel)
         return image
 
-    def _made(self, band: SensorBand) -> tuple[Array, ...]:
-        """Make the kernels of the transfer functions, one after the other where they can be parted."""
+    def _kernels_of(self, band: SensorBand) -> tuple[Array, ...]:
+        """Return the kernels of the transfer functions, one for each axis where they separate."""
         if not self._blurs:
             return ()
         still = np.array(0.0)
@@ -117,14 +98,15 @@ class Blur:
             along_x, cut_x = line_kernel(lambda frequency: self._transfer(band, still, frequency))
             along_y, cut_y = line_kernel(lambda frequency: self._transfer(band, frequency, still))
         self._cut = max(self._cut, cut_x + cut_y)
-        made = (*(plane for plane, _ in planes), along_y[:, None], along_x[None, :])
-        return tuple(kernel for kernel in made if kernel.size > 1)
+        kernels = (*(plane for plane, _ in planes), along_y[:, None], along_x[None, :])
+        return tuple(kernel for kernel in kernels if kernel.size > 1)
 
     def _cutoff(self, band: SensorBand) -> float:
+        """Frequency from which the aperture passes nothing, in cycles per pixel: diameter x angle / wavelength."""
         given = self._parameters
         assert given.aperture_diameter is not None
         assert given.pixel_angle is not None
-        return airy_cutoff(given.aperture_diameter, given.pixel_angle, photon_wavelength_um(band, None))
+        return given.aperture_diameter * given.pixel_angle / (photon_wavelength_um(band, None) * 1e-6)
 
     def _transfer(self, band: SensorBand, along_y: Array, along_x: Array) -> Array:
         given = self._parameters
@@ -138,7 +120,7 @@ class Blur:
 
 @lru_cache(maxsize=128)
 def _airy_kernel(cutoff: float) -> tuple[Array, float]:
-    """Return the kernel of a round aperture; a sensor is made more than once, for images of different size."""
+    """Return the kernel of a round aperture; cached, because a run builds its sensor for several sizes of image."""
     kernel, cut = plane_kernel(lambda along_y, along_x: airy_mtf(np.hypot(along_y, along_x), cutoff))
     kernel.flags.writeable = False
     return kernel, cut

@@ -1,9 +1,4 @@
-"""How light is spread over a band: its black-body radiance, and how many photons a joule is.
-
-From radiance to photons and electrons.
-
-Saturation and quantisation of a signal.
-"""
+"""The detector of one band: Planck's function and photons within the band, saturation and quantisation."""
 
 from __future__ import annotations
 
@@ -19,44 +14,49 @@ from hcss_twin.physics.quadrature import gauss_legendre
 from hcss_twin.providers import SensorBand
 
 _NODES = 24
-"""Per stretch between two wavelengths of the response; a band of 8 to 14 um in one stretch is exact to 1e-12."""
+"""Per interval between two wavelengths of the response; a band of 8 to 14 um in one interval is exact to 1e-12."""
 
-
-def band_radiance(band: SensorBand, temperature_K: float) -> float:
-    """Radiance of a black body within a band, W m-2 sr-1."""
-    wavelength_um, weight = _nodes(band)
-    return float(weight @ _per_um(wavelength_um, temperature_K))
+UPPER, LOWER = 1, 2
+"""Flags of values that were cut at the upper and at the lower end."""
 
 
 def band_radiance_per_kelvin(band: SensorBand, temperature_K: float) -> float:
-    """Derivative of :func:`band_radiance` by temperature, W m-2 sr-1 K-1.
+    """Derivative of a black body's band radiance by temperature, W m-2 sr-1 K-1.
 
     That of Planck's function is B x / (T (1 - exp(-x))) with x = h c / (lambda k T).
     """
     wavelength_um, weight = _nodes(band)
     x = SECOND_RADIATION * wavenumber_from_um(wavelength_um) / temperature_K
-    slope = _per_um(wavelength_um, temperature_K) * x / (-np.expm1(-x) * temperature_K)
+    slope = _planck_per_um(wavelength_um, temperature_K) * x / (-np.expm1(-x) * temperature_K)
     return float(weight @ slope)
 
 
 def photon_wavelength_um(band: SensorBand, temperature_K: float | None) -> float:
-    """Wavelength of the mean photon energy: photons per second are watts times it over h c.
+    """Mean wavelength of the light in a band, at which its power is converted to photons: P lambda / (h c) per second.
 
-    The mean of wavelength over the light in the band. The spectrum within a band is that of a black body, or, without
-    a temperature, the same at all of its wavelengths; a cube has no more of it than its integral.
+    The spectrum within the band is that of a black body, or constant without a temperature: a cube has only the
+    integral over the band.
     """
     wavelength_um, weight = _nodes(band)
-    light = weight if temperature_K is None else weight * _per_um(wavelength_um, temperature_K)
+    light = weight if temperature_K is None else weight * _planck_per_um(wavelength_um, temperature_K)
     return float(light @ wavelength_um / light.sum())
 
 
-def photons_per_joule(wavelength_um: float) -> float:
-    """Photons of one wavelength in a joule, lambda / (h c)."""
-    return wavelength_um * 1e-6 / (PLANCK_J_S * SPEED_OF_LIGHT_M_S)
+def photons_per_radiance(
+    aperture_diameter_m: float, pixel_angle_rad: float, transmission: float, wavelength_um: float
+) -> float:
+    """Photons per second and pixel for a band radiance of 1 W m-2 sr-1: A Omega tau lambda / (h c).
+
+    A circular aperture of area A = pi D^2 / 4, a square pixel of solid angle Omega = ``pixel_angle_rad`` squared, and
+    the transmission tau of the optics.
+    """
+    area_m2 = 0.25 * math.pi * aperture_diameter_m**2
+    photons_per_joule = wavelength_um * 1e-6 / (PLANCK_J_S * SPEED_OF_LIGHT_M_S)
+    return area_m2 * pixel_angle_rad**2 * transmission * photons_per_joule
 
 
 def _nodes(band: SensorBand) -> tuple[Array, Array]:
-    """Wavelengths (N,) and weights (N,) in um that hold the response, for integrals over the band."""
+    """Wavelengths (N,) and weights (N,) in um, times the response, for integrals over the band."""
     abscissa, weight = gauss_legendre(_NODES)
     low, step = band.wavelength_um[:-1, None], np.diff(band.wavelength_um)[:, None]
     wavelength_um = (low + 0.5 * step * (abscissa + 1.0)).ravel()
@@ -64,7 +64,7 @@ def _nodes(band: SensorBand) -> tuple[Array, Array]:
     return wavelength_um, (0.5 * step * weight).ravel() * response
 
 
-def _per_um(wavelength_um: Array, temperature_K: float) -> Array:
+def _planck_per_um(wavelength_um: Array, temperature_K: float) -> Array:
     """Planck's function in W m-2 sr-1 um-1."""
     wavenumber_cm1 = wavenumber_from_um(wavelength_um)
     result: Array = planck(wavenumber_cm1, temperature_K) * wavenumber_cm1 / wavelength_um
@@ -72,49 +72,8 @@ def _per_um(wavelength_um: Array, temperature_K: float) -> Array:
 
 
 @dataclass(frozen=True)
-class Detection:
-    """Factors between radiance, photons and electrons of one band.
-
-    Attributes
-    ----------
-    photons_per_radiance : float
-        Photons per second on a pixel's detector for 1 W m-2 sr-1, A Omega tau lambda / (h c) with the aperture's
-        area A, the pixel's solid angle Omega and the transmission tau of the optics.
-    electrons_per_radiance : float
-        Electrons per integration for 1 W m-2 sr-1.
-    dark_electrons : float
-        Mean of what the dark current adds in one integration.
-    read_noise : float
-        Standard deviation, electrons.
-    shot_noise : bool
-        Whether electrons come one by one.
-    """
-
-    photons_per_radiance: float
-    electrons_per_radiance: float
-    dark_electrons: float
-    read_noise: float
-    shot_noise: bool
-
-
-def photons_per_radiance(
-    aperture_diameter_m: float, pixel_angle_rad: float, transmission: float, wavelength_um: float
-) -> float:
-    """Photons per second and pixel for a band radiance of 1 W m-2 sr-1.
-
-    A circular aperture of area pi D^2 / 4 and a square pixel of solid angle ``pixel_angle_rad`` squared.
-    """
-    area_m2 = 0.25 * math.pi * aperture_diameter_m**2
-    return area_m2 * pixel_angle_rad**2 * transmission * photons_per_joule(wavelength_um)
-
-
-UPPER, LOWER = 1, 2
-"""Flags of values that were cut at the upper and at the lower end."""
-
-
-@dataclass(frozen=True)
 class Readout:
-    """What a detector and its converter can hold, in the unit of the signal (electrons or radiance).
+    """Limits of a detector and its converter, in the unit of the signal (electrons or radiance).
 
     Attributes
     ----------
@@ -125,7 +84,7 @@ class Readout:
     step : float
         Signal of one digital number, above 0.
     offset : int
-        Digital number of no signal, which keeps noise about 0 from being cut.
+        Digital number of no signal, which prevents the clipping of noise about 0.
     """
 
     full: float | None = None
@@ -139,7 +98,7 @@ class Readout:
         Returns
         -------
         signal : ndarray (Y, X)
-            As known after it was read: that of the digital number where there is one.
+            As known after reading: that of the digital number where there is one.
         digital_number : ndarray (Y, X) or None
             The nearest whole number to signal / step + offset, halves up, within 0 and 2^bits - 1.
         flags : ndarray (Y, X)

@@ -1,18 +1,39 @@
-"""Noise of electrons that come one by one, and of reading them.
+"""Noise: shot noise of counted electrons, Gaussian noise, and the fixed pattern of the detectors.
 
-Differences between detectors, the same in all frames.
+Every random number is a hash of its purpose (a key), row, column and number of the draw. A pixel therefore has the same
+noise whatever part of the image is computed, and one brighter pixel does not change the others, as it would with a
+generator of numpy, which draws as many numbers as it happens to need.
 """
 
 from __future__ import annotations
 
+import hashlib
+import math
+from typing import Any
+
 import numpy as np
+from numba import njit
+from scipy.special import ndtri
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.models.sensor.random_numbers import key_of, poisson, standard_normal
 
 MAX_COUNTED = 1e12
-"""Expected electrons up to which numbers are drawn; beyond, rounding would show in their distribution."""
+"""Greatest expected number of electrons: beyond, rounding would show in their distribution."""
+
+_SMALL_MEAN = 10.0
+"""Mean from which transformed rejection holds; below, uniform numbers are multiplied."""
+
+
+def key_of(seed: int, stage: str, band: str, frame: int = 0) -> int:
+    """Return the key, 64 bits, of the random numbers of one stage, band and frame.
+
+    ``seed`` and ``frame`` are 0 or more; ``frame`` is 0 for the fixed pattern, the same in all frames.
+    """
+    digest = hashlib.sha256(f"{stage}/{band}".encode()).digest()
+    words = [int.from_bytes(digest[start : start + 4], "little") for start in (0, 4, 8)]
+    sequence = np.random.SeedSequence(seed, spawn_key=(*words, frame))
+    return int(sequence.generate_state(1, np.uint64)[0])
 
 
 def shot_noise(expected: Array, key: int, corner: tuple[int, int]) -> Array:
@@ -20,11 +41,11 @@ def shot_noise(expected: Array, key: int, corner: tuple[int, int]) -> Array:
 
     Parameters
     ----------
-    expected : ndarray
-        Mean numbers. Where blur of a sharp edge has undershot below 0 nothing is drawn and the negative number
-        stays, so that the mean of a frame is kept.
+    expected : ndarray (Y, X)
+        Mean numbers. Where blur of a sharp edge has undershot below 0 the negative number stays, so that the mean of
+        the frame is preserved.
     key : int
-        Of the random numbers, 64 bits.
+        As :func:`key_of` returns.
     corner : (int, int)
         Row and column of the first pixel in the image.
 
@@ -51,22 +72,18 @@ def gaussian_noise(signal: Array, deviation: float, key: int, corner: tuple[int,
 
 
 class FixedPattern:
-    """Gain and offset of each detector of one band.
+    """Gain and offset of each detector of one band, the same in all frames.
 
     Parameters
     ----------
-    shape : (int, int)
-        Rows and columns of the frames.
-    corner : (int, int)
-        Row and column of their first pixel in the image.
-    gain_deviation : float
-        Standard deviation of the gain, whose mean is 1.
-    offset_deviation : float
-        Standard deviation of the offset, whose mean is 0, in the unit of the signal.
+    shape, corner : (int, int)
+        Rows and columns of the frames, and row and column of their first pixel in the image.
+    gain_deviation, offset_deviation : float
+        Standard deviations of the gain, whose mean is 1, and of the offset, whose mean is 0, in the unit of the signal.
     line : bool
         One detector for each row, which makes stripes along the direction of flight (x), instead of one for each pixel.
     seed, band : int, str
-        What the detectors follow from.
+        Determine the detectors.
     """
 
     def __init__(
@@ -80,8 +97,8 @@ class FixedPattern:
         band: str,
     ) -> None:
         detectors, first = ((shape[0], 1), (corner[0], 0)) if line else (shape, corner)
-        self._gain = _drawn(detectors, first, gain_deviation, key_of(seed, "gain", band))
-        self._offset = _drawn(detectors, first, offset_deviation, key_of(seed, "offset", band))
+        self._gain = _deviations(detectors, first, gain_deviation, key_of(seed, "gain", band))
+        self._offset = _deviations(detectors, first, offset_deviation, key_of(seed, "offset", band))
 
     def __call__(self, signal: Array) -> Array:
         """Return (1 + gain difference) signal + offset for a frame (Y, X)."""
@@ -90,5 +107,105 @@ class FixedPattern:
         return signal if self._offset is None else signal + self._offset
 
 
-def _drawn(shape: tuple[int, int], corner: tuple[int, int], deviation: float, key: int) -> Array | None:
+def _deviations(shape: tuple[int, int], corner: tuple[int, int], deviation: float, key: int) -> Array | None:
     return None if deviation == 0.0 else deviation * standard_normal(key, shape, corner)
+
+
+def standard_normal(key: int, shape: tuple[int, int], corner: tuple[int, int]) -> Array:
+    """Return Gaussian numbers (Y, X) of mean 0 and deviation 1 for the pixels from ``corner`` on, of any sign."""
+    numbers = np.empty(shape)
+    _fill_uniform(numbers, np.uint64(key), np.int64(corner[0]), np.int64(corner[1]))
+    normals: Array = ndtri(numbers, out=numbers)
+    return normals
+
+
+def poisson(mean: Array, key: int, corner: tuple[int, int] = (0, 0)) -> Array:
+    """Return Poisson numbers with means ``mean`` (Y, X), 0 to 1e12, as float64, for the pixels from ``corner`` on.
+
+    Means from 10 on by transformed rejection (W. Hoermann, Insurance: Mathematics and Economics 12, 39 (1993),
+    algorithm PTRS), smaller ones by multiplying uniform numbers until the product falls below exp(-mean).
+    """
+    numbers: Array = np.empty(mean.shape)
+    means = np.ascontiguousarray(mean, dtype=np.float64)
+    _fill_poisson(numbers, means, np.uint64(key), np.int64(corner[0]), np.int64(corner[1]))
+    return numbers
+
+
+@njit(cache=True, nogil=True)
+def _mixed(state: Any) -> Any:
+    """Finaliser of splitmix64 (Steele et al., OOPSLA 2014)."""
+    state = np.uint64((state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9))
+    state = np.uint64((state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB))
+    return np.uint64(state ^ (state >> np.uint64(31)))
+
+
+@njit(cache=True, nogil=True)
+def _row_key(key: Any, row: Any) -> Any:
+    return _mixed(np.uint64(key + np.uint64(np.uint64(row) * np.uint64(0xD1B54A32D192ED03))))
+
+
+@njit(cache=True, nogil=True)
+def _pixel_key(row_key: Any, column: Any) -> Any:
+    return _mixed(np.uint64(row_key + np.uint64(np.uint64(column) * np.uint64(0xDB4F0B9175AE2165))))
+
+
+@njit(cache=True, nogil=True)
+def _uniform(pixel_key: Any, draw: Any) -> float:
+    """Return the draw, from 0, of a pixel: a number between 0 and 1, both excluded."""
+    step = np.uint64(np.uint64(draw + 1) * np.uint64(0x9E3779B97F4A7C15))
+    # 52 bits: with one more, half a step could be rounded away, and 1 returned.
+    bits = _mixed(np.uint64(pixel_key + step)) >> np.uint64(12)
+    return (float(bits) + 0.5) * 2.0**-52
+
+
+@njit(cache=True, nogil=True)
+def _fill_uniform(numbers: Array, key: Any, first_row: Any, first_column: Any) -> None:
+    for y in range(numbers.shape[0]):
+        row_key = _row_key(key, np.int64(first_row + y))
+        for x in range(numbers.shape[1]):
+            numbers[y, x] = _uniform(_pixel_key(row_key, np.int64(first_column + x)), 0)
+
+
+@njit(cache=True, nogil=True)
+def _fill_poisson(numbers: Array, mean: Array, key: Any, first_row: Any, first_column: Any) -> None:
+    for y in range(mean.shape[0]):
+        row_key = _row_key(key, np.int64(first_row + y))
+        for x in range(mean.shape[1]):
+            pixel_key = _pixel_key(row_key, np.int64(first_column + x))
+            if mean[y, x] <= 0.0:
+                numbers[y, x] = 0.0
+            elif mean[y, x] < _SMALL_MEAN:
+                numbers[y, x] = _multiplied(mean[y, x], pixel_key)
+            else:
+                numbers[y, x] = _rejected(mean[y, x], pixel_key)
+
+
+@njit(cache=True, nogil=True)
+def _multiplied(mean: float, pixel_key: Any) -> float:
+    least, product, count = math.exp(-mean), 1.0, -1
+    while product > least or count < 0:
+        count += 1
+        product *= _uniform(pixel_key, count)
+    return float(count)
+
+
+@njit(cache=True, nogil=True)
+def _rejected(mean: float, pixel_key: Any) -> float:
+    log_mean = math.log(mean)
+    b = 0.931 + 2.53 * math.sqrt(mean)
+    a = -0.059 + 0.02483 * b
+    inverse_alpha = 1.1239 + 1.1328 / (b - 3.4)
+    squeeze = 0.9277 - 3.6224 / (b - 2.0)
+    draw = 0
+    while True:
+        u, v = _uniform(pixel_key, draw) - 0.5, _uniform(pixel_key, draw + 1)
+        draw += 2
+        us = 0.5 - abs(u)
+        k = math.floor((2.0 * a / us + b) * u + mean + 0.43)
+        if us >= 0.07 and v <= squeeze:
+            return float(k)
+        if k < 0 or (us < 0.013 and v > us):
+            continue
+        log_accepted = math.log(v * inverse_alpha / (a / (us * us) + b))
+        if log_accepted <= k * log_mean - mean - math.lgamma(k + 1.0):
+            return float(k)

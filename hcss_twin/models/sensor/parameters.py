@@ -1,7 +1,4 @@
-"""Parameters that are one number for all bands, or a table of numbers by band.
-
-Parameters of the sensor model ``radiometer``.
-"""
+"""Parameters of the sensor model ``radiometer``; some are one number for all bands, or a table of numbers by band."""
 
 from __future__ import annotations
 
@@ -77,11 +74,11 @@ OF_PHOTONS = (
 """Parameters that count electrons."""
 
 OF_RADIANCE = ("offset_radiance", "saturation_radiance", "radiance_per_number")
-"""Their counterparts where nothing is counted."""
+"""Their counterparts where electrons are not counted."""
 
 
 class RadiometerParameters(BaseModel):
-    """Parameters of the ``radiometer``; "number or table" is one number, or one for each band by its name."""
+    """Parameters of the ``radiometer``; "number or table" is one number, or a table with one for each band."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -168,7 +165,7 @@ class RadiometerParameters(BaseModel):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        """Refuse parameters that need others, or that nothing would be done with."""
+        """Refuse parameters that need missing ones, or that would have no influence."""
         needed = {
             "psf": {"gaussian": ("psf_sigma",), "airy": ("aperture_diameter", "pixel_angle"), "file": ("psf_file",)},
             "noise": {
@@ -220,7 +217,7 @@ class RadiometerParameters(BaseModel):
 
 
 _ETENDUE = ("aperture_diameter", "pixel_angle")
-"""What makes photons of radiance."""
+"""Parameters that convert radiance to photons."""
 
 _IDLE = (
     ("psf_sigma", "psf", ("gaussian",)),
@@ -231,4 +228,4 @@ _IDLE = (
     *((name, "noise", ("photon",)) for name in OF_PHOTONS),
     *((name, "noise", ("none", "nedt", "ner")) for name in OF_RADIANCE),
 )
-"""What counts only with certain choices: a name that is given besides would be ignored."""
+"""Parameter, the choice it depends on, and the values with which it has an influence."""

@@ -1,12 +1,8 @@
-"""Kernels of finite reach with a given modulation transfer.
+"""Point-spread functions: kernels of finite reach from modulation transfer functions (MTF) or from a file.
 
-A transfer function known up to half a cycle per pixel belongs to a kernel without end, whose far parts are small: a
-pixel could only be measured with the whole scene around it. It is cut where next to nothing lies beyond, so that what
-a pixel measures follows from the pixels within its reach, whatever image they are part of.
-
-Point-spread functions of the optics, by their modulation transfer functions.
-
-A measured point-spread function: its file, and the convolution with it.
+An MTF known up to half a cycle per pixel belongs to a kernel without end, whose far parts are small: a pixel could only
+be measured with the whole scene around it. The kernel is cut where its rest is negligible, so that a pixel depends on
+the pixels within its reach only, whatever image they are part of.
 """
 
 from __future__ import annotations
@@ -21,16 +17,17 @@ from scipy.signal import oaconvolve
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
 
-NEGLIGIBLE = 1e-6
-"""Share of a kernel beyond its reach, where it has one of at most so few pixels:"""
-
 NEAR = 32
+"""Reach in pixels within which a kernel should be complete but for a share ``NEGLIGIBLE``."""
 
-SMALL = 2e-3
-"""Share beyond the reach of kernels that fall off slowly."""
+NEGLIGIBLE, SMALL = 1e-6, 2e-3
+"""Share of a kernel beyond its reach: of kernels that end within ``NEAR`` pixels, and of slowly decreasing ones."""
 
 LONGEST_LINE, LONGEST_PLANE = 2**14, 2**9
-"""Pixels that a kernel along one axis, and one of both, may reach; more may lie beyond then."""
+"""Largest reach in pixels of a kernel along one axis and along both; the share beyond may then exceed ``SMALL``."""
+
+LARGEST = 1025
+"""Largest number of rows or columns of a kernel from a file."""
 
 
 def line_kernel(transfer: Callable[[Array], Array]) -> tuple[Array, float]:
@@ -41,12 +38,7 @@ def line_kernel(transfer: Callable[[Array], Array]) -> tuple[Array, float]:
     transfer : callable
         Maps frequencies from 0 to 0.5, in cycles per pixel, to a real factor; 1 at frequency 0.
     """
-
-    def quarter(size: int) -> Array:
-        half: Array = idct(transfer(_frequencies(size)), type=1)
-        return half
-
-    half, cut = _cut(quarter, LONGEST_LINE)
+    half, cut = _cut(lambda size: idct(transfer(_frequencies(size)), type=1), LONGEST_LINE)
     kernel = np.concatenate((half[:0:-1], half))
     return kernel / kernel.sum(), cut
 
@@ -59,8 +51,8 @@ def plane_kernel(transfer: Callable[[Array, Array], Array]) -> tuple[Array, floa
 
     def quarter(size: int) -> Array:
         frequency = _frequencies(size)
-        found: Array = idctn(transfer(frequency[:, None], frequency[None, :]), type=1)
-        return found
+        kernel: Array = idctn(transfer(frequency[:, None], frequency[None, :]), type=1)
+        return kernel
 
     corner, cut = _cut(quarter, LONGEST_PLANE)
     right = np.concatenate((corner[:, :0:-1], corner), axis=1)
@@ -73,10 +65,9 @@ def _frequencies(size: int) -> Array:
 
 
 def _cut(quarter: Callable[[int], Array], longest: int) -> tuple[Array, float]:
-    """Cut a kernel, of which the part from its middle on is known on so many pixels, at its reach.
+    """Cut a kernel at its reach; ``quarter`` computes its part from the middle on, on a number of pixels.
 
-    Twice as many pixels as it reaches are looked at, so that what lies beyond them, which a discrete transform folds
-    back, is small as well.
+    The transform covers at least twice the reach, because a discrete transform folds back what lies beyond it.
     """
     size = 4 * NEAR
     while True:
@@ -105,48 +96,26 @@ def _beyond(whole: Array) -> Array:
 
 
 def gaussian_mtf(frequency: Array, sigma_pixels: float) -> Array:
-    """Modulation transfer of a Gaussian spread function, exp(-2 (pi sigma f)^2).
-
-    Parameters
-    ----------
-    frequency : ndarray
-        Cycles per pixel.
-    sigma_pixels : float
-        Standard deviation of the spread along either axis.
-    """
+    """MTF of a Gaussian spread function, exp(-2 (pi sigma f)^2), f in cycles per pixel and sigma in pixels."""
     result: Array = np.exp(-2.0 * (np.pi * sigma_pixels * frequency) ** 2)
     return result
 
 
 def airy_mtf(frequency: Array, cutoff: float) -> Array:
-    """Modulation transfer of diffraction at a circular aperture without obscuration.
+    """MTF of diffraction at a circular aperture without obscuration; frequency and cut-off in the same unit.
 
     (2 / pi) (arccos u - u sqrt(1 - u^2)) with u = f / cutoff, 0 from the cut-off on: the overlap of two displaced
     circles (Goodman, Introduction to Fourier Optics, section 6.3).
-
-    Parameters
-    ----------
-    frequency, cutoff : ndarray, float
-        In the same unit.
     """
     u = np.minimum(frequency / cutoff, 1.0)
     result: Array = (2.0 / np.pi) * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
     return result
 
 
-def airy_cutoff(aperture_diameter_m: float, pixel_angle_rad: float, wavelength_um: float) -> float:
-    """Frequency from which an aperture passes nothing, in cycles per pixel: diameter times angle over wavelength."""
-    return aperture_diameter_m * pixel_angle_rad / (wavelength_um * 1e-6)
-
-
-LARGEST = 1025
-"""Most rows or columns of a kernel."""
-
-
 def read_kernel(path: Path) -> Array:
-    """Read the image of a point on the image's own pixels, and scale it to the sum 1.
+    """Read the image of a point on the image's own pixels from a text file, and scale it to the sum 1.
 
-    Text: a row of numbers per line, separated by commas or blanks, with ``#`` comments. The first line is the
+    Each line is a row of numbers, separated by commas or blanks, with ``#`` comments. The first line is the
     southernmost row, as in the image; the point is in the middle.
 
     Returns
@@ -176,8 +145,8 @@ def read_kernel(path: Path) -> Array:
             rows.append(values)
     kernel = np.array(rows, dtype=np.float64)
     if kernel.ndim != 2 or any(size % 2 == 0 or size > LARGEST for size in kernel.shape):
-        found = " x ".join(map(str, kernel.shape)) if kernel.ndim == 2 else "no rows"
-        raise CatalogError(f"{path}: {found}; allowed: an odd number of rows and of columns, at most {LARGEST}")
+        size = " x ".join(map(str, kernel.shape)) if kernel.ndim == 2 else "no rows"
+        raise CatalogError(f"{path}: {size}; allowed: an odd number of rows and of columns, at most {LARGEST}")
     total = float(kernel.sum())
     if not np.all(np.isfinite(kernel)) or not total > 1e-6 * float(np.abs(kernel).max()):
         raise CatalogError(f"{path}: the numbers sum to {total:g}; allowed: finite numbers with a sum above 0")
@@ -186,9 +155,9 @@ def read_kernel(path: Path) -> Array:
 
 
 def convolve(image: Array, kernel: Array) -> Array:
-    """Return the convolution of an image (Y, X) with a kernel (K, L), its mirror image beyond its edges.
+    """Return the convolution of an image (Y, X), mirrored at its edges, with a kernel (K, L), by FFT.
 
-    By FFT. A point of the scene becomes the kernel, in the kernel's own orientation.
+    A point of the scene becomes the kernel, in the kernel's own orientation.
     """
     reach_y, reach_x = (size // 2 for size in kernel.shape)
     wide = np.pad(image, ((reach_y, reach_y), (reach_x, reach_x)), mode="symmetric")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sensor.blur import Blur
 from hcss_twin.models.sensor.detector import (
-    Detection,
     Readout,
     band_radiance_per_kelvin,
     photon_wavelength_um,
     photons_per_radiance,
 )
-from hcss_twin.models.sensor.noise import FixedPattern, gaussian_noise, shot_noise
+from hcss_twin.models.sensor.noise import FixedPattern, gaussian_noise, key_of, shot_noise
 from hcss_twin.models.sensor.parameters import RadiometerParameters, of_band
-from hcss_twin.models.sensor.random_numbers import key_of
 from hcss_twin.providers import Declares, Measured, SensorBand, SensorInputs
 
 
@@ -41,7 +39,7 @@ class Radiometer:
         self.worked_out: Mapping[str, Any] = {
             **self._blur.worked_out,
             "bands": {
-                channel.band.name: {**self._blur.worked_out_of(channel.band), **channel.worked_out}
+                channel.band.name: {**self._blur.worked_out_of(channel.band), **channel.worked_out()}
                 for channel in self._channels
             },
         }
@@ -49,49 +47,42 @@ class Radiometer:
     def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
         """Return what is measured of ``radiance`` (B, y, x); see :class:`hcss_twin.providers.Sensor`."""
         clean = np.asarray(radiance, dtype=np.float64)
-        made = [
+        readings = [
             channel.measure(self._blur(clean[index], channel.band), frame)
             for index, channel in enumerate(self._channels)
         ]
-        numbers = [each.digital_number for each in made if each.digital_number is not None]
+        measured, rates, numbers, flags = zip(*readings, strict=True)
         return Measured(
-            radiance=np.stack([each.radiance for each in made]),
-            photon_rate=np.stack([each.photon_rate for each in made]) if "photon_rate" in self.variables else None,
-            digital_number=np.stack(numbers) if numbers else None,
-            saturated=np.stack([each.saturated for each in made]) if "saturated" in self.variables else None,
+            radiance=np.stack(measured),
+            photon_rate=np.stack(rates) if "photon_rate" in self.variables else None,
+            digital_number=np.stack(numbers) if "digital_number" in self.variables else None,
+            saturated=np.stack(flags) if "saturated" in self.variables else None,
         )
 
 
 @dataclass(frozen=True)
-class _Read:
-    """A frame of one band; see :class:`hcss_twin.providers.Measured`."""
-
-    radiance: Array
-    photon_rate: Array
-    digital_number: NDArray[np.int32] | None
-    saturated: NDArray[np.uint8]
-
-
-@dataclass(frozen=True)
 class _Channel:
-    """One band behind the optics."""
+    """One band behind the optics.
+
+    The signal is in electrons with ``noise = "photon"``, and otherwise in radiance.
+    """
 
     inputs: SensorInputs
     parameters: RadiometerParameters
     band: SensorBand
-    worked_out: dict[str, Any] = field(init=False, default_factory=dict)
 
-    def __post_init__(self) -> None:
-        # Made here so that what a band lacks is found with the parameters, not with the first frame.
-        told: dict[str, float | int | None] = {
-            "noise_radiance": None if self.detection is not None else self.noise_radiance,
+    def worked_out(self) -> dict[str, float]:
+        """Derived numbers of the band; reports missing numbers of the band before the first frame."""
+        electrons = self.electrons_per_radiance
+        derived = {
+            "noise_radiance": self.noise_radiance if electrons is None else None,
             "photon_wavelength_um": self.photon_wavelength_um if self.photons_per_radiance else None,
             "photons_per_radiance": self.photons_per_radiance or None,
-            "electrons_per_radiance": None if self.detection is None else self.detection.electrons_per_radiance,
+            "electrons_per_radiance": electrons,
             "signal_per_number": self.readout.step if self.readout.bits is not None else None,
         }
-        self.worked_out.update({name: value for name, value in told.items() if value is not None})
         self._number("offset_radiance")
+        return {name: value for name, value in derived.items() if value is not None}
 
     @property
     def can_saturate(self) -> bool:
@@ -100,7 +91,6 @@ class _Channel:
 
     @cached_property
     def photon_wavelength_um(self) -> float:
-        """Wavelength at which energy becomes photons."""
         return photon_wavelength_um(self.band, self.parameters.photon_temperature)
 
     @cached_property
@@ -113,19 +103,12 @@ class _Channel:
         return photons_per_radiance(given.aperture_diameter, given.pixel_angle, transmission, self.photon_wavelength_um)
 
     @cached_property
-    def detection(self) -> Detection | None:
-        """How electrons are counted; None where the noise has a size of its own."""
+    def electrons_per_radiance(self) -> float | None:
+        """Electrons per integration for 1 W m-2 sr-1; None where electrons are not counted."""
         given = self.parameters
         if given.noise != "photon" or given.integration_time is None:
             return None
-        per_radiance = self.photons_per_radiance * self._number("quantum_efficiency") * given.integration_time
-        return Detection(
-            photons_per_radiance=self.photons_per_radiance,
-            electrons_per_radiance=per_radiance,
-            dark_electrons=given.dark_current * given.integration_time,
-            read_noise=given.read_noise,
-            shot_noise=given.shot_noise,
-        )
+        return self.photons_per_radiance * self._number("quantum_efficiency") * given.integration_time
 
     @cached_property
     def noise_radiance(self) -> float:
@@ -139,26 +122,26 @@ class _Channel:
     def readout(self) -> Readout:
         """Largest signal and digital numbers, in electrons or radiance."""
         given = self.parameters
-        counts = self.detection is not None
-        range_of, step_of = (
-            ("well_depth", "electrons_per_number") if counts else ("saturation_radiance", "radiance_per_number")
+        full_name, step_name = (
+            ("saturation_radiance", "radiance_per_number")
+            if self.electrons_per_radiance is None
+            else ("well_depth", "electrons_per_number")
         )
-        full = None if getattr(given, range_of) is None else self._number(range_of)
+        full = None if getattr(given, full_name) is None else self._number(full_name)
         if given.bits is None:
             return Readout(full)
-        if getattr(given, step_of) is not None:
-            step = self._number(step_of)
+        if getattr(given, step_name) is not None:
+            step = self._number(step_name)
         else:
-            assert full is not None  # the parameters ask for one of both
-            most = 2**given.bits - 1 - given.number_offset
-            step = full / max(most, 1)
+            assert full is not None  # the parameters require one of both
+            step = full / max(2**given.bits - 1 - given.number_offset, 1)
         return Readout(full, given.bits, step, given.number_offset)
 
     @cached_property
     def pattern(self) -> FixedPattern:
         """Gain and offset of the detectors."""
         given, grid = self.parameters, self.inputs.grid
-        offset = self._number("offset_radiance") if self.detection is None else given.offset_electrons
+        offset = self._number("offset_radiance") if self.electrons_per_radiance is None else given.offset_electrons
         return FixedPattern(
             (grid.rows, grid.columns),
             self.inputs.corner,
@@ -169,28 +152,27 @@ class _Channel:
             self.band.name,
         )
 
-    def measure(self, radiance: Array, frame: int) -> _Read:
-        """Return what is read of a blurred frame (Y, X)."""
+    def measure(self, radiance: Array, frame: int) -> tuple[Array, Array, NDArray[np.int32] | None, NDArray[np.uint8]]:
+        """Return radiance, photon rate, digital number and flags (Y, X) of a blurred frame (Y, X)."""
+        given, per_radiance, dark = self.parameters, self.electrons_per_radiance, 0.0
         rate = radiance * self.photons_per_radiance
-        counts = self.detection
-        signal = radiance if counts is None else radiance * counts.electrons_per_radiance
-        signal = self.pattern(signal)
-        per_radiance, dark = 1.0, 0.0
-        if counts is None:
+        if per_radiance is None:
+            per_radiance = 1.0
+            signal = self.pattern(radiance)
             if self.noise_radiance:
                 signal = gaussian_noise(signal, self.noise_radiance, *self._random("noise", frame))
         else:
-            per_radiance, dark = counts.electrons_per_radiance, counts.dark_electrons
-            signal = signal + dark
-            if counts.shot_noise:
+            dark = given.dark_current * (given.integration_time or 0.0)
+            signal = self.pattern(radiance * per_radiance) + dark
+            if given.shot_noise:
                 signal = shot_noise(signal, *self._random("shot", frame))
-            if counts.read_noise:
-                signal = gaussian_noise(signal, counts.read_noise, *self._random("read", frame))
+            if given.read_noise:
+                signal = gaussian_noise(signal, given.read_noise, *self._random("read", frame))
         signal, number, flags = self.readout.read(signal)
-        return _Read((signal - dark) / per_radiance, rate, number, flags)
+        return (signal - dark) / per_radiance, rate, number, flags
 
     def _random(self, stage: str, frame: int) -> tuple[int, tuple[int, int]]:
-        """Key of the random numbers of a stage, and the first pixel's row and column, which they depend on as well."""
+        """Return the key of a stage's random numbers, and the first pixel's row and column."""
         return key_of(self.inputs.seed, stage, self.band.name, frame), self.inputs.corner
 
     def _number(self, name: str) -> float:

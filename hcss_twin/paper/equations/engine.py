@@ -23,7 +23,7 @@ ENGINE: dict[str, tuple[Equation, ...]] = {
         Equation(
             "Brightness temperature",
             r"\int R(\lambda)\, B(\lambda, T_B)\, d\lambda = L_{band}",
-            ("models.radiance.brightness.BrightnessTemperature",),
+            ("models.radiance.spectral_grid.BrightnessTemperature",),
             "definition",
         ),
         Equation(
@@ -72,7 +72,7 @@ ENGINE: dict[str, tuple[Equation, ...]] = {
             "Sunlight scattered once by the air",
             r"L = E_{sun} \sum_n \frac{P_n(\theta)}{4 \pi}\, \Delta\tau_n\, T(\mathrm{sun} \to n \to "
             r"\mathrm{sensor})",
-            ("models.atmosphere.band_model.single_scattering.SingleScattering.radiance",),
+            ("models.atmosphere.band_model.single_scattering.ScatteredSunlight.radiance",),
             "F. X. Kneizys et al., LOWTRAN 7, AFGL-TR-88-0177 (1988), single scattering",
             note="Delta tau: optical depth of scattering along the line of sight; T: of the whole way of the light.",
         ),

@@ -47,7 +47,7 @@ PAPER: tuple[Equation, ...] = (
     Equation(
         "Fractal dimension by box counting",
         r"FD = \lim_{\epsilon \to 0} \frac{\log N(\epsilon)}{\log(1/\epsilon)}",
-        ("analysis.measures.fractal_dimension.box_counting.body_dimension",),
+        ("analysis.measures.box_counting.body_dimension",),
         paper=6,
         note="The paper's limit runs to infinity. The body under the grey-level surface is what reproduces "
         "its numbers; other estimators "
@@ -57,9 +57,9 @@ PAPER: tuple[Equation, ...] = (
         "Cloud thickness",
         r"Th = Th_{min} + (Th_{max} - Th_{min}) \frac{C - C_{min}}{C_{max} - C_{min}}",
         (
-            "models.clouds.thickness.map_thickness",
             "models.clouds.thickness.frame_thickness",
             "models.clouds.thickness.field_thickness",
+            "models.clouds.imagery.cloudiness.relative_grey",
         ),
         paper=7,
         note="0 where clear. `edge_taper` and `brightness_exponent` are extensions.",
@@ -182,7 +182,7 @@ PAPER: tuple[Equation, ...] = (
         "Difference of two morphologies",
         r"RMSE = \sqrt{\tfrac{1}{4} (er_{EV}^2 + er_{Den}^2 + er_{DP}^2 + er_{FD}^2)}, \qquad er_m = "
         r"\frac{|m_{true} - m_{sim}|}{m_{sim}}",
-        ("analysis.measures.morphology.relative_errors", "analysis.measures.definitions.eq_24"),
+        ("analysis.measures.morphology.relative_errors", "analysis.measures.morphology.eq_24"),
         paper=24,
     ),
 )

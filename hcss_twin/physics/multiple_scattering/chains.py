@@ -1,6 +1,6 @@
-"""Compiled loops, which release the interpreter's lock, in several threads.
+"""Chains of layers that one sequence of doublings passes through, and the threads that solve them.
 
-Layers that one chain of doublings passes through.
+Compiled loops release the interpreter's lock, so that threads share the chains of one azimuth mode.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 
-_MAX = 8
+_MAX_THREADS = 8
 
-# A thread is worth starting for this many layers, some milliseconds.
-_FEWEST = 16
+_MIN_CHAINS = 16
+"""For each thread: they take some milliseconds, as long as it pays to start one."""
 
 
 class Team:
-    """Threads that are started once for several loops, the first time that one has work for them.
+    """Threads shared by several loops; they start when the first loop has work for them.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ class Team:
     def __init__(self, threads: int | None) -> None:
         if threads is not None and threads < 1:
             raise ValueError(f"threads {threads}: allowed from 1; closest is 1")
-        self._wanted = threads or min(_MAX, _processors())
-        # One part is done by the thread that asks.
+        self._wanted = threads or min(_MAX_THREADS, _processors())
+        # The calling thread does one part itself.
         self._others = ThreadPoolExecutor(max(self._wanted - 1, 1), thread_name_prefix="scattering")
 
     def __enter__(self) -> Team:
@@ -52,11 +52,11 @@ class Team:
         self._others.shutdown()
 
     def run(self, part: Callable[[int, int], None], count: int) -> None:
-        """Run ``part(start, step)`` so that all of ``range(start, count, step)`` together are all items.
+        """Run ``part(start, step)`` for every start, so that ``range(start, count, step)`` cover all items.
 
-        Neighbouring items go to different threads, because thick layers stand together and take longer.
+        Neighbouring items go to different threads: thick layers are neighbours and take longer.
         """
-        step = max(1, min(self._wanted, count // _FEWEST))
+        step = max(1, min(self._wanted, count // _MIN_CHAINS))
         others = [self._others.submit(part, start, step) for start in range(1, step)]
         part(0, step)
         for other in others:
@@ -69,12 +69,12 @@ def _processors() -> int:
     return os.cpu_count() or 1
 
 
-# Thicknesses that differ by less than this share are one.
 SAME = 1e-12
+"""Relative difference below which thicknesses count as equal."""
 
 
 @dataclass(frozen=True)
-class Chains:
+class DoublingChains:
     """Layers in the order in which chains pass through them: thin to thick, chain after chain.
 
     Attributes
@@ -82,13 +82,13 @@ class Chains:
     cell : ndarray of int (n,)
         Position of each layer in the flattened (T, V).
     column : ndarray of int (n,)
-        Its row of kernels: its place among the wavenumbers that have layers.
+        Its row of kernels: index among the wavenumbers that have layers.
     thickness : ndarray (n,)
         Its optical thickness.
     doublings : ndarray of int (n,)
-        From the layer before in its chain; 0 for the first.
+        From the previous layer of its chain; 0 for the first.
     first : ndarray of int (chains + 1,)
-        Where chains begin, and n.
+        Index of the first layer of each chain, and n.
     wavenumber : ndarray of int
         Those that have layers, ascending.
     """
@@ -101,7 +101,7 @@ class Chains:
     wavenumber: NDArray[np.int64]
 
 
-def chains(thickness: Array, wanted: NDArray[np.bool_]) -> Chains:
+def chains(thickness: Array, wanted: NDArray[np.bool_]) -> DoublingChains:
     """Sort layers into chains: of one wavenumber, and thicker than another by a power of 2.
 
     Thicknesses are written m 2^e, m from 0.5 to 1: a chain has one m, to ``SAME`` from one to the next.
@@ -117,7 +117,7 @@ def chains(thickness: Array, wanted: NDArray[np.bool_]) -> Chains:
     tau = thickness.ravel()[cell]
     wavenumber, column = np.unique(cell % thickness.shape[1], return_inverse=True)
     m, e = np.frexp(tau)
-    # Just below a power of 2 is a power of 2.
+    # Rounding may leave a power of 2 just below itself.
     below = m > 1.0 - SAME
     m, e = np.where(below, 0.5 * m, m), np.where(below, e + 1, e)
     order = np.lexsort((m, column))
@@ -129,4 +129,4 @@ def chains(thickness: Array, wanted: NDArray[np.bool_]) -> Chains:
     begins = np.diff(chain, prepend=-1) > 0
     doublings = np.where(begins, 0, np.diff(e, prepend=0))
     first = np.append(np.flatnonzero(begins), cell.size)
-    return Chains(cell[order], column[order], tau[order], doublings, first, wavenumber)
+    return DoublingChains(cell[order], column[order], tau[order], doublings, first, wavenumber)

@@ -1,9 +1,4 @@
-"""Directions in which radiance is computed: one Gauss quadrature per hemisphere.
-
-Associated Legendre functions, normalised so that none grows with its degree.
-
-Directions of a solution and the kernels of scattering between them.
-"""
+"""Directions of a solution: Gauss streams of one hemisphere, extra directions, and scattering between them."""
 
 from __future__ import annotations
 
@@ -77,8 +72,8 @@ def normalised_legendre(mu: Array, order: int, degrees: int) -> Array:
 
     References
     ----------
-    Recurrence over the degree at constant order: J. V. Dave and B. H. Armstrong, J. Quant. Spectrosc.
-    Radiat. Transfer 10, 557 (1970), whose stability for all l the bound |value| <= 1 keeps.
+    Recurrence over the degree at constant order: J. V. Dave and B. H. Armstrong, J. Quant. Spectrosc. Radiat. Transfer
+    10, 557 (1970), whose stability for all l the bound |value| <= 1 keeps.
     """
     m = order
     result = np.zeros((degrees, mu.size))
@@ -99,7 +94,7 @@ def normalised_legendre(mu: Array, order: int, degrees: int) -> Array:
 
 @dataclass(frozen=True)
 class Directions:
-    """Beams, streams and other extra directions, D in all, in this order.
+    """Beams, streams and other extra directions, D together, in this order.
 
     Attributes
     ----------
@@ -119,7 +114,7 @@ class Directions:
 
 
 def directions(beams: Array, streams: Streams, others: Array) -> Directions:
-    """Order directions as the compiled loops want them."""
+    """Put directions in the order that the compiled loops expect."""
     mu = np.concatenate([beams, streams.mu, others])
     weight = np.concatenate([np.zeros_like(beams), streams.weight, np.zeros_like(others)])
     scale = np.where(weight > 0.0, np.sqrt(2.0 * np.pi * mu * weight), 1.0)

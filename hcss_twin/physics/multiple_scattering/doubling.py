@@ -1,19 +1,17 @@
-"""Doubling of homogeneous layers, compiled.
+"""Doubling of homogeneous layers, compiled, for one azimuth mode.
 
-A layer on a copy of itself; E, T, R are the direct and diffuse transmission and the reflection of one.
-Between both, for light from above that enters along a column: D diffuse down, U up,
+A layer on a copy of itself; E, T, R are the direct and diffuse transmission and the reflection of one. Between both,
+for light from above that enters along a column: D diffuse down, U up,
 
     D = T + R U,   U = R E + R D,   and so   (1 - R R) D = T + R R E,
 
-and of both R' = R + (E + T) U, T' = E D + T E + T D. Where the Planck radiance is 0 at the top and
-1 at the base, linear between, e (emissivity) and f (far share) give u = (e + f) / 2 toward the upper and
-d = (e - f) / 2 toward the lower layer, U = u + R D, D = d + R U and f' = f / 2 + (E + T) U. Nothing is
-subtracted that is not small; H. C. van de Hulst, "Multiple Light Scattering", Academic Press 1980,
-chapter 4; extra directions of weight 0 as J. F. de Haan, P. B. Bosma and J. W. Hovenier, Astron.
-Astrophys. 183, 371-391 (1987); linear sources after W. J. Wiscombe, J. Quant. Spectrosc. Radiat.
-Transfer 16, 477-489 (1976).
+and of both R' = R + (E + T) U, T' = E D + T E + T D. Where the Planck radiance is 0 at the top and 1 at the base,
+linear between, e (emissivity) and f (far share) give u = (e + f) / 2 toward the upper and d = (e - f) / 2 toward the
+lower layer, U = u + R D, D = d + R U and f' = f / 2 + (E + T) U. Nothing is subtracted that is not small.
 
-One azimuth mode of layers, solved for pairs of directions.
+H. C. van de Hulst, "Multiple Light Scattering", Academic Press 1980, chapter 4; extra directions of weight 0 as J. F.
+de Haan, P. B. Bosma and J. W. Hovenier, Astron. Astrophys. 183, 371-391 (1987); linear sources after W. J. Wiscombe, J.
+Quant. Spectrosc. Radiat. Transfer 16, 477-489 (1976).
 """
 
 from __future__ import annotations
@@ -26,16 +24,16 @@ import numpy as np
 from numba import njit
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.multiple_scattering.chains import Chains, Team
+from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team
 from hcss_twin.physics.multiple_scattering.directions import Directions, scattering_kernels
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering
 from hcss_twin.physics.multiple_scattering.starting_layer import accumulate, eliminate, halvings, inner, starting_layer
 
-# A layer that lets through less than this share in every way does not change any more when doubled.
 OPAQUE = 1e-18
+"""A layer whose direct and diffuse transmission are below this does not change any more when doubled."""
 
-# A starting layer costs about as much as this many doublings.
 SPARE = 3
+"""Doublings that cost about as much as a starting layer."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -60,7 +58,7 @@ def solve_chains(
         mu and scale.
     chains
         ``cell``, ``column``, ``thickness``, ``doublings`` and ``first`` of
-        :class:`hcss_twin.physics.multiple_scattering.chains.Chains`. Where the layer before is so much thinner
+        :class:`hcss_twin.physics.multiple_scattering.chains.DoublingChains`. Where the layer before is so much thinner
         that a new start costs less, the chain starts anew.
     whole : (int, int)
         Beams, and 1 where the kernels are means over azimuth, whose rows with direct transmission and
@@ -141,10 +139,7 @@ def _is_opaque(transmission: Any, direct: Any, columns: int) -> bool:
 def _double(
     reflection: Any, transmission: Any, direct: Any, beams: int, columns: int, down: Any, up: Any, matrix: Any
 ) -> None:
-    """Replace the layer by two of it.
-
-    ``down`` and ``up`` (D, C + 2) are room for the light between, ``matrix`` (N, N) for 1 - R R.
-    """
+    """Replace the layer by two of it; ``down``, ``up`` (D, C + 2) and ``matrix`` (N, N) are working memory."""
     rows = direct.size
     streams = columns - beams
     for i in range(rows):
@@ -165,7 +160,7 @@ def _double(
         down[i, columns + 1] += 0.5 * (transmission[i, columns] + transmission[i, columns + 1])
     # Symmetric, and positive definite because no layer reflects more than it receives.
     eliminate(matrix, down, beams)
-    # From here the last column of ``down`` is what goes up where the base alone is warm.
+    # From here on the last column of ``down`` is the light that goes up where only the base is warm.
     for i in range(rows):
         for j in range(columns):
             up[i, j] = reflection[i, j] * direct[j]
@@ -184,7 +179,7 @@ def _double(
         for j in range(columns):
             reflection[i, j] += direct[i] * up[i, j]
     accumulate(reflection, transmission, up, 0, rows, beams, columns)
-    # ``up`` has served: it becomes the new T.
+    # ``up`` is not needed any more: it becomes the new T.
     for i in range(rows):
         for j in range(columns):
             up[i, j] = direct[i] * down[i, j] + transmission[i, j] * direct[j]
@@ -198,11 +193,11 @@ def _double(
 
 @inner
 def _close(reflection: Any, transmission: Any, direct: Any, scale: Any, beams: int, columns: int) -> None:
-    """Give back the rounding errors by which the rows of a layer just doubled miss 1.
+    """Close the rows of a layer just doubled, which rounding keeps from summing to 1.
 
-    Energy lost to rounding is absorption: it would double with every doubling and take 1e-6 of the light
-    in conservative layers of thickness 1e6. It goes to the diagonal of R and to the emissivity in
-    proportion to what was reflected and transmitted, and emitted.
+    Energy lost to rounding acts as absorption: it would double with every doubling and take 1e-6 of the light in
+    conservative layers of thickness 1e6. It is added to the diagonal of R and to the emissivity, in proportion to the
+    scattered and the emitted light.
     """
     for i in range(beams, columns):
         through = direct[i] * direct[i]
@@ -218,16 +213,16 @@ def _close(reflection: Any, transmission: Any, direct: Any, scale: Any, beams: i
 
 @dataclass(frozen=True)
 class SolvedMode:
-    """One mode of the layers of chains, in their order: n layers, toward R directions, from S.
+    """One azimuth mode of n layers in the order of their chains, toward R directions, from S.
 
     Attributes
     ----------
     reflection, transmission : ndarray (n, R, S)
         sr-1.
     emissivity, far_share : ndarray (n, R)
-        Without meaning but for mode 0.
+        Meaningful for mode 0 only.
     same, other : ndarray (V, D, C)
-        The kernels of scattering they come from, for the wavenumbers that have layers.
+        Kernels of scattering, for the wavenumbers that have layers.
     """
 
     reflection: Array
@@ -241,13 +236,13 @@ class SolvedMode:
 def solve_mode(
     where: Directions,
     scaled: ScaledScattering,
-    found: Chains,
+    layers: DoublingChains,
     mode: int,
     team: Team,
     toward: int | None = None,
     sources: int | None = None,
 ) -> SolvedMode:
-    """Solve one mode of the layers of ``found``.
+    """Solve one mode of ``layers``.
 
     Parameters
     ----------
@@ -256,16 +251,16 @@ def solve_mode(
         D and all C.
     """
     few = ScaledScattering(
-        scaled.thickness[:, found.wavenumber],
-        scaled.albedo[found.wavenumber],
-        scaled.co_albedo[found.wavenumber],
-        scaled.moments[:, found.wavenumber],
-        scaled.peak[found.wavenumber],
+        scaled.thickness[:, layers.wavenumber],
+        scaled.albedo[layers.wavenumber],
+        scaled.co_albedo[layers.wavenumber],
+        scaled.moments[:, layers.wavenumber],
+        scaled.peak[layers.wavenumber],
     )
     same, other = scattering_kernels(where, few, mode)
     rows = where.mu.size if toward is None else toward
     columns = where.columns if sources is None else sources
-    count = found.cell.size
+    count = layers.cell.size
     reflection, transmission = np.empty((count, rows, columns)), np.empty((count, rows, columns))
     emitted = np.empty((2, count, rows))
     place = np.arange(count)
@@ -274,11 +269,11 @@ def solve_mode(
         solve_chains(
             (same, other, few.co_albedo),
             (where.mu, where.scale),
-            (place, found.column, found.thickness, found.doublings, found.first),
+            (place, layers.column, layers.thickness, layers.doublings, layers.first),
             (where.beams, int(mode == 0)),
             (start, step),
             (reflection, transmission, emitted),
         )
 
-    team.run(part, found.first.size - 1)
+    team.run(part, layers.first.size - 1)
     return SolvedMode(reflection, transmission, emitted[0], emitted[1], same, other)

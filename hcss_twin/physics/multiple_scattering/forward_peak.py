@@ -1,17 +1,18 @@
-"""Paths of sunlight scattered once by a homogeneous layer, in closed form.
+"""Sunlight scattered once, in closed form, and the forward peak that delta-M scaling takes out of the light.
 
-What delta-M scaling takes out of the light, put back: exact single scattering and the aureole.
+Delta-M scaling counts the forward peak of the phase function as light that was not scattered: otherwise a sharp peak
+would take hundreds of streams. Fluxes stay right, but sunlight close to its own direction, and light scattered once,
+do not. Both are corrected here.
 
-Reflected light is repaired by the TMS method of T. Nakajima and M. Tanaka, J. Quant. Spectrosc. Radiat.
-Transfer 40, 51-69 (1988): what the scaled problem scattered once by its truncated phase function is
-replaced by single scattering with the full one, w / (1 - w f) P over the scaled thickness.
+Reflected light: the TMS method of T. Nakajima and M. Tanaka, J. Quant. Spectrosc. Radiat. Transfer 40, 51-69 (1988).
+Light that the scaled problem scattered once by its truncated phase function is replaced by single scattering with the
+full one, w / (1 - w f) P over the scaled thickness.
 
-For transmitted light that method counts the forward peak as scattered once whatever the thickness, too
-much by far in thick layers; its authors correct the second order (IMS). Here all orders of scattering
-through small angles are summed: over a slant path y = tau / mu the moment of degree l of all light,
-direct and scattered, is exp(-y (1 - w chi_l)) (H. C. van de Hulst, "Multiple Light Scattering", 1980,
-section 14.1.2). The scaled problem has that for l < L, its peak with the direct light, and
-exp(-y (1 - w f)) from L on. Missing among the scattered light are, with y' = y (1 - w f),
+Transmitted light: that method counts the forward peak as scattered once whatever the thickness, too much by far in
+thick layers; its authors correct the second order (IMS). Here all orders of scattering through small angles are summed:
+over a slant path y = tau / mu the moment of degree l of all light, direct and scattered, is exp(-y (1 - w chi_l))
+(H. C. van de Hulst, "Multiple Light Scattering", 1980, section 14.1.2). The scaled problem has that for l < L, its peak
+with the direct light, and exp(-y (1 - w f)) from L on. Missing among the scattered light are, with y' = y (1 - w f),
 
     C_l = exp(-y') - exp(-y),  l < L;     C_l = exp(-y) (exp(w chi_l y) - 1),  l >= L,
 
@@ -58,11 +59,11 @@ def path_through(thickness: Array, mu: Array | float, mu_sun: Array | float) -> 
     return result
 
 
-# Moments of a Henyey-Greenstein function below this are left out.
 _MIN_MOMENT = 1e-10
+"""Smaller moments of a Henyey-Greenstein function are neglected."""
 
-# Sharper peaks would take more than some thousands of moments.
 _MAX_ASYMMETRY = 0.995
+"""Sharper peaks would take more than some thousands of moments."""
 
 
 def once_back(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, azimuth: Array) -> Array:
@@ -93,8 +94,8 @@ def once_through(
 def _aureole(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array, sun: float, onward: Array) -> Array:
     """Btdf (T, V, P) that the scaled problem counts as direct light or loses; ``onward`` (P,) are cosines.
 
-    Where both cosines differ y is made with the mean of their inverses, and the whole is multiplied by
-    what that mistakes in single scattering.
+    Where the cosines of view and sun differ, y is computed with the mean of their inverses, and the result is
+    multiplied by the error of that in single scattering.
     """
     count = scaled.moments.shape[0]
     if moments.shape[0] == HENYEY_GREENSTEIN_MOMENTS:
@@ -107,7 +108,7 @@ def _aureole(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array,
     beyond = known[count:]
     series = 2.0 * np.arange(known.shape[0]) + 1.0
     rest = 1.0 - albedo * scaled.peak
-    # Everything is kept relative to the slowest decay: under a low sun exp(-y) itself underflows.
+    # Everything is relative to the slowest decay: under a low sun exp(-y) itself underflows.
     slowest = np.minimum(rest, 1.0 - albedo * np.max(beyond, axis=0, initial=0.0))
     missing, peak = (_scattered_onward(albedo * beyond, slowest), _scattered_onward(albedo * scaled.peak, slowest))
     tau = scaled.thickness / rest

@@ -1,7 +1,4 @@
-"""Henyey-Greenstein phase function.
-
-Phase functions by their Legendre moments, and their delta-M scaling.
-"""
+"""Phase functions: Henyey and Greenstein's, others by their Legendre moments, and delta-M scaling of layers."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ from hcss_twin.core.arrays import Array
 
 
 def henyey_greenstein(scattering_cosine: Array | float, asymmetry: Array | float) -> Array:
-    """Phase function whose mean over the sphere is 1, eq 13 of the HCSS paper.
+    """Henyey-Greenstein phase function, whose mean over the sphere is 1 (HCSS paper, eq 13).
 
     Parameters
     ----------
@@ -48,19 +45,19 @@ def henyey_greenstein(scattering_cosine: Array | float, asymmetry: Array | float
     return result
 
 
-# Two moments, 1 and g, stand for the Henyey-Greenstein function of that g.
 HENYEY_GREENSTEIN_MOMENTS = 2
+"""Two moments, 1 and g, stand for the Henyey-Greenstein function of that g."""
 
 _FAINT_TERM = 1e-3
-"""Last term of a series, straight on, below which moments have faded."""
+"""Last term of a series in the forward direction below which moments have faded."""
 
 _FEW_MOMENTS = 32
-"""As many may be all of a smooth phase function that somebody wrote down."""
+"""As many may describe a smooth phase function completely."""
 
 
 @dataclass(frozen=True)
 class ScaledScattering:
-    """What is left of a layer when the forward peak counts as light that was not scattered.
+    """Properties of a layer whose forward peak counts as light that was not scattered.
 
     Attributes
     ----------
@@ -126,8 +123,8 @@ def phase_function(scattering_cosine: Array, moments: Array) -> Array:
 
     Where the moments end before those of the forward peak have faded, the sum of the series swings about the phase
     function at all angles, by up to many times its value. Then the series of 1 - mu times the phase function is summed,
-    which knows little of the peak, and divided by 1 - mu: the reduced series of D. R. Yennie, D. G. Ravenhall and R. N.
-    Wilson, Phys. Rev. 95, 500-512 (1954).
+    in which the peak hardly counts, and divided by 1 - mu: the reduced series of D. R. Yennie, D. G. Ravenhall and R.
+    N. Wilson, Phys. Rev. 95, 500-512 (1954).
 
     Parameters
     ----------

@@ -1,31 +1,28 @@
-"""Products and inverses of operators on radiance, compiled.
+"""Thin layers from which doubling starts, and products and inverses of operators, compiled.
 
-Operators act on the radiance of the streams of one hemisphere. Kernels are scaled by
-sqrt(2 pi mu weight) on both sides, so that they are symmetric and products are plain sums over
-streams; extra directions have weight 0 and scale 1: light reaches them but does not come from
-them. Rows are beams, streams, other extras; columns the first two only, for nobody asks what enters
-along the other extras. Light that passes without scattering is a diagonal part of its own, "delta":
-the kernel of an extra direction could not hold it, and thin layers keep their digits.
+Operators act on the radiance of the streams of one hemisphere. Kernels are scaled by sqrt(2 pi mu weight) on both
+sides, so that they are symmetric and products are plain sums over streams; extra directions have weight 0 and scale 1:
+light reaches them but does not come from them. Rows are beams, streams, other extras; columns the first two only,
+because no light enters along the other extras. Light that passes without scattering is a separate diagonal part,
+"delta": the kernel of an extra direction could not hold it, and thin layers keep their digits.
 
-Whatever calls these compiles them once more, so calls are few and not nested, elements are written one by
-one (an assignment to a slice compiles all of its checks), and no wrapper for the interpreter is made.
-
-Thin layers from which doubling starts, compiled.
-
-With I+, I- going down and up, t the optical depth and k+, k- the kernels of scattering into the same
-and into the other hemisphere over mu, sum s = I+ + I- and difference d = I+ - I- obey
+With I+, I- going down and up, t the optical depth and k+, k- the kernels of scattering into the same and into the other
+hemisphere over mu, sum s = I+ + I- and difference d = I+ - I- obey
 
     ds/dt = -Y d,   dd/dt = -X s + 2 q t,   X = 1/mu - k+ - k-,   Y = 1/mu - k+ + k-,
 
-where q = (1 - w) / mu times the gradient of the Planck radiance, taken as 0 in the middle. With
-h half the thickness, s even and d odd give
+where q = (1 - w) / mu times the gradient of the Planck radiance, taken as 0 in the middle. With h half the thickness, s
+even and d odd give
 
     R + T = (1 + K)^-1 (1 - K),     K = tanh(h sqrt(X Y)) (X Y)^-1/2 X,
 
-and s odd and d even the same for T - R with X and Y exchanged. tanh is replaced by its continued
-fraction, tanh(z) / z = (1 + z^2 / 15) / (1 + 2 z^2 / 5) + O(z^6): a Cayley transform, so that energy
-is conserved whatever h. The first member of that family, tanh(z) = z, is the "diamond" start of
-W. J. Wiscombe, J. Quant. Spectrosc. Radiat. Transfer 16, 637-658 (1976).
+and s odd and d even the same for T - R with X and Y exchanged. tanh is replaced by its continued fraction, tanh(z) / z
+= (1 + z^2 / 15) / (1 + 2 z^2 / 5) + O(z^6): a Cayley transform, so that energy is conserved whatever h. The first
+member of that family, tanh(z) = z, is the "diamond" start of W. J. Wiscombe, J. Quant. Spectrosc. Radiat. Transfer 16,
+637-658 (1976).
+
+Numba compiles these functions again in every caller. So calls are few and not nested, elements are written one by one
+(an assignment to a slice compiles all of its checks), and functions have no wrapper for the interpreter.
 """
 
 from __future__ import annotations
@@ -35,7 +32,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-# For functions that only compiled ones call.
+# Decorates functions that only compiled ones call.
 inner = njit(cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
@@ -63,9 +60,9 @@ def accumulate(out: Any, a: Any, b: Any, start: int, stop: int, beams: int, colu
 def eliminate(matrix: Any, right: Any, first: int) -> None:
     """Solve ``matrix`` x = rows of ``right`` from ``first`` on, in place; both are overwritten.
 
-    No pivoting: the matrices here are close to the identity, or symmetric and positive definite, and
-    elimination of those is stable without (N. J. Higham, "Accuracy and Stability of Numerical
-    Algorithms", 2nd ed., SIAM 2002, chapters 9 and 10).
+    No pivoting: the matrices here are close to the identity, or symmetric and positive definite, and elimination of
+    those is stable without (N. J. Higham, "Accuracy and Stability of Numerical Algorithms", 2nd ed., SIAM 2002,
+    chapters 9 and 10).
     """
     n, columns = matrix.shape[0], right.shape[1]
     for k in range(n):

@@ -9,9 +9,9 @@ The radiance that leaves toward mu is the integral of the source function made o
 w' (s / 2 +- 3/4 g' mu d), as O. B. Toon, C. P. McKay, T. P. Ackerman and K. Santhanam, J. Geophys. Res.
 94, 16287-16301 (1989), proposed. In isothermal surroundings s = 2, d = 0 solve the equations: rows close.
 
-Light from all sides at once says how much goes toward mu, not whence it came. The kernels are that of
-single scattering, S, and the rest of each row, m_i, spread over all directions:
-K_ij = S_ij + (m_i + m_j - mean of m) / pi, symmetric, with the right row sums.
+Light from all sides at once says how much goes toward mu, not where it came from. The kernels are that of single
+scattering, S, and the rest of each row, m_i, spread over all directions: K_ij = S_ij + (m_i + m_j - mean of m) / pi,
+symmetric, with the right row sums.
 """
 
 from __future__ import annotations
@@ -22,10 +22,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.multiple_scattering.checks import checked_cosines, checked_layers, checked_sun
 from hcss_twin.physics.multiple_scattering.directions import gauss_streams
 from hcss_twin.physics.multiple_scattering.forward_peak import once_back, once_through, path_back, path_through
-from hcss_twin.physics.multiple_scattering.layer import LayerOperators
+from hcss_twin.physics.multiple_scattering.layer import LayerOperators, checked_cosines, checked_layers, checked_sun
 from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, extended_moments
 
 
@@ -45,8 +44,8 @@ def solve_layers_two_stream(
 ) -> LayerOperators:
     """Operators as :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`, approximate and in closed form.
 
-    Parameters, result and errors as there. ``streams`` is the number of directions only: results at
-    a direction hardly depend on it. ``direct`` is scaled by delta-Eddington, thus larger than there.
+    Parameters, result and errors are those of ``solve_layers``. ``streams`` is the number of directions only: results
+    at a direction hardly depend on it. ``direct`` is scaled by delta-Eddington, thus larger than there.
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     extra = checked_cosines("mu_extra", mu_extra)
@@ -77,10 +76,11 @@ def solve_sun_two_stream(
     relative_azimuth: ArrayLike,
     streams: int,
 ) -> tuple[Array, Array]:
-    """Reflectance and transmittance as :func:`hcss_twin.physics.multiple_scattering.sun.solve_sun`, in closed form.
+    """Reflectance and transmittance (T, V, P) of sunlight, sr-1, in closed form.
 
-    Single scattering and forward peak as there, and the part that :func:`solve_layers_two_stream`
-    spreads over all directions, which does not depend on azimuth. Parameters, result and errors as there.
+    Single scattering and forward peak as in :func:`hcss_twin.physics.multiple_scattering.sunlight.solve_sun`, plus the
+    part that :func:`solve_layers_two_stream` spreads over all directions, which does not depend on azimuth. Parameters,
+    result and errors are those of ``solve_sun``.
     """
     thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
     view, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)

@@ -49,7 +49,7 @@ def hcss_register_sea_models() -> Sequence[ProviderSpec]:
         ProviderSpec(
             name="cox-munk",
             target="hcss_twin.models.sea.cox_munk:CoxMunkSea",
-            parameters="hcss_twin.models.sea.parameters:CoxMunkParameters",
+            parameters="hcss_twin.models.parameters:CoxMunkParameters",
             api_version=1,
             summary="wind-roughened sea of Fresnel facets with Cox-Munk slopes",
             references=(
@@ -60,7 +60,7 @@ def hcss_register_sea_models() -> Sequence[ProviderSpec]:
         ProviderSpec(
             name="rough-sea",
             target="hcss_twin.models.sea.rough_sea:RoughSea",
-            parameters="hcss_twin.models.sea.parameters:RoughSeaParameters",
+            parameters="hcss_twin.models.parameters:RoughSeaParameters",
             api_version=1,
             summary="shadowed facets with a second reflection, sea water of any temperature and salinity, foam",
             references=(
@@ -81,7 +81,7 @@ def hcss_register_optics() -> Sequence[ProviderSpec]:
         ProviderSpec(
             name="mie",
             target="hcss_twin.models.optics.mie:MieOptics",
-            parameters="hcss_twin.models.optics.parameters:MieParameters",
+            parameters="hcss_twin.models.parameters:MieParameters",
             api_version=1,
             summary="Mie scattering of water or ice spheres with a modified gamma size distribution",
             references=(HCSS,),
@@ -89,7 +89,7 @@ def hcss_register_optics() -> Sequence[ProviderSpec]:
         ProviderSpec(
             name="bulk",
             target="hcss_twin.models.optics.mie:BulkOptics",
-            parameters="hcss_twin.models.optics.parameters:BulkParameters",
+            parameters="hcss_twin.models.parameters:BulkParameters",
             api_version=1,
             summary="Mie scattering of cold water droplets, bulk optics of rough crystals for ice",
             references=(
@@ -111,14 +111,14 @@ def hcss_register_transmittance_providers() -> Sequence[ProviderSpec]:
         ProviderSpec(
             name="table",
             target="hcss_twin.models.atmosphere.table:TableTransmittance",
-            parameters="hcss_twin.models.atmosphere.parameters:TableParameters",
+            parameters="hcss_twin.models.parameters:TableParameters",
             api_version=1,
             summary="tabulated spectral transmittance of a standard atmosphere",
         ),
         ProviderSpec(
             name="band-model",
             target="hcss_twin.models.atmosphere.band_model.provider:BandModelTransmittance",
-            parameters="hcss_twin.models.atmosphere.parameters:BandModelParameters",
+            parameters="hcss_twin.models.parameters:BandModelParameters",
             api_version=1,
             summary="LOWTRAN7's molecular band model, continua and aerosol for any profile",
             references=(
@@ -137,21 +137,21 @@ def hcss_register_radiance_models() -> Sequence[ProviderSpec]:
         ProviderSpec(
             name="physical",
             target="hcss_twin.models.radiance.physical.model:Physical",
-            parameters="hcss_twin.models.radiance.parameters:PhysicalParameters",
+            parameters="hcss_twin.models.parameters:PhysicalParameters",
             api_version=1,
             summary="multiple scattering in clouds over a rough sea, whole composite paths, closed energy balance",
         ),
         ProviderSpec(
             name="physical-two-stream",
             target="hcss_twin.models.radiance.physical.model:PhysicalTwoStream",
-            parameters="hcss_twin.models.radiance.parameters:PhysicalParameters",
+            parameters="hcss_twin.models.parameters:PhysicalParameters",
             api_version=1,
             summary="as physical, clouds in closed form: faster; emissivity to 0.03, reflectance to 15 percent",
         ),
         ProviderSpec(
             name="as-printed",
             target="hcss_twin.models.radiance.as_printed:AsPrinted",
-            parameters="hcss_twin.models.radiance.parameters:AsPrintedParameters",
+            parameters="hcss_twin.models.parameters:AsPrintedParameters",
             api_version=1,
             summary="thermal and solar terms of sea, cloud and air as in eqs 15-20 of the HCSS paper",
             references=(HCSS,),

@@ -1,4 +1,4 @@
-"""Collecting specs from one plugin at a time, so that what one does wrong stays with it."""
+"""Discovery of plugins one at a time, so that the errors of one do not affect the others."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OWN_DISTRIBUTION = "hcss-twin"
 """Distribution that brings the defaults."""
 
 FAILURES = (Exception, SystemExit)
-"""What a plugin may throw without being let through; a user's interrupt is not among them."""
+"""Exceptions of a plugin that are reported and not propagated; a user's interrupt is not among them."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class BrokenPlugin:
-    """A plugin that could not be taken.
+    """A plugin that could not be registered.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class BrokenPlugin:
     error : str
         What went wrong.
     offered : tuple of (Kind, str)
-        Names it would have brought, as far as they became known.
+        Names of its providers, as far as they are known.
     cause : BaseException or None
         The error itself, to raise from.
     """
@@ -117,7 +117,7 @@ def normalised(distribution: str) -> str:
 
 
 def installed() -> Iterator[tuple[Origin, importlib.metadata.EntryPoint | BaseException]]:
-    """Yield each entry point of the group ``hcss_twin``, or what kept it from being read.
+    """Yield each entry point of the group ``hcss_twin``, or the error of reading it.
 
     Distributions are read one by one, because a single malformed ``entry_points.txt`` makes
     ``importlib.metadata.entry_points()`` fail for all. Of a distribution that lies twice on the
@@ -137,11 +137,11 @@ def installed() -> Iterator[tuple[Origin, importlib.metadata.EntryPoint | BaseEx
         seen.add(normalised(name))
         try:
             selected = distribution.entry_points.select(group=specs.PROJECT)
-            found = sorted(selected, key=lambda each: each.name)
+            entry_points = sorted(selected, key=lambda each: each.name)
         except FAILURES as error:
             yield Origin("entry_points.txt", name, version), error
             continue
-        for entry_point in found:
+        for entry_point in entry_points:
             yield Origin(entry_point.name, name, version), entry_point
 
 

@@ -1,14 +1,16 @@
-"""The registry of one run: what is installed, what is broken, and who answers to a name."""
+"""The registry of one run: which providers are installed, selection by name, construction and checks."""
 
 from __future__ import annotations
 
+import importlib
 import importlib.metadata
 from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from hcss_twin.core.errors import ProviderError, choose_from
-from hcss_twin.providers.registry import creation, defaults
+from hcss_twin.core.errors import HcssError, ProviderError, choose_from
+from hcss_twin.providers.common import check_declares, check_measured, check_options
+from hcss_twin.providers.registry import defaults
 from hcss_twin.providers.registry.discovery import (
     FAILURES,
     OWN_DISTRIBUTION,
@@ -34,10 +36,10 @@ __all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
 
 
 class Registry:
-    """Providers that can be selected, and plugins that could not be taken.
+    """Providers that can be selected, and broken plugins.
 
-    Made anew for each run; there is no global one. A plugin is taken whole or not at all, and
-    whatever it raises is kept in :attr:`broken` instead of being propagated.
+    Each run has its own; there is no global registry. A plugin is registered completely or not at all; its exceptions
+    are stored in :attr:`broken` and not propagated.
     """
 
     def __init__(self) -> None:
@@ -48,8 +50,8 @@ class Registry:
     def discover(cls) -> Registry:
         """Return a registry of the defaults and of every installed entry point of group ``hcss_twin``."""
         registry = cls.defaults_only()
-        for origin, found in installed():
-            registry.add_lazily(origin, _loader(found))
+        for origin, source in installed():
+            registry.add_lazily(origin, _loader(source))
         return registry
 
     @classmethod
@@ -60,11 +62,11 @@ class Registry:
         return registry
 
     def add(self, plugin: object, origin: Origin) -> None:
-        """Take a plugin module or object that is imported already."""
+        """Register an imported plugin module or object."""
         self.add_lazily(origin, lambda: plugin)
 
     def add_lazily(self, origin: Origin, load: Callable[[], object]) -> None:
-        """Take the plugin that ``load`` returns; any failure is recorded and kept from the others."""
+        """Register the plugin that ``load`` returns; a failure is recorded and does not affect others."""
         collection = Collection()
         try:
             collection.take(load())
@@ -93,7 +95,7 @@ class Registry:
 
     @property
     def broken(self) -> tuple[BrokenPlugin, ...]:
-        """Plugins that could not be taken, with their errors."""
+        """Plugins that could not be registered, with their errors."""
         return tuple(self._broken)
 
     def entries(self, kind: Kind | str | None = None) -> tuple[Entry, ...]:
@@ -167,11 +169,18 @@ class Registry:
         ProviderError
             If it cannot be imported or is no pydantic model.
         """
-        return creation.parameters_model(entry)
+        if entry.spec.parameters is None:
+            return None
+        from pydantic import BaseModel
+
+        model = _load(entry, entry.spec.parameters)
+        if not (isinstance(model, type) and issubclass(model, BaseModel)):
+            raise ProviderError(f"{entry.label}: '{entry.spec.parameters}' is no pydantic model")
+        return model
 
     def provider_class(self, entry: Entry) -> Any:
         """Import a provider's class without constructing it; raises ``ProviderError``."""
-        return creation.provider_class(entry)
+        return _load(entry, entry.spec.target)
 
     def bound_profile(self, entry: Entry, parameters: BaseModel | None, catalog: Catalog) -> Profile | None:
         """Return the one profile a transmittance provider belongs to; None if it takes any.
@@ -179,9 +188,23 @@ class Registry:
         Raises
         ------
         ProviderError
-            If its class cannot be imported or fails to answer.
+            If its class cannot be imported, or its ``bound_profile`` fails or returns no profile.
         """
-        return creation.bound_profile(entry, parameters, catalog)
+        from hcss_twin.physics.profile import Profile
+
+        method = getattr(self.provider_class(entry), "bound_profile", None)
+        if method is None:
+            return None
+        model = self.parameters_model(entry)
+        try:
+            profile = method(model() if model is not None and parameters is None else parameters, catalog)
+        except HcssError:
+            raise
+        except FAILURES as error:
+            raise ProviderError(f"{entry.label}: bound_profile() raised {describe(error)}") from error
+        if not isinstance(profile, Profile):
+            raise ProviderError(f"{entry.label}: bound_profile() returned {type(profile).__name__}; expected Profile")
+        return profile
 
     def create(self, entry: Entry, inputs: Any, parameters: BaseModel | None = None) -> Any:
         """Import a provider's class and construct it as ``Class(inputs, parameters)``.
@@ -202,16 +225,71 @@ class Registry:
             If the class cannot be imported or constructed, or what it constructs is not a provider of
             its kind. A deliberate error (``HcssError``) of its constructor passes unchanged.
         """
-        return creation.create(entry, inputs, parameters)
-
-
-def _loader(found: importlib.metadata.EntryPoint | BaseException) -> Callable[[], object]:
-    def load() -> object:
-        if isinstance(found, BaseException):
-            raise found
+        model = self.parameters_model(entry)
+        if model is None and parameters is not None:
+            raise ProviderError(f"{entry.label} accepts no parameters; got {parameters!r}")
+        factory = self.provider_class(entry)
         try:
-            return found.load()
+            if model is not None and parameters is None:
+                parameters = model()
+            if model is not None and not isinstance(parameters, model):
+                raise ProviderError(
+                    f"{entry.label}: parameters are {type(parameters).__name__}; expected {model.__name__}"
+                )
+            provider = factory(inputs, parameters)
+        except HcssError:
+            raise
         except FAILURES as error:
-            raise ProviderError(f"import of '{found.value}' failed: {describe(error)}") from error
+            raise ProviderError(f"{entry.label} cannot be constructed: {describe(error)}") from error
+        _check_provider(entry, provider)
+        return provider
+
+
+def _load(entry: Entry, target: str) -> Any:
+    module, _, attribute = target.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: cannot import '{target}': {describe(error)}") from error
+
+
+def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[], object]:
+    def load() -> object:
+        if isinstance(source, BaseException):
+            raise source
+        try:
+            return source.load()
+        except FAILURES as error:
+            raise ProviderError(f"import of '{source.value}' failed: {describe(error)}") from error
 
     return load
+
+
+def _check_provider(entry: Entry, provider: Any) -> None:
+    import hcss_twin.providers as providers
+
+    protocol = getattr(providers, entry.kind.protocol)
+    attributes = set(protocol.__annotations__)
+    methods = {name for name, value in vars(protocol).items() if callable(value) and not name.startswith("_")}
+    try:
+        missing = [name for name in attributes | methods if not hasattr(provider, name)]
+        missing += [f"{name}()" for name in methods - set(missing) if not callable(getattr(provider, name))]
+        declares = getattr(provider, "declares", None)
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: reading its attributes failed: {describe(error)}") from error
+    if missing:
+        raise ProviderError(
+            f"{entry.label}: {type(provider).__name__} lacks {', '.join(sorted(missing))} "
+            f"of hcss_twin.providers.{entry.kind.protocol}"
+        )
+    if not isinstance(declares, providers.Declares):
+        raise ProviderError(
+            f"{entry.label}: declares is {type(declares).__name__}; expected hcss_twin.providers.Declares"
+        )
+    try:
+        check_declares(declares)
+        check_options(provider)
+        if entry.kind is Kind.SENSORS:
+            check_measured(provider.variables)
+    except FAILURES as error:
+        raise ProviderError(f"{entry.label}: {error}") from error

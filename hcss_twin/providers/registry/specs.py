@@ -1,11 +1,8 @@
-"""The kinds of provider that an installed package can bring.
+"""Kinds of provider, the spec of a provider, and the hooks of plugins.
 
-What a package says about a provider before anything of it is imported.
-
-The hooks a plugin can implement: each returns a sequence of provider specs, nothing is computed.
-
-A plugin is a module (or object) with functions of these names, marked with ``hookimpl``, and named
-by an entry point of the group ``hcss_twin``. A hook is called once per run, without arguments.
+A plugin is a module (or object) with functions of these names, marked with ``hookimpl``, and named by an entry point of
+the group ``hcss_twin``. A hook is called once per run, without arguments, and returns specs: nothing is imported or
+computed before a scenario selects a provider.
 """
 
 from __future__ import annotations

@@ -28,8 +28,8 @@ from hcss_twin.models.radiance.spectral_grid import SpectralGrid, dense_grid
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.report.benchmarking.stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, time_certificate, time_stages
-from hcss_twin.scenario.accuracy import parse_accuracy
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.units import parse_accuracy
 
 
 @contextlib.contextmanager

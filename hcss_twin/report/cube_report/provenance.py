@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hcss_twin.cube.formats import cube_bytes
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
+from hcss_twin.cube.zarr_writer import cube_bytes
 from hcss_twin.report.cube_report.scene import json_attribute
 from hcss_twin.report.page.page import Markup, bullets, facts, folded, preformatted, table
 

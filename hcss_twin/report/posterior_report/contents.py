@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior
 from hcss_twin.analysis.uncertainty.posterior_file import Posterior, read_posterior
-from hcss_twin.analysis.uncertainty.priors import Prior
-from hcss_twin.analysis.uncertainty.space import KINDS
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 
@@ -28,7 +27,7 @@ def prior_density(name: str, text: str, values: Array) -> Array | None:
     name : str
         Of the parameter: ``H``, ``mean_H``, ``spread_H``, ...; one that is not known has no limits.
     text : str
-        As :meth:`hcss_twin.analysis.uncertainty.priors.Prior.parse` reads it.
+        As :meth:`hcss_twin.analysis.uncertainty.parameter_space.Prior.parse` reads it.
     values : ndarray (n,)
 
     Returns

@@ -1,4 +1,4 @@
-"""The file of a propagation: the values of all draws, and what they say."""
+"""The file of a propagation: the values of all draws, and their summary."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PropagationError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.sweeps.propagation.draw_statistics import LEVELS, METRICS, DrawStatistics
-from hcss_twin.sweeps.propagation.joint_sample import JointSample
-from hcss_twin.sweeps.propagation.posterior_draws import images_of
+from hcss_twin.sweeps.propagation.joint_sample import JointSample, images_of
 from hcss_twin.sweeps.propagation.summary import pooled_pixels, summarise
 
 if TYPE_CHECKING:
@@ -50,14 +49,8 @@ def drawn_dataset(
 ) -> xr.Dataset:
     """Put the values of all draws together.
 
-    Parameters
-    ----------
-    statistics : mapping of str to sequence of DrawStatistics
-        By mixture, then by draw.
-    inputs : ndarray (draw, input)
-        Of the first sample.
-    kelvin_levels : ndarray (draw, band, class, level)
-        Brightness temperature of the levels of radiance of the draws.
+    ``statistics`` are by mixture, then by draw; ``inputs`` (draw, input) are those of the first sample;
+    ``kelvin_levels`` (draw, band, class, level) are the brightness temperatures of the levels of radiance of the draws.
     """
     import xarray as xr
 
@@ -155,10 +148,7 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
 
     The same values give the same bytes: there is no date in it.
 
-    Raises
-    ------
-    PropagationError
-        If it cannot be written.
+    Raises PropagationError if it cannot be written.
     """
     encoding = {
         name: {"zlib": True, "shuffle": True, "_FillValue": None}
@@ -172,10 +162,7 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
 def open_propagation(path: str | Path) -> xr.Dataset:
     """Open the file of a propagation.
 
-    Raises
-    ------
-    PropagationError
-        If it cannot be read, or is none.
+    Raises PropagationError if it cannot be read, or is none.
     """
     import xarray as xr
 

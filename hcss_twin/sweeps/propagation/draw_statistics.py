@@ -1,9 +1,11 @@
-"""What is kept of one scene: means, spreads and quantiles of pixels by class and band, and metrics of its clouds."""
+"""Statistics of one scene, pixels by class and band and metrics of its clouds; and the tables that scenes share."""
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +14,10 @@ from hcss_twin.analysis.measures.morphology import morphology
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError, Problem, ScenarioError
 from hcss_twin.engine.certificate.part_sample import strata, stratum_names
+from hcss_twin.engine.compile import compile_tables, table_key, tables_of
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.models.radiance.brightness import BrightnessTemperature
+from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length
 
@@ -82,10 +85,7 @@ def class_names(layers: int) -> tuple[str, ...]:
 def require_room(plan: Plan) -> None:
     """Refuse scenes whose frames do not fit into memory together.
 
-    Raises
-    ------
-    ScenarioError
-        Naming the image.
+    Raises ScenarioError naming the image.
     """
     rows, columns = plan.pixels
     pixels, frames = rows * columns, plan.frame_times_s.size
@@ -100,21 +100,10 @@ def require_room(plan: Plan) -> None:
 def statistics_of(
     plan: Plan, tables: RadianceTables, temperature: BrightnessTemperature, *, with_levels: bool
 ) -> DrawStatistics:
-    """Make all frames of a scene and sum them up.
+    """Compute all frames of a scene with the variables ``VARIABLES``, and summarise them.
 
-    Parameters
-    ----------
-    plan : Plan
-        With the variables ``VARIABLES``.
-    temperature : BrightnessTemperature
-        Of the plan's spectral grid.
-    with_levels : bool
-        Whether quantiles over pixels are wanted.
-
-    Raises
-    ------
-    ProviderError
-        If a provider breaks its contract.
+    ``temperature`` is of the plan's spectral grid; ``with_levels`` adds quantiles over pixels. Raises ProviderError if
+    a provider breaks its contract.
     """
     maker = PartMaker(plan, tables)
     kinds, radiance, kelvin, metrics = [], [], [], []
@@ -183,3 +172,57 @@ def _mean_where_known(metrics: Array) -> Array:
     count = known.sum(axis=0)
     total = np.where(known, metrics, 0.0).sum(axis=0)
     return np.asarray(np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0))
+
+
+_HELD = 4
+"""Tables in memory: all that one draw and the last need."""
+
+
+@dataclass
+class TableCount:
+    """How often tables were made.
+
+    ``scenes`` asked for tables and needed ``sets`` different ones, if no more than a few different ones come in a row;
+    ``compiled`` of them were compiled, the others were in the cache from earlier runs.
+    """
+
+    scenes: int = 0
+    sets: int = 0
+    compiled: int = 0
+
+
+class SharedTables:
+    """Gives the tables of one plan after the other."""
+
+    def __init__(self) -> None:
+        self.count = TableCount()
+        self._held: OrderedDict[str, RadianceTables] = OrderedDict()
+        self._temperatures: OrderedDict[bytes, BrightnessTemperature] = OrderedDict()
+
+    def of(self, plan: Plan) -> RadianceTables:
+        """Return the tables of a plan, the same to the bit as those of a run of its own."""
+        self.count.scenes += 1
+        key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views is not None else None}"
+        if key not in self._held:
+            self.count.sets += 1
+            compiled: list[Plan] = []  # of several views, where pixels have views of their own
+            self._held[key] = tables_of(plan, partial(_noted, compiled))
+            self.count.compiled += bool(compiled)
+            while len(self._held) > _HELD:
+                self._held.popitem(last=False)
+        self._held.move_to_end(key)
+        return self._held[key]
+
+    def temperature(self, plan: Plan) -> BrightnessTemperature:
+        """Return what turns radiance into brightness temperature; its table takes longer than a small frame."""
+        grid = plan.spectral_grid
+        key = grid.wavenumber_cm1.tobytes() + grid.weights_cm1.tobytes()
+        if key not in self._temperatures:
+            self._temperatures.clear()
+            self._temperatures[key] = BrightnessTemperature(grid, [band.name for band in plan.bands])
+        return self._temperatures[key]
+
+
+def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
+    compiled.append(plan)
+    return compile_tables(plan)

@@ -1,54 +1,38 @@
-"""The scenarios of all draws, checked before the first is computed.
-
-Radiance tables of draws: made once for all that they are the same for.
-"""
+"""A scenario with uncertain keys, and the scenarios of all draws, checked before the first is computed."""
 
 from __future__ import annotations
 
 import json
-from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError, shown
+from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, shown
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.engine.compile import compile_tables, table_key, tables_of
-from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.models.radiance.brightness import BrightnessTemperature
-from hcss_twin.plan.plan import Plan
-from hcss_twin.scenario.scenario import UNCERTAIN, Scenario, read_scenario_file
-from hcss_twin.sweeps.design import keys_overlap
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.scenario import UNCERTAIN, Scenario
+from hcss_twin.sweeps.axis import DISTRIBUTIONS
+from hcss_twin.sweeps.design import joined_keys, key_problems, keys_overlap, read_keys
 from hcss_twin.sweeps.points import ranges, value_at
 from hcss_twin.sweeps.propagation.draw_statistics import VARIABLES
-from hcss_twin.sweeps.propagation.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture
+from hcss_twin.sweeps.propagation.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
 
 _SUMMED_UP: Mapping[str, Any] = {"output.variables": list(VARIABLES), "output.certificate": 0}
 """Of the scenes that are summed up; cubes of draws hold what the user asked for."""
 
 
 @dataclass(frozen=True)
-class Source:
-    """A scenario before its uncertain keys have values.
+class UncertainScenario:
+    """A scenario file without ``[uncertain]``, the keys replaced in all draws, and what that section holds.
 
-    Attributes
-    ----------
-    raw : mapping
-        Keys of the file without ``[uncertain]``.
-    overrides : mapping
-        Keys replaced in all draws.
-    uncertain : mapping
-        What the section holds.
-    base : Path
-    origin : str
-    shelf : ResultCache
-        What all draws share.
+    All draws share ``cache``.
     """
 
     raw: Mapping[str, Any]
@@ -56,82 +40,160 @@ class Source:
     uncertain: Mapping[str, Any]
     base: Path
     origin: str
-    shelf: ResultCache
+    cache: ResultCache
 
     @classmethod
     def load(
         cls, source: str | Path | Mapping[str, Any] | Scenario, overrides: Mapping[str, Any] | None = None
-    ) -> Source:
+    ) -> UncertainScenario:
         """Read a scenario file by name or path, or take its keys; raises :class:`ScenarioError`."""
-        if isinstance(source, Scenario):
-            raw, base, origin = json.loads(source.to_json()), source.base, source.origin
-        elif isinstance(source, Mapping):
-            raw, base, origin = dict(source), Path.cwd(), "scenario"
-        else:
-            (raw, base), origin = read_scenario_file(source), str(source)
-        if not isinstance(raw, Mapping):
-            raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
-        raw = dict(raw)
+        raw, base, origin = read_keys(source, "scenario")
         section = raw.pop(UNCERTAIN, {})
         if not isinstance(section, Mapping):
-            told = f"{shown(section)} is not a table; allowed: keys of a scenario, each with a distribution"
-            raise ScenarioError([Problem(UNCERTAIN, told)], origin)
+            message = f"{shown(section)} is not a table; allowed: keys of a scenario, each with a distribution"
+            raise ScenarioError([Problem(UNCERTAIN, message)], origin)
         return cls(raw, dict(overrides or {}), section, base, origin, ResultCache())
 
     def scenario(self, changes: Mapping[str, Any] | None = None) -> Scenario:
         """Return the scenario with more keys replaced; raises :class:`ScenarioError`."""
         overrides = {**self.overrides, **(changes or {})}
-        return Scenario.from_dict(self.raw, overrides, base=self.base, origin=self.origin, shelf=self.shelf)
+        return Scenario.from_dict(self.raw, overrides, base=self.base, origin=self.origin, shelf=self.cache)
 
 
-def overlap_problems(source: Source, sample_keys: Sequence[str], posterior_keys: Sequence[str]) -> Iterator[Problem]:
+_ALLOWED = (
+    'allowed: {distribution = "normal", mean = 291, standard_deviation = 0.5}, "uniform" or "log-uniform" with from '
+    "and to, or in short normal:291:0.5, normal:291:0.5:271:305 (cut off), uniform:3:9, log-uniform:1:10"
+)
+
+_KEYS = 'allowed: keys of a scenario, for example "sea.temperature"'
+
+
+def uncertain_keys(given: Mapping[str, Any], section: str = UNCERTAIN) -> tuple[UncertainKey, ...]:
+    """Check what stands in ``[uncertain]`` or behind ``--uncertain``.
+
+    Raises ScenarioError with everything that is wrong.
+
+    Parameters
+    ----------
+    given : mapping
+        Key, dotted or in nested tables, to a distribution: a table, or text in the short form.
+    """
+    problems: list[Problem] = []
+    keys: list[UncertainKey] = []
+    for key, each in joined_keys(given, lambda table: "distribution" not in table).items():
+        try:
+            keys.append(UncertainKey(key, _table(each)))
+            keys[-1].values(1, 0)
+        except ValueError as error:
+            problems.append(Problem(f"{section}.{key}", str(error)))
+    problems += key_problems(section, [each.key for each in keys], "uncertain", _KEYS)
+    problems += [
+        Problem(
+            f"{section}.{each.key}", "must be the same in all draws, whose results are combined; any other key may vary"
+        )
+        for each in keys
+        if each.key.partition(".")[0] in ("seed", "output", "bands", "frames", "title")
+    ]
+    if problems:
+        raise ScenarioError(problems, section)
+    return tuple(keys)
+
+
+def _table(given: Any) -> Mapping[str, Any]:
+    if isinstance(given, str):
+        return _parsed(given)
+    if not isinstance(given, Mapping) or "distribution" not in given:
+        raise ValueError(f"{shown(given)} is no distribution; {_ALLOWED}")
+    for name in ("samples", "seed"):
+        if name in given:
+            raise ValueError(f"{name}: the number of draws and their seed are those of all inputs; {_ALLOWED}")
+    return dict(given)
+
+
+def _parsed(text: str) -> Mapping[str, Any]:
+    name, *numbers = (part.strip() for part in text.split(":"))
+    if name not in DISTRIBUTIONS:
+        raise ValueError(f"{shown(text)}: distribution '{name}'; {choose_from(name, DISTRIBUTIONS)}")
+    meaning = DISTRIBUTIONS[name]
+    if not 2 <= len(numbers) <= len(meaning):
+        raise ValueError(f"{shown(text)} has {count(len(numbers), 'number', 'numbers')}; {_ALLOWED}")
+    values = dict(zip(meaning, map(_read_number, numbers), strict=False))
+    return {"distribution": name, **values}
+
+
+def _read_number(text: str) -> float | str:
+    """Read a number; text with a unit stays as it is."""
+    try:
+        value = float(text)
+    except ValueError:
+        return text
+    if not np.isfinite(value):
+        raise ValueError(f"{text}: allowed: finite numbers")
+    return value
+
+
+def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
+    """Return the part of a scenario that the parameters of clouds belong to.
+
+    ``layer`` is the number of the layer, needed where there are several. Raises ScenarioError if there is no such
+    layer, or its clouds are not those that a posterior is of.
+    """
+    layers, number = scenario.clouds.layers, layer or 0
+    path = "clouds" if len(layers) == 1 else f"clouds.layers.{number}"
+    if not layers:
+        problem = Problem("clouds.layers", "the scenario has no clouds; allowed: a cloud layer")
+    elif layer is None and len(layers) > 1:
+        problem = Problem(
+            "clouds.layers",
+            f"{len(layers)} layers; say which the posterior is of, allowed: layer 0 to {len(layers) - 1}",
+        )
+    elif not 0 <= number < len(layers):
+        problem = Problem("clouds.layers", f"layer {number} given; allowed: 0 to {len(layers) - 1}")
+    elif layers[number].generator not in ("fractal", f"{OWN_DISTRIBUTION}/fractal"):
+        message = f"{shown(layers[number].generator)}; a posterior describes clouds of the generator 'fractal'"
+        problem = Problem(f"{path}.generator", message)
+    else:
+        return path
+    raise ScenarioError([problem], origin)
+
+
+def overlap_problems(
+    source: UncertainScenario, sample_keys: Sequence[str], posterior_keys: Sequence[str]
+) -> Iterator[Problem]:
     """Yield what is both uncertain and given otherwise: by the posterior, or by ``--set``."""
-    for key in sample_keys:
-        for other in posterior_keys:
-            if keys_overlap(key, other):
-                yield Problem(
-                    f"{UNCERTAIN}.{key}", f"overlaps {other}, which the posterior has values for; allowed: one of both"
-                )
-        for other in source.overrides:
-            if keys_overlap(key, other):
-                yield Problem(
-                    f"{UNCERTAIN}.{key}", f"is uncertain, but {other} is set to one value; allowed: one of both"
-                )
+    for key, other in product(sample_keys, posterior_keys):
+        if keys_overlap(key, other):
+            message = f"overlaps {other}, which the posterior has values for; allowed: one of both"
+            yield Problem(f"{UNCERTAIN}.{key}", message)
+    yield from key_problems(UNCERTAIN, sample_keys, "uncertain", _KEYS, source.overrides)
 
 
-def scenarios_of(source: Source, sample: JointSample) -> dict[str, tuple[Scenario, ...]]:
+def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tuple[Scenario, ...]]:
     """Make and check the scenarios of all draws of all mixtures.
 
-    Returns
-    -------
-    dict of str to tuple of Scenario
-        By the name of the mixture.
-
-    Raises
-    ------
-    ScenarioError
-        With all problems, each told once, with the draws that have it and their values.
+    Scenarios are returned by the name of the mixture. Raises ScenarioError with all problems, each once, with the draws
+    that have it and their values.
     """
-    found: dict[str, tuple[Scenario, ...]] = {}
+    scenarios: dict[str, tuple[Scenario, ...]] = {}
     wrong: dict[Problem, list[tuple[Mixture, int]]] = {}
     for mixture in sample.mixtures:
         if mixture.name == OTHER_SEED:
             continue  # the same but for a number
-        made = []
+        drawn = []
         for draw in range(sample.count):
             try:
-                made.append(source.scenario({**sample.overrides(mixture, draw), **_SUMMED_UP}))
+                drawn.append(source.scenario({**sample.overrides(mixture, draw), **_SUMMED_UP}))
             except ScenarioError as error:
                 for problem in error.problems:
                     wrong.setdefault(problem, []).append((mixture, draw))
-        found[mixture.name] = tuple(made)
+        scenarios[mixture.name] = tuple(drawn)
     if wrong:
         raise ScenarioError(_told(wrong, sample), source.origin)
-    same = found[sample.mixtures[0].name]
-    found[OTHER_SEED] = tuple(
+    same = scenarios[sample.mixtures[0].name]
+    scenarios[OTHER_SEED] = tuple(
         each.model_copy(update={SEED: int(seed)}) for each, seed in zip(same, sample.seeds[B], strict=True)
     )
-    return found
+    return scenarios
 
 
 def with_draw(error: ScenarioError, sample: JointSample, mixture: Mixture, draw: int) -> ScenarioError:
@@ -141,12 +203,9 @@ def with_draw(error: ScenarioError, sample: JointSample, mixture: Mixture, draw:
 
 
 def numbers_of(sample: JointSample, scenarios: Sequence[Scenario]) -> Array:
-    """Return the inputs of the first sample as numbers (draw, input): SI, instants in seconds since 1970.
+    """Return the inputs of the first sample, whose scenarios are given, as numbers (draw, input).
 
-    Parameters
-    ----------
-    scenarios : sequence of Scenario
-        Of the draws.
+    Numbers are SI, instants are seconds since 1970.
     """
     columns = [sample.rows[A].T]
     for each in sample.keys:
@@ -170,83 +229,10 @@ def _told(wrong: Mapping[Problem, list[tuple[Mixture, int]]], sample: JointSampl
         problem, mixture, draw = each[0]
         values = sample.overrides(mixture, draw)
         values.pop(SEED)
-        own = {key: value for key, value in values.items() if _is_about(field, key)}
-        told = ", ".join(f"{key} = {shown(value)}" for key, value in (own or values).items())
+        dotted = field.replace("[", ".").replace("]", "")
+        own = {key: value for key, value in values.items() if keys_overlap(dotted, key)}
+        listed = ", ".join(f"{key} = {shown(value)}" for key, value in (own or values).items())
         others = sorted({number for _, _, number in each} - {draw})
-        more = f"; also wrong: {_plural('draw', len(others))} {ranges(others)}" if others else ""
+        more = f"; also wrong: draw{'s' if len(others) > 1 else ''} {ranges(others)}" if others else ""
         which = "" if mixture.name == sample.mixtures[0].name else f" with {mixture.name}"
-        yield Problem(field, f"{problem.message} (draw {draw}{which}: {told}{more})")
-
-
-def _plural(noun: str, number: int) -> str:
-    return noun if number == 1 else f"{noun}s"
-
-
-def _is_about(field: str, key: str) -> bool:
-    plain = field.replace("[", ".").replace("]", "")
-    return keys_overlap(plain, key)
-
-
-_HELD = 4
-"""Tables in memory: all that one draw and the last need."""
-
-
-@dataclass
-class TableCount:
-    """How often tables were made.
-
-    Attributes
-    ----------
-    scenes : int
-        Scenes that asked for tables.
-    sets : int
-        Different tables that they needed, if no more than a few different ones come in a row.
-    compiled : int
-        Those of them that were compiled; the others were kept from earlier runs.
-    """
-
-    scenes: int = 0
-    sets: int = 0
-    compiled: int = 0
-
-
-class SharedTables:
-    """Gives the tables of one plan after the other.
-
-    Attributes
-    ----------
-    count : TableCount
-    """
-
-    def __init__(self) -> None:
-        self.count = TableCount()
-        self._held: OrderedDict[str, RadianceTables] = OrderedDict()
-        self._temperatures: OrderedDict[bytes, BrightnessTemperature] = OrderedDict()
-
-    def of(self, plan: Plan) -> RadianceTables:
-        """Return the tables of a plan, the same to the bit as those of a run of its own."""
-        self.count.scenes += 1
-        key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views is not None else None}"
-        if key not in self._held:
-            self.count.sets += 1
-            compiled: list[Plan] = []  # of several views, where pixels have views of their own
-            self._held[key] = tables_of(plan, partial(_noted, compiled))
-            self.count.compiled += bool(compiled)
-            while len(self._held) > _HELD:
-                self._held.popitem(last=False)
-        self._held.move_to_end(key)
-        return self._held[key]
-
-    def temperature(self, plan: Plan) -> BrightnessTemperature:
-        """Return what turns radiance into brightness temperature; its table takes longer than a small frame."""
-        grid = plan.spectral_grid
-        key = grid.wavenumber_cm1.tobytes() + grid.weights_cm1.tobytes()
-        if key not in self._temperatures:
-            self._temperatures.clear()
-            self._temperatures[key] = BrightnessTemperature(grid, [band.name for band in plan.bands])
-        return self._temperatures[key]
-
-
-def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
-    compiled.append(plan)
-    return compile_tables(plan)
+        yield Problem(field, f"{problem.message} (draw {draw}{which}: {listed}{more})")

@@ -81,8 +81,8 @@ def first_by_regression(x: Array, y: Array) -> Array:
     """First-order share of what the columns x (draw, term) are made of, by regression on them, (output,).
 
     The variance of the regression of the mean over seeds, less what as many meaningless terms would explain (adjusted
-    coefficient of determination), over the variance. Negative where an input explains less than chance would. What
-    the terms cannot follow is missed.
+    coefficient of determination), over the variance. Negative where an input explains less than chance would. What the
+    terms cannot follow is missed.
     """
     count = x.shape[0]
     target = y[:2].mean(axis=0)

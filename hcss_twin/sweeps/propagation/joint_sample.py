@@ -1,6 +1,4 @@
-"""Uncertain keys of a scenario and their distributions, declared as ``[sweep]`` declares its own.
-
-What is drawn: two independent samples of all inputs, and the mixtures of them that are computed.
+"""What is drawn: parameters of a posterior, uncertain keys and seeds, in two independent samples and their mixtures.
 
 The samples A and B are those of Saltelli et al., "Variance based sensitivity analysis of model output", Computer
 Physics Communications 181 (2010) 259-270: whatever is computed has each input from the one or the other.
@@ -9,33 +7,145 @@ Physics Communications 181 (2010) 259-270: whatever is computed has each input f
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.analysis.uncertainty.posterior_file import PARAMETERS, Posterior, read_posterior
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError, choose_from, closest, count, shown
+from hcss_twin.core.errors import PosteriorError
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.scenario import UNCERTAIN
 from hcss_twin.sweeps.axis import axis_of
-from hcss_twin.sweeps.design import keys_overlap
-from hcss_twin.sweeps.propagation.posterior_draws import PosteriorDraws
 
-SHORT_FORMS = {
-    "uniform": ("from", "to"),
-    "log-uniform": ("from", "to"),
-    "normal": ("mean", "standard_deviation", "from", "to"),
-}
-"""What the numbers of ``NAME:NUMBER:NUMBER`` mean."""
+_OF_POPULATION = ("mean_", "spread_")
 
-_ALLOWED = (
-    'allowed: {distribution = "normal", mean = 291, standard_deviation = 0.5}, "uniform" or "log-uniform" with from '
-    "and to, or in short normal:291:0.5, normal:291:0.5:271:305 (cut off), uniform:3:9, log-uniform:1:10"
-)
-_KEYS = 'allowed: keys of a scenario, for example "sea.temperature"'
+
+@dataclass(frozen=True)
+class PosteriorDraws:
+    """A posterior as scenarios take it.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Free parameters, some of ``PARAMETERS`` in their order; ``fixed`` has the values of the others.
+    samples : ndarray (n, parameter)
+        All draws; those of several images one image after the other. A draw takes all parameters from one image.
+    octaves : (int, int) or None
+        First and last octave of the fractal sum, which the parameters refer to; None where the file does not say.
+    file, sha256 : str
+        Name and hash of the file.
+    about : mapping
+        Global attributes of the file.
+    """
+
+    names: tuple[str, ...]
+    samples: Array
+    fixed: Mapping[str, float]
+    octaves: tuple[int, int] | None
+    images: int
+    file: str
+    sha256: str
+    about: Mapping[str, Any]
+
+    @classmethod
+    def read(cls, path: str | Path) -> PosteriorDraws:
+        """Read the file of a posterior.
+
+        Raises PosteriorError if it is missing, no posterior, not converged, damaged, or of parameters that no scenario
+        has.
+        """
+        path = Path(path)
+        posterior = read_posterior(path)
+        names, columns, images = _columns(posterior, path)
+        fixed = {name: value for name, value in posterior.fixed.items() if name in PARAMETERS}
+        if ("Lx" in (*names, *fixed)) != ("Ly" in (*names, *fixed)):
+            raise PosteriorError(f"cannot use {path}: it has only one of Lx and Ly, allowed: both or none")
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        about = {name: value for name, value in posterior.attributes.items() if isinstance(value, str)}
+        octaves = _octaves(posterior, path)
+        return cls(names, columns, fixed, octaves, images, path.name, digest, about)
+
+    def rows(self, count: int, seed: np.random.SeedSequence) -> Array:
+        """Return so many independent draws (count, parameter) of the posterior, each as likely as any other."""
+        chosen = np.random.default_rng(seed).integers(self.samples.shape[0], size=count)
+        return np.asarray(self.samples[chosen])
+
+    def keys(self, layer: str) -> tuple[str, ...]:
+        """Return the keys of a scenario that the posterior has values for, in ``clouds`` or ``clouds.layers.0``."""
+        return tuple(self.overrides(layer, np.zeros(len(self.names))))
+
+    def overrides(self, layer: str, row: Array) -> dict[str, Any]:
+        """Return the keys of a scenario with the values of one draw (parameter,)."""
+        value = {**self.fixed, **dict(zip(self.names, map(float, row), strict=True))}
+        found: dict[str, Any] = {f"{layer}.parameters.{name}": value[name] for name in ("H", "gamma") if name in value}
+        if "Lx" in value:
+            found[f"{layer}.parameters.L"] = [value["Lx"], value["Ly"]]
+        if self.octaves is not None:
+            found[f"{layer}.parameters.k"] = list(self.octaves)
+        if "coverage" in value:
+            found[f"{layer}.coverage"] = value["coverage"]
+        return found
+
+
+def _columns(posterior: Posterior, path: Path) -> tuple[tuple[str, ...], Array, int]:
+    """Return the free parameters, their draws (n, parameter), and the number of images."""
+    samples = {name: values for name, values in posterior.samples.items() if not name.startswith(_OF_POPULATION)}
+    unknown = [name for name in samples if name not in PARAMETERS]
+    if unknown or not samples:
+        listed = ", ".join(unknown) or "none"
+        raise PosteriorError(f"cannot use {path}: its free parameters are {listed}; allowed: {', '.join(PARAMETERS)}")
+    names = tuple(name for name in PARAMETERS if name in samples)
+    images = max(values.shape[1] if values.ndim == 2 else 1 for values in samples.values())
+    wide = [np.broadcast_to(samples[name].reshape(samples[name].shape[0], -1).T, (images, samples[name].shape[0]))
+            for name in names]  # fmt: skip
+    return names, np.stack([each.ravel() for each in wide], axis=1), images
+
+
+def _octaves(posterior: Posterior, path: Path) -> tuple[int, int] | None:
+    given = posterior.attributes.get("octaves")
+    if given is None:
+        return None
+    numbers = np.atleast_1d(given)
+    if numbers.shape != (2,) or numbers.dtype.kind != "i":
+        raise PosteriorError(f"cannot use {path}: octaves {given}, allowed: two whole numbers")
+    return int(numbers[0]), int(numbers[1])
+
+
+def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: int) -> tuple[str, ...]:
+    """Return what users of a posterior should know, if ``count`` draws of it are used."""
+    notes = []
+    number = int(layer.rpartition(".")[2]) if layer != "clouds" else 0
+    if "coverage" in draws.names and scenario.clouds.layers[number].coverage_mode == "frame":
+        notes.append(
+            f"the posterior's coverage is that of the unbounded sky, but {layer}.coverage_mode is 'frame', where "
+            "each frame has exactly that coverage: the spread by seed lacks that of coverage "
+            f"(--set {layer}.coverage_mode=field)"
+        )
+    if draws.images > 1:
+        notes.append(
+            f"the posterior is of {draws.images} images: each draw has all parameters of one of them, chosen at random"
+        )
+    if count > draws.samples.shape[0]:
+        notes.append(
+            f"{count} draws are taken of the {draws.samples.shape[0]} that the posterior has, some more than once"
+        )
+    if draws.fixed or draws.octaves is not None:
+        fixed = [f"{name} = {value:g}" for name, value in draws.fixed.items()]
+        if draws.octaves is not None:
+            fixed.append(f"octaves k = {draws.octaves[0]} to {draws.octaves[1]}")
+        notes.append(f"fixed by the posterior, whatever the scenario says: {', '.join(fixed)}")
+    return tuple(notes)
+
+
+def images_of(draws: PosteriorDraws) -> Any:
+    """Return what the posterior was made from, as its file says: names and hashes; None where it does not say."""
+    text = draws.about.get("inputs")
+    return None if text is None else json.loads(text)
 
 
 @dataclass(frozen=True)
@@ -56,103 +166,12 @@ class UncertainKey:
     def values(self, draws: int, seed: int) -> tuple[Any, ...]:
         """Return independent draws, as a scenario file would have them; keys with the same seed are independent.
 
-        Raises
-        ------
-        ValueError
-            With what is wrong with the distribution.
+        Raises ValueError with what is wrong with the distribution.
         """
         # A sweep's key with the same seed has the same numbers; these must not depend on what else is drawn of it.
         text = f"propagation {seed}".encode()
         own = int.from_bytes(hashlib.sha256(text).digest()[:8], "big") >> 1
         return axis_of(self.key, {**self.distribution, "samples": draws, "seed": own}).values
-
-
-def uncertain_keys(given: Mapping[str, Any], section: str = UNCERTAIN) -> tuple[UncertainKey, ...]:
-    """Check what stands in ``[uncertain]`` or behind ``--uncertain``.
-
-    Parameters
-    ----------
-    given : mapping
-        Key, dotted or in nested tables, to a distribution: a table, or text in the short form.
-
-    Raises
-    ------
-    ScenarioError
-        With everything that is wrong.
-    """
-    problems: list[Problem] = []
-    found: list[UncertainKey] = []
-    for key, each in _flat(given).items():
-        try:
-            found.append(UncertainKey(key, _table(each)))
-            found[-1].values(1, 0)
-        except ValueError as error:
-            problems.append(Problem(f"{section}.{key}", str(error)))
-    problems += _key_problems([each.key for each in found], section)
-    if problems:
-        raise ScenarioError(problems, section)
-    return tuple(found)
-
-
-def _flat(section: Mapping[str, Any], path: str = "") -> dict[str, Any]:
-    """Join keys of nested tables by dots; a table with the name of a distribution is one."""
-    found: dict[str, Any] = {}
-    for name, each in section.items():
-        if isinstance(each, Mapping) and each and "distribution" not in each:
-            found.update(_flat(each, f"{path}{name}."))
-        else:
-            found[f"{path}{name}"] = each
-    return found
-
-
-def _table(given: Any) -> Mapping[str, Any]:
-    if isinstance(given, str):
-        return _parsed(given)
-    if not isinstance(given, Mapping) or "distribution" not in given:
-        raise ValueError(f"{shown(given)} is no distribution; {_ALLOWED}")
-    for name in ("samples", "seed"):
-        if name in given:
-            raise ValueError(f"{name}: the number of draws and their seed are those of all inputs; {_ALLOWED}")
-    return dict(given)
-
-
-def _parsed(text: str) -> Mapping[str, Any]:
-    name, *numbers = (part.strip() for part in text.split(":"))
-    if name not in SHORT_FORMS:
-        raise ValueError(f"{shown(text)}: distribution '{name}'; {choose_from(name, SHORT_FORMS)}")
-    meaning = SHORT_FORMS[name]
-    if not 2 <= len(numbers) <= len(meaning):
-        raise ValueError(f"{shown(text)} has {count(len(numbers), 'number', 'numbers')}; {_ALLOWED}")
-    values = dict(zip(meaning, map(_number, numbers), strict=False))
-    return {"distribution": name, **values}
-
-
-def _number(text: str) -> float | str:
-    """Read a number; text with a unit stays as it is."""
-    try:
-        value = float(text)
-    except ValueError:
-        return text
-    if not np.isfinite(value):
-        raise ValueError(f"{text}: allowed: finite numbers")
-    return value
-
-
-def _key_problems(keys: list[str], section: str) -> Iterator[Problem]:
-    for place, key in enumerate(keys):
-        for other in keys[:place]:
-            if keys_overlap(key, other):
-                yield Problem(f"{section}.{key}", f"overlaps {other}, which is uncertain, too; allowed: one of both")
-        first = key.partition(".")[0]
-        if first not in ScenarioModel.model_fields:
-            guess = closest(first, ScenarioModel.model_fields)
-            hint = f"; closest is '{guess}'" if guess else ""
-            yield Problem(f"{section}.{key}", f"no key of a scenario; {_KEYS}{hint}")
-        elif first in ("seed", "output", "bands", "frames", "title"):
-            yield Problem(
-                f"{section}.{key}",
-                "must be the same in all draws, whose results are put together; allowed: any other key",
-            )
 
 
 A, B = 0, 1
@@ -164,7 +183,6 @@ POSTERIOR = "posterior"
 """Name of the input that all free parameters of a posterior are together: they depend on each other."""
 
 DRAWS, OTHER_SEED, ALL_OTHERS = "draws", "other seed", "all others"
-
 _SEED_KEY = {"posterior": 1, "scene": 2, "bootstrap": 3}
 
 
@@ -174,7 +192,6 @@ class Mixture:
 
     Attributes
     ----------
-    name : str
     exchanged : frozenset of str
         Independent inputs that come from B; the others come from A.
     """
@@ -193,12 +210,10 @@ class JointSample:
 
     Attributes
     ----------
-    posterior : PosteriorDraws or None
     layer : str
         Part of the scenario that the posterior's parameters belong to.
     rows : ndarray (2, draw, parameter)
         Of the posterior, in A and B; no columns without one.
-    keys : tuple of UncertainKey
     values : mapping of str to tuple
         Of each uncertain key, those of A followed by those of B, as a scenario file has them.
     seeds : ndarray of int64 (2, draw)
@@ -213,17 +228,12 @@ class JointSample:
     keys: tuple[UncertainKey, ...]
     values: Mapping[str, tuple[Any, ...]]
     seeds: NDArray[np.int64]
-    mixtures: tuple[Mixture, ...] = field(default=())
+    mixtures: tuple[Mixture, ...]
 
     @property
     def count(self) -> int:
         """Number of draws."""
         return int(self.seeds.shape[1])
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """Inputs that are independent of each other, but for the seed."""
-        return (*((POSTERIOR,) if self.posterior is not None else ()), *(each.key for each in self.keys))
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -254,27 +264,21 @@ def joint_sample(
 ) -> JointSample:
     """Draw all inputs, independently of each other; parameters of a posterior are drawn together.
 
-    The first draws are the same whatever else is uncertain, and whether or not more is computed for them.
-
-    Parameters
-    ----------
-    seed : int
-        Of the scenario: it fixes all draws.
-    pick_freeze : bool
-        Whether also what has one input exchanged is computed.
+    The first draws are the same whatever else is uncertain, and whether or not more is computed for them. ``seed`` is
+    that of the scenario and fixes all draws; ``pick_freeze`` adds mixtures with one input exchanged.
     """
     rows = np.empty((2, count, 0))
     if posterior is not None:
         rows = np.stack([posterior.rows(count, source) for source in _sources(seed, "posterior")])
     seeds = np.stack([np.random.default_rng(each).integers(2**63 - 1, size=count) for each in _sources(seed, "scene")])
-    sample = JointSample(
-        posterior, layer, rows, tuple(keys), {each.key: each.values(2 * count, seed) for each in keys}, seeds
-    )
+    # Inputs that are independent of each other, but for the seed.
+    groups = (*((POSTERIOR,) if posterior is not None else ()), *(each.key for each in keys))
     mixtures = [Mixture(DRAWS, frozenset()), Mixture(OTHER_SEED, frozenset({SEED}))]
     if pick_freeze:
-        mixtures.append(Mixture(ALL_OTHERS, frozenset({SEED, *sample.groups})))
-        mixtures += [Mixture(f"other {name}", frozenset({name})) for name in sample.groups]
-    return JointSample(posterior, layer, rows, sample.keys, sample.values, sample.seeds, tuple(mixtures))
+        mixtures.append(Mixture(ALL_OTHERS, frozenset({SEED, *groups})))
+        mixtures += [Mixture(f"other {name}", frozenset({name})) for name in groups]
+    values = {each.key: each.values(2 * count, seed) for each in keys}
+    return JointSample(posterior, layer, rows, tuple(keys), values, seeds, tuple(mixtures))
 
 
 def _sources(seed: int, what: str) -> list[np.random.SeedSequence]:

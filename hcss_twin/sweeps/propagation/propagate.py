@@ -1,4 +1,4 @@
-"""Propagation: draw all uncertain inputs, make the scene of each draw, and say how radiance scatters and why."""
+"""Propagation: draw all uncertain inputs, compute the scene of each draw, and summarise the scatter of radiance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.compilation import announce_compilation
+from hcss_twin.core.environment import announce_compilation, versions
 from hcss_twin.core.errors import (
     CertificateWarning,
     PropagationError,
@@ -22,7 +22,6 @@ from hcss_twin.core.errors import (
     choose_from,
 )
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.core.versions import versions
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.simulate import run
 from hcss_twin.plan.make_plan import make_plan
@@ -36,25 +35,37 @@ from hcss_twin.sweeps.propagation.dataset import (
     with_summary,
     write_propagation,
 )
-from hcss_twin.sweeps.propagation.draw_statistics import DrawStatistics, class_names, require_room, statistics_of
-from hcss_twin.sweeps.propagation.draws import (
+from hcss_twin.sweeps.propagation.draw_statistics import (
+    DrawStatistics,
     SharedTables,
-    Source,
     TableCount,
+    class_names,
+    require_room,
+    statistics_of,
+)
+from hcss_twin.sweeps.propagation.draws import (
+    UncertainScenario,
+    layer_of,
     numbers_of,
     overlap_problems,
     scenarios_of,
+    uncertain_keys,
     with_draw,
 )
-from hcss_twin.sweeps.propagation.joint_sample import DRAWS, JointSample, Mixture, joint_sample, uncertain_keys
-from hcss_twin.sweeps.propagation.posterior_draws import PosteriorDraws, layer_of, notes_of
+from hcss_twin.sweeps.propagation.joint_sample import (
+    DRAWS,
+    JointSample,
+    Mixture,
+    PosteriorDraws,
+    joint_sample,
+    notes_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 SHARES = ("regression", "pick-freeze")
-
 FEW_DRAWS = 40
 
 FEWEST, MAX = 2, 100_000
@@ -66,20 +77,9 @@ Progress = Callable[[Iterable[_T], int], Iterable[_T]]
 
 @dataclass(frozen=True)
 class Propagation:
-    """What a propagation found.
+    """Result of a propagation: all that the file holds, in memory, and the file; how often radiance tables were made.
 
-    Attributes
-    ----------
-    dataset : xarray.Dataset
-        All that the file holds, in memory.
-    path : Path or None
-        The file.
-    tables : TableCount
-        How often radiance tables were made.
-    cubes : tuple of Path
-        Of the draws that were asked for.
-    certificates : tuple of Certificate
-        Of these cubes.
+    ``cubes`` are those of the draws that were asked for, ``certificates`` are theirs.
     """
 
     dataset: xr.Dataset
@@ -129,8 +129,8 @@ def propagate(
     layer : int, optional
         Cloud layer that the posterior is of; needed where there are two.
     shares : str
-        ``regression``: first-order shares of the variance from the draws alone; ``pick-freeze``: also total shares,
-        for which each draw is computed again with one input after the other exchanged.
+        ``regression``: first-order shares of the variance from the draws alone; ``pick-freeze``: also total shares, for
+        which each draw is computed again with one input after the other exchanged.
     cubes_of : sequence of int
         Numbers of draws whose cubes are written beside ``output``: ``NAME.draw-0017.nc``.
     progress : callable, optional
@@ -149,7 +149,7 @@ def propagate(
     """
     path = None if output is None else Path(output)
     _check(draws, shares, cubes_of, path)
-    taken = Source.load(source, overrides)
+    taken = UncertainScenario.load(source, overrides)
     keys = uncertain_keys({**taken.uncertain, **(uncertain or {})})
     scenario = taken.scenario()
     drawn = None if posterior is None else PosteriorDraws.read(posterior)
@@ -169,7 +169,7 @@ def propagate(
     if scenario.sensor is not None:
         notes.append("radiance is that which reaches the sensor; what it measures is in cubes of draws")
     with announce_compilation(logging.getLogger(__name__).warning):
-        made = _Scenes(sample, taken.shelf)
+        made = _Scenes(sample, taken.cache)
         made.compute(scenarios, progress)
         attributes = {
             VERSION_ATTRIBUTE: np.int32(VERSION),
@@ -198,8 +198,8 @@ def cube_path(output: Path, draw: int) -> Path:
 class _Scenes:
     """Computes the scenes of all draws, one after the other, and keeps what is kept of each."""
 
-    def __init__(self, sample: JointSample, shelf: ResultCache) -> None:
-        self._sample, self._shelf = sample, shelf
+    def __init__(self, sample: JointSample, cache: ResultCache) -> None:
+        self._sample, self._shelf = sample, cache
         self.tables = SharedTables()
         self._found: dict[str, list[DrawStatistics]] = {each.name: [] for each in sample.mixtures}
         self._kelvin: list[NDArray[np.float32]] = []
@@ -251,10 +251,10 @@ class _Scenes:
         )
 
 
-def _cube(source: Source, sample: JointSample, draw: int, path: Path, found: list[Certificate]) -> Path:
+def _cube(source: UncertainScenario, sample: JointSample, draw: int, path: Path, found: list[Certificate]) -> Path:
     """Write the cube of a draw, with all that the scenario asks for."""
     scenario = source.scenario(sample.overrides(sample.mixtures[0], draw))
-    return run(make_plan(scenario, shelf=source.shelf), cube_path(path, draw), report=_reporting(found))
+    return run(make_plan(scenario, shelf=source.cache), cube_path(path, draw), report=_reporting(found))
 
 
 def _reporting(found: list[Certificate]) -> Callable[[Certificate], None]:

@@ -1,4 +1,4 @@
-"""From the values of all draws to what they say: moments, quantiles, and the share of each input."""
+"""Summary of all draws: moments, quantiles, and the share of each input in the variance."""
 
 from __future__ import annotations
 
@@ -33,22 +33,15 @@ OUTPUTS = (
 
 REST = "all but the seed"
 NO_ESTIMATE, REGRESSION, PICK_FREEZE = "none", "regression", "pick-freeze"
-
 _OfDraws = Callable[[NDArray[np.intp]], Array]
 
 
 @dataclass(frozen=True)
-class Row:
-    """One row of the variance table.
+class VarianceRow:
+    """One row of the variance table: an input, or several together.
 
-    Attributes
-    ----------
-    name : str
-        Input, or several together.
-    inputs : tuple of int
-        Columns of the inputs that a regression is on; none where there is no regression.
-    mixture : int or None
-        Mixture that has it exchanged, where there is one.
+    A regression is on the columns ``inputs``, if any; ``mixture`` is the one that has the inputs exchanged, if there is
+    one.
     """
 
     name: str
@@ -56,28 +49,23 @@ class Row:
     mixture: int | None = None
 
 
-def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str]) -> tuple[Row, ...]:
-    """Return the rows of the variance table.
+def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str]) -> tuple[VarianceRow, ...]:
+    """Return the rows of the variance table for inputs (parameters of the posterior, then uncertain keys).
 
-    Parameters
-    ----------
-    inputs : sequence of str
-        Parameters of the posterior, then uncertain keys.
-    keys : sequence of str
-        Uncertain keys.
-    mixtures : sequence of str
-        Names of what was computed.
+    ``mixtures`` are the names of what was computed.
     """
     exchanged = {name.removeprefix("other "): place for place, name in enumerate(mixtures)}
     parameters = tuple(place for place, name in enumerate(inputs) if name not in keys)
-    rows = [Row(REST), Row(SEED, mixture=1)]
+    rows = [VarianceRow(REST), VarianceRow(SEED, mixture=1)]
     if parameters:
-        rows.append(Row(POSTERIOR, parameters, exchanged.get(POSTERIOR)))
-    rows += [Row(name, (place,), exchanged.get(name) if name in keys else None) for place, name in enumerate(inputs)]
+        rows.append(VarianceRow(POSTERIOR, parameters, exchanged.get(POSTERIOR)))
+    rows += [
+        VarianceRow(name, (place,), exchanged.get(name) if name in keys else None) for place, name in enumerate(inputs)
+    ]
     return tuple(rows)
 
 
-def estimator_names(rows: Sequence[Row], mixtures: int) -> tuple[list[str], list[str]]:
+def estimator_names(rows: Sequence[VarianceRow], mixtures: int) -> tuple[list[str], list[str]]:
     """Return how the first-order and the total share of each row are estimated."""
     full = mixtures > 2
     first = [
@@ -91,16 +79,11 @@ def estimator_names(rows: Sequence[Row], mixtures: int) -> tuple[list[str], list
 
 
 def summarise(drawn: xr.Dataset) -> xr.Dataset:
-    """Return mean, standard deviation, quantiles and shares of every output, with standard errors.
+    """Return mean, standard deviation, quantiles and shares of every output of ``OUTPUTS``, with standard errors.
 
     An output that some scenes do not have (a class without pixels, the shape of no clouds) has moments and quantiles of
     the scenes of both seeds that have it, and ``..._scenes`` is their number. Shares compare scenes of the same draw:
     they are over the draws that have it in all mixtures, and ``..._draws`` is their number.
-
-    Parameters
-    ----------
-    drawn : xarray.Dataset
-        Variables of ``OUTPUTS`` (mixture, draw, ...) and ``input_value`` (draw, input), attribute ``seed``.
     """
     import xarray as xr
 
@@ -140,7 +123,7 @@ def summarise(drawn: xr.Dataset) -> xr.Dataset:
 
 
 def _estimates(
-    values: Array, inputs: Array, rows: Sequence[Row], seed: np.random.SeedSequence
+    values: Array, inputs: Array, rows: Sequence[VarianceRow], seed: np.random.SeedSequence
 ) -> dict[str, tuple[NDArray[Any], tuple[str, ...]]]:
     """Return each statistic (front, output) with the names of its first dimensions."""
     width, sources = values.shape[2], len(rows)
@@ -190,7 +173,7 @@ def _moments(y: Array, draws: NDArray[np.intp]) -> Array:
     return np.concatenate([estimators.mean(own)[None], estimators.standard_deviation(own)[None], several])
 
 
-def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[Row], draws: NDArray[np.intp]) -> Array:
+def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[VarianceRow], draws: NDArray[np.intp]) -> Array:
     """Return first-order and total shares of some draws below each other, (share, output)."""
     own = y[:, draws]
     blank = np.full(own.shape[2], np.nan)

@@ -6,11 +6,11 @@ import netCDF4
 import numpy as np
 import pytest
 from evaluation_images import FOUR, clouds, hcss, made
+from fractional_brownian_surface import fractional_brownian_surface
 from sample_data import sample_file
 
 from hcss_twin import EvaluationChoice, evaluate, open_cube
 from hcss_twin.analysis.matching.target import ImageChoice, read_target
-from hcss_twin.analysis.measures.fractional_brownian_surface import fractional_brownian_surface
 from hcss_twin.models.clouds.imagery.netcdf_image import PlanckCoefficients
 
 

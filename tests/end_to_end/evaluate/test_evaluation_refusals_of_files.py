@@ -72,8 +72,27 @@ def test_frames_without_cloud_are_left_out_and_told(cube, tmp_path):
     assert len(found.sim.frames) == 2
     assert len(found.sim.left_out) == 1
     assert found.sim.temporal is None
-    assert any("left out: no pixel is cloudy" in each for each in found.sim.notes)
+    assert any("is excluded: no pixel is cloudy" in each for each in found.sim.notes)
     assert "the mean of 3 real ones" in found.pairing
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_a_band_in_which_clouds_are_invisible_is_refused_in_plain_words(cube, tmp_path, noise):
+    # Where the air above the clouds is opaque, no more is left than the error of the radiance tables.
+    path = tmp_path / "opaque.nc"
+    path.write_bytes(cube.read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        values = file["radiance"][:, 1]
+        file["radiance"][:, 1] = values.mean()
+        file["radiance"][:, 1, 0, :9] = (1.0 + noise) * values.mean()
+    choice = EvaluationChoice(variable="radiance", band="lwir-10.8")
+    for pair, side in (((path, cube), "real"), ((cube, path), "sim")):
+        with pytest.raises(ImageError) as error:
+            evaluate(*pair, choice, choice)
+        message = str(error.value)
+        assert "opaque.nc" in message
+        assert "no pixel differs from clear sea by more than" in message
+        assert f"choose another band (--{side}-band) or variable (--{side}-variable)" in message
 
 
 @pytest.mark.parametrize(

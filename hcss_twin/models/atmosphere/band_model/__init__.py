@@ -5,6 +5,6 @@ of J. H. Pierluissi and C. E. Maragoudakis, *Molecular Transmission Band Models 
 (1986). The coefficients lie in ``catalogs/atmospheres/lowtran7-band-model.nc``.
 
 The transmittance of one gas at one wavenumber is exp(-(W 10^C')^a), with the amount W of the path scaled to standard
-pressure and temperature, and the gases multiply. So the optical depths add, each is a product of a factor of the
-path, W^a, and a factor of the wavenumber, 10^(a C'), and all paths at all wavenumbers are one matrix product.
+pressure and temperature, and the gases multiply. So the optical depths add, each is a product of a factor of the path,
+W^a, and a factor of the wavenumber, 10^(a C'), and all paths at all wavenumbers are one matrix product.
 """

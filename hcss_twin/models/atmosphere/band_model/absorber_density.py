@@ -10,7 +10,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.band_model.absorption import BandModelCoefficients
 from hcss_twin.models.atmosphere.band_model.aerosol import haze_m1
-from hcss_twin.models.atmosphere.parameters import BandModelParameters
+from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.profile import Profile
 
 STANDARD_PRESSURE_PA = 101_325.0

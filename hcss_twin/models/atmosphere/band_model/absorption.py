@@ -1,7 +1,4 @@
-"""Reader of the band model's coefficients (format ``hcss-band-model``).
-
-From absorber amounts to optical depth: double exponential functions, continua and aerosol in one matrix product.
-"""
+"""From absorber amounts to optical depth: double exponential functions, continua and aerosol in one matrix product."""
 
 from __future__ import annotations
 

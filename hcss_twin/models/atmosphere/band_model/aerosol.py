@@ -1,8 +1,8 @@
 """Aerosol of LOWTRAN7: four regions of height, each with extinction relative to 0.55 um and a profile of it.
 
 E. P. Shettle and R. W. Fenn, *Models for the Aerosols of the Lower Atmosphere and the Effects of Humidity Variations on
-Their Optical Properties*, AFGL-TR-79-0214 (1979). As in LOWTRAN7 (subroutines AERPRF, EXABIN, AEREXT)
-only the aerosol of the lowest 2 km depends on humidity, through one mean over the path.
+Their Optical Properties*, AFGL-TR-79-0214 (1979). As in LOWTRAN7 (subroutines AERPRF, EXABIN, AEREXT) only the aerosol
+of the lowest 2 km depends on humidity, through one mean over the path.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ REGION_TOPS_M = (2_000.0, 10_000.0, 30_000.0)
 
 QUANTITIES = ("extinction", "absorption", "asymmetry")
 UPPER_REGIONS = ("troposphere", "stratosphere", "upper")
-_LARGEST_HUMIDITY = 99.0
+_MAX_HUMIDITY = 99.0
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def boundary_optics(tables: AerosolTables, model: str, quantity: str, humidity_p
     -------
     ndarray (P, A)
     """
-    ln_dryness = np.log(100.0 - np.clip(humidity_percent, 0.0, _LARGEST_HUMIDITY))
+    ln_dryness = np.log(100.0 - np.clip(humidity_percent, 0.0, _MAX_HUMIDITY))
     nodes = tables.ln_dryness  # descending
     upper = np.clip(np.searchsorted(-nodes, -ln_dryness, side="right"), 1, nodes.size - 1)
     fraction = (ln_dryness - nodes[upper - 1]) / (nodes[upper] - nodes[upper - 1])

@@ -1,23 +1,24 @@
-"""Layers between levels: vertical absorber amounts, mean temperatures and the refraction of each.
+"""Layers between levels: absorber amounts, mean temperatures and refracted rays, and amounts along composite paths.
 
 Between levels densities that fall with height are exponential, all others linear (subroutines FILL and LAYER of
 LOWTRAN7). A layer consists of one or more *cells* thin enough for one slant factor each.
 
-Part of a layer has the densities and the cells of the whole, cut off at its ends, so that amounts do not jump with its
-ends. LOWTRAN7 makes a layer of its own of it: one that thickens gets a cell more at once, and haze that fades linearly
-to nothing at a level would fade exponentially as soon as the layer ends somewhat below.
+A part of a layer has the densities and the cells of the whole, cut off at its ends, so that amounts do not jump with
+its ends. LOWTRAN7 treats the part as a layer of its own: one that thickens gets a further cell at once, and haze that
+fades linearly to zero at a level would fade exponentially as soon as the layer ends somewhat below.
 
-Refracted rays through spherical layers (subroutines RFPATH and LAYER of LOWTRAN7).
-
-W. O. Gallery, F. X. Kneizys and S. A. Clough, *Air Mass Computer Program for Atmospheric Transmittance/Radiance
-Calculation: FSCATM*, AFGL-TR-83-0065 (1983): with x = r cos(zenith), the length of a ray is the integral of
-1 / (1 - (r / rho) sin^2(zenith)) over x, rho being the radius of curvature of a horizontal ray, and n r sin(zenith)
-stays constant along the ray.
+Rays are refracted in spherical layers (subroutines RFPATH and LAYER of LOWTRAN7; W. O. Gallery, F. X. Kneizys and S. A.
+Clough, *Air Mass Computer Program for Atmospheric Transmittance/Radiance Calculation: FSCATM*, AFGL-TR-83-0065, 1983):
+with x = r cos(zenith), the length of a ray is the integral of 1 / (1 - (r / rho) sin^2(zenith)) over x, rho being the
+radius of curvature of a horizontal ray, and n r sin(zenith) stays constant along the ray.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from hcss_twin.models.atmosphere.band_model.absorber_density import (
     OXYGEN_TEMPERATURE_K,
     LevelState,
 )
+from hcss_twin.physics.paths import SPACE, Leg, LegSums, Path
 
 Indices = NDArray[np.intp]
 
@@ -215,3 +217,116 @@ def slant_factors(layers: Layers, invariant_m: Array) -> Array:
     )
     result: Array = length / layers.thickness_m
     return result
+
+
+_MAX_PARTS = 1024
+"""Parts of the profile in memory: many paths share their legs."""
+
+_SAME_ALTITUDE_M = 1e-3
+"""Altitudes are compared through distances from the Earth's centre, which round to about 1e-9 m."""
+
+_NOTHING_M = 1e-6
+"""Thinner pieces of a layer are neglected: rounding is a thousandth of them."""
+
+
+class LayeredAir:
+    """The layers of a profile, and of any part of it.
+
+    Parameters
+    ----------
+    state : LevelState
+        Densities at the levels.
+    earth_radius_m : float
+    """
+
+    def __init__(self, state: LevelState, earth_radius_m: float) -> None:
+        self._state = state
+        self.earth_radius_m = earth_radius_m
+        self._limit_m = cell_limits_m(state.altitude_m)
+        self._layers = make_layers(state, earth_radius_m, self._limit_m)
+        self.columns = state.density.shape[1]
+        self._parts = lru_cache(maxsize=_MAX_PARTS)(self._between)
+        self.amounts_upwards = lru_cache(maxsize=_MAX_PARTS)(self._amounts_upwards)
+        self._level_m = state.altitude_m
+        self._level_set = frozenset(state.altitude_m.tolist())
+        self._sums = LegSums(self.columns, self._compute)
+
+    def between(self, lower_m: float, upper_m: float) -> Layers:
+        """Layers from one altitude to another; of one that an end lies in, the part between."""
+        return self._parts(lower_m, upper_m)
+
+    def _between(self, lower_m: float, upper_m: float) -> Layers:
+        levels = self._state.altitude_m
+        upper_m = min(upper_m, float(levels[-1]))
+        lower_m = min(lower_m, upper_m)
+        first = int(np.searchsorted(levels, lower_m))  # lowest level not below the beginning
+        last = int(np.searchsorted(levels, upper_m, side="right")) - 1
+        if first > last:  # both ends inside one layer
+            return self._partial(lower_m, upper_m)
+        parts = [self._layers.slice(first, last)]
+        if lower_m < levels[first]:
+            parts.insert(0, self._partial(lower_m, float(levels[first])))
+        if upper_m > levels[last]:
+            parts.append(self._partial(float(levels[last]), upper_m))
+        return stack_layers(parts)
+
+    def slant(self, layers: Layers, lower_m: float, zenith_deg: Array) -> Array:
+        """Slant factors (P, M) of rays that begin at ``lower_m``.
+
+        At their beginning sin(zenith) = sin(zenith at the surface) R / (R + h), a straight ray; from there on they are
+        refracted.
+        """
+        return slant_factors(layers, self._index(lower_m) * self.earth_radius_m * np.sin(np.radians(zenith_deg)))
+
+    def boundaries_m(self, layers: Layers) -> Array:
+        """Altitudes (L + 1,) of the bottom of each layer and of the last one's top."""
+        bottoms = layers.radius_m[layers.first_cell, 0]
+        result: Array = np.append(bottoms, layers.radius_m[-1, 2]) - self.earth_radius_m
+        return result
+
+    def _amounts_upwards(self, altitude_m: float, sine: float) -> Array:
+        """Absorber amounts (K,) from an altitude to space, given the sine of the zenith angle there."""
+        layers = self.between(altitude_m, SPACE)
+        invariant = self._index(altitude_m) * (self.earth_radius_m + altitude_m) * sine
+        result: Array = slant_factors(layers, np.array([invariant]))[0] @ layers.amount
+        return result
+
+    def amounts(self, paths: Sequence[Path]) -> Array:
+        """Absorber amounts of composite paths, (P, K)."""
+        return self._sums.of(paths)
+
+    def _compute(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
+        """Store the absorber amounts (K,) of single legs in ``known``.
+
+        A ray to space passes all levels of the profile, so that one ray serves all legs from one altitude to levels.
+        """
+        groups: dict[tuple[float, float | None], list[Leg]] = {}
+        for leg in legs:
+            to_level = leg.upper_m >= self._level_m[-1] or leg.upper_m in self._level_set
+            groups.setdefault((leg.lower_m, None if to_level else leg.upper_m), []).append(leg)
+        for (lower, between_levels), members in groups.items():
+            layers = self.between(lower, SPACE if between_levels is None else between_levels)
+            zenith = sorted({leg.zenith_deg for leg in members})
+            by_cell = self.slant(layers, lower, np.array(zenith))[:, :, None] * layers.amount
+            upward = np.cumsum(by_cell, axis=1)
+            tops = layers.radius_m[:, 2] - self.earth_radius_m
+            cells = [tops.size] * len(members)
+            if between_levels is None:
+                ends = np.array([leg.upper_m for leg in members]) - _SAME_ALTITUDE_M
+                cells = np.minimum(np.searchsorted(tops, ends) + 1, tops.size).tolist()
+            row = {zenith_deg: number for number, zenith_deg in enumerate(zenith)}
+            for leg, cell in zip(members, cells, strict=True):
+                nothing = cell == 0 or leg.upper_m <= lower
+                known[leg] = np.zeros(self.columns) if nothing else upward[row[leg.zenith_deg], cell - 1].copy()
+
+    def _index(self, altitude_m: float) -> float:
+        refractivity = np.interp(altitude_m, self._state.altitude_m, np.log(self._state.refractivity))
+        return 1.0 + math.exp(float(refractivity))
+
+    def _partial(self, lower_m: float, upper_m: float) -> Layers:
+        if upper_m - lower_m <= _NOTHING_M:
+            return self._layers.slice(0, 0)
+        limit = self._limit_m
+        # Pieces of a cell likewise.
+        inner = limit[(limit > lower_m + _NOTHING_M) & (limit < upper_m - _NOTHING_M)]
+        return make_layers(self._state, self.earth_radius_m, np.array([lower_m, *inner, upper_m]))

@@ -13,17 +13,17 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.band_model.absorber_density import level_state
 from hcss_twin.models.atmosphere.band_model.absorption import TRACE_GASES, Absorption, read_coefficients
-from hcss_twin.models.atmosphere.band_model.path_amounts import LayeredAir
-from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, SingleScattering
+from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
+from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, ScatteredSunlight
 from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
-from hcss_twin.models.atmosphere.parameters import BandModelParameters
+from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs, Declares
 
 Nodes = NDArray[np.intp]
 
-_LARGEST_ZENITH_DEG = 88.0
+_MAX_ZENITH_DEG = 88.0
 _RAYS_AT_ONCE = 2
 """Rays whose transmittances at every level are held in memory together."""
 
@@ -58,7 +58,7 @@ class BandModelTransmittance:
         state = level_state(inputs.profile, coefficients, parameters)
         self._air = LayeredAir(state, parameters.earth_radius_m)
         self._absorption = Absorption(coefficients, parameters.aerosol)
-        self._scattering = SingleScattering(self._air, self._absorption, coefficients, parameters.aerosol)
+        self._scattering = ScatteredSunlight(self._air, self._absorption, coefficients, parameters.aerosol)
         self._wavenumber = coefficients.wavenumber_cm1
         whole = np.unique(self._air.between(0.0, SPACE).temperature_K)
         self._planck = dict(zip(whole.tolist(), planck(self._wavenumber, whole[:, None]), strict=True))
@@ -74,7 +74,7 @@ class BandModelTransmittance:
             depends_on=frozenset({"view_zenith", "sun_zenith"}),
             valid={
                 "wavenumber_cm1": (float(self._wavenumber[0]), float(self._wavenumber[-1])),
-                "view_zenith": (0.0, _LARGEST_ZENITH_DEG),
+                "view_zenith": (0.0, _MAX_ZENITH_DEG),
             },
             native_grid_cm1=self._wavenumber,
             resolution_cm1=coefficients.resolution_cm1,
@@ -118,9 +118,9 @@ class BandModelTransmittance:
 
         Notes
         -----
-        Each layer is a black body at its density-weighted mean temperature T_n, so that with the transmittance t_n
-        from the upper end to the bottom of layer n the radiance is sum_n B(T_n) (t_n+1 - t_n); an isothermal
-        atmosphere gives (1 - t) B.
+        Each layer is a black body at its density-weighted mean temperature T_n, so that with the transmittance t_n from
+        the upper end to the bottom of layer n the radiance is sum_n B(T_n) (t_n+1 - t_n); an isothermal atmosphere
+        gives (1 - t) B.
         """
         return self._emission(wavenumber_cm1, paths, from_above=True)
 
@@ -226,7 +226,7 @@ class BandModelTransmittance:
 
 
 def _check(leg: Leg) -> None:
-    if leg.zenith_deg > _LARGEST_ZENITH_DEG:
+    if leg.zenith_deg > _MAX_ZENITH_DEG:
         raise ProviderError(
-            f"band model: zenith angle {leg.zenith_deg:g} deg at the surface; allowed 0 to {_LARGEST_ZENITH_DEG:g} deg"
+            f"band model: zenith angle {leg.zenith_deg:g} deg at the surface; allowed 0 to {_MAX_ZENITH_DEG:g} deg"
         )

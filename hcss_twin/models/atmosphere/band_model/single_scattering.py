@@ -21,13 +21,13 @@ from hcss_twin.models.atmosphere.band_model.aerosol import (
     boundary_optics,
     wavelength_weights,
 )
-from hcss_twin.models.atmosphere.band_model.path_amounts import LayeredAir
+from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.physics.paths import Leg
 
 Nodes = NDArray[np.intp]
 
 _DEPOLARIZATION = 0.0279
-_LOWEST_SUN_DEG = 88.0
+_MAX_SUN_ZENITH_DEG = 88.0
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Illumination:
     relative_azimuth: float
 
 
-class SingleScattering:
+class ScatteredSunlight:
     """Scattered sunlight of one profile.
 
     Parameters
@@ -75,10 +75,10 @@ class SingleScattering:
         radius = self._air.earth_radius_m
         local = np.arcsin(math.sin(zenith) * radius / (radius + altitude))
         sun_angle = _sun_along(zenith - local, sun)
-        if np.max(sun_angle) > math.radians(_LOWEST_SUN_DEG):
+        if np.max(sun_angle) > math.radians(_MAX_SUN_ZENITH_DEG):
             raise ProviderError(
                 f"band model: the sun stands {math.degrees(float(np.max(sun_angle))):.1f} deg from the zenith of a "
-                f"point on the path; allowed {_LOWEST_SUN_DEG:g} deg"
+                f"point on the path; allowed {_MAX_SUN_ZENITH_DEG:g} deg"
             )
         # Light that goes on unturned comes from the sun's direction reversed.
         scattering_cosine = -(

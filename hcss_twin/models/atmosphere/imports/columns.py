@@ -1,7 +1,7 @@
 """MODTRAN's columns, by whatever name a version and a file format give them, as one :class:`SpectralPath`.
 
-The same quantities appear as ``PTH_THRML`` (tape7 of MODTRAN 5), ``PTH THRML`` (MODTRAN 3 and 4), ``THRML_EM``
-(tape7 and JSON of MODTRAN 6) and ``path emission`` (its CSV). Names are compared without case and punctuation.
+The same quantities appear as ``PTH_THRML`` (tape7 of MODTRAN 5), ``PTH THRML`` (MODTRAN 3 and 4), ``THRML_EM`` (tape7
+and JSON of MODTRAN 6) and ``path emission`` (its CSV). Names are compared without case and punctuation.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, RadianceUnit, SpectralPath, radiance_factor
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, RadianceUnit, SpectralPath, radiance_factor
 from hcss_twin.physics.planck import planck
 
 AxisUnit = Literal["cm1", "um", "nm"]
@@ -85,7 +85,7 @@ class Run:
     lines: Sequence[int]
     code: str
     source: str
-    geometry: Geometry | None = None
+    geometry: PathGeometry | None = None
     model: int | None = None
     resolution_cm1: float | None = None
     notes: tuple[str, ...] = ()
@@ -135,24 +135,24 @@ def path_from_columns(
 
     Notes
     -----
-    Whether the thermal and solar columns include their scattered part differs between versions; the file is
-    asked: TOTAL_RAD must be the sum of its parts in one of the two readings.
+    Whether the thermal and solar columns include their scattered part differs between versions; the file is asked:
+    TOTAL_RAD must be the sum of its parts in one of the two readings.
     """
-    found = _by_meaning(columns)
+    names = _by_meaning(columns)
     wavenumber, order = _wavenumber(axis, unit, run)
-    values = {key: columns[name] for key, name in found.items()}
+    values = {key: columns[name] for key, name in names.items()}
     for key, array in values.items():
-        _require(np.isfinite(array), run, f"{found[key]} is not a finite number", array)
+        _require(np.isfinite(array), run, f"{names[key]} is not a finite number", array)
     if "transmittance" in values:
         tau = values["transmittance"]
-        _require((tau >= 0) & (tau <= 1), run, f"{found['transmittance']}: allowed 0 to 1", tau)
+        _require((tau >= 0) & (tau <= 1), run, f"{names['transmittance']}: allowed 0 to 1", tau)
     for key in ("thermal", "surface", "solar", "ground", "total"):
         if key in values:
-            _require(values[key] >= 0, run, f"{found[key]} must not be negative", values[key])
+            _require(values[key] >= 0, run, f"{names[key]} must not be negative", values[key])
     radiance = radiance or ("per_cm1" if unit == "cm1" else "per_um" if unit == "um" else "per_nm")
     native = 1e4 / axis if unit == "um" else 1e7 / axis if unit == "nm" else axis
     factor = _WATT_PER_CM2[radiance] * radiance_factor(native, radiance)
-    thermal, sunlight = _with_scattered(values, found, run)
+    thermal, sunlight = _with_scattered(values, names, run)
     _check_brightness(native, values, factor, radiance, run)
 
     def converted(array: Array | None) -> Array | None:
@@ -213,7 +213,7 @@ def _wavenumber(axis: Array, unit: AxisUnit, run: Run) -> tuple[Array, NDArray[n
 
 
 def _with_scattered(
-    values: Mapping[str, Array], found: Mapping[str, str], run: Run
+    values: Mapping[str, Array], names: Mapping[str, str], run: Run
 ) -> tuple[Array | None, Array | None]:
     """Thermal path radiance and scattered sunlight, each with its scattered part included."""
     thermal = values.get("thermal")
@@ -224,7 +224,7 @@ def _with_scattered(
     scattered = values.get("thermal_scattered", zero)
     whole = (thermal, sunlight)
     summed = (thermal + scattered, None if sunlight is None else sunlight + single)
-    parts_first = normalised(found["thermal"]) in _PARTS
+    parts_first = normalised(names["thermal"]) in _PARTS
     readings = (summed, whole) if parts_first else (whole, summed)
     if "total" not in values:
         return readings[0]
@@ -240,7 +240,7 @@ def _with_scattered(
     row = int(np.argmax(better))
     raise run.error(
         row,
-        f"{found['total']} {total[row]:.4E} is not the sum of the path's thermal, surface, solar and "
+        f"{names['total']} {total[row]:.4E} is not the sum of the path's thermal, surface, solar and "
         "ground parts; a column is misplaced or the file is damaged",
     )
 

@@ -31,7 +31,7 @@ _ROUNDING = 2e-4
 
 @dataclass(frozen=True)
 class Combined:
-    """A table and what was found out on the way.
+    """A table and the checks it passed.
 
     Attributes
     ----------
@@ -206,42 +206,42 @@ def _require_rectangle(cells: dict[tuple[int, int], list[_Placed]], heights: Arr
 
 def _transmittance(runs: list[_Placed]) -> Array:
     known = [(run.path, run.path.transmittance) for run in runs]
-    found = [(path, tau) for path, tau in known if tau is not None]
-    if not found:
+    given = [(path, tau) for path, tau in known if tau is not None]
+    if not given:
         raise CatalogError(f"{runs[0].path.source} ({runs[0].path.geometry}): no run gives the transmittance")
     # Radiance runs print more digits.
-    found.sort(key=lambda pair: pair[0].path_radiance is None)
-    for path, tau in found[1:]:
-        worst = float(np.max(np.abs(tau - found[0][1])))
+    given.sort(key=lambda pair: pair[0].path_radiance is None)
+    for path, tau in given[1:]:
+        worst = float(np.max(np.abs(tau - given[0][1])))
         if worst > 2e-3:
             raise CatalogError(
-                f"{path.source} and {found[0][0].source} are the same path ({path.geometry}) but their "
+                f"{path.source} and {given[0][0].source} are the same path ({path.geometry}) but their "
                 f"transmittances differ by up to {worst:.3g}"
             )
-    return found[0][1]
+    return given[0][1]
 
 
 def _radiance(runs: list[_Placed], transmittance: Array, height_m: float, zenith_deg: float) -> Array:
-    found = []
+    radiances = []
     for run in runs:
         path = run.path
         if not run.seen_from_space:
             continue
         if path.path_radiance is not None:
-            found.append(path.path_radiance)
+            radiances.append(path.path_radiance)
         elif path.total_radiance is not None and path.surface_temperature_K is not None:
             surface = transmittance * planck(path.wavenumber_cm1, path.surface_temperature_K)
             # Where nothing of the air is seen the difference is rounding of either sign.
-            found.append(np.maximum(path.total_radiance - surface, 0.0))
-    if not found:
+            radiances.append(np.maximum(path.total_radiance - surface, 0.0))
+    if not radiances:
         raise CatalogError(
             f"{height_m / 1e3:g} km at {zenith_deg:g} deg: no run gives the thermal path radiance seen from space; "
             "add a radiance run (MODTRAN IEMSCT 1 or 2) with the observer at 100 km looking down"
         )
-    if len(found) > 1:
+    if len(radiances) > 1:
         names = " and ".join(run.path.source for run in runs if run.seen_from_space)
         raise CatalogError(f"{height_m / 1e3:g} km at {zenith_deg:g} deg: given twice, by {names}")
-    return found[0]
+    return radiances[0]
 
 
 def _physical(wavenumber: Array, transmittance: Array, radiance: Array, profile: Profile) -> list[str]:

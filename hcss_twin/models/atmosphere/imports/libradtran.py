@@ -21,7 +21,13 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, RadianceUnit, SpectralPath, radiance_factor
+from hcss_twin.models.atmosphere.imports.spectral_path import (
+    PathGeometry,
+    RadianceUnit,
+    SpectralPath,
+    radiance_factor,
+    read_text,
+)
 
 TOP_M = 120_000.0
 """Altitude given to uvspec's ``toa``: the top of its standard atmospheres."""
@@ -81,7 +87,7 @@ def read_libradtran(path: Path, settings: Mapping[str, Sequence[str]]) -> list[S
         raise CatalogError(f"{path}: output_user needs lambda or wavenumber; found {' '.join(names)}")
     keep = _level(path, settings, column, source)
     column = {name: values[keep] for name, values in column.items()}
-    lines = [line for line, kept in zip(lines, keep, strict=True) if kept]
+    lines = [line for line, used in zip(lines, keep, strict=True) if used]
     order = np.argsort(wavenumber[keep])
     wavenumber = wavenumber[keep][order]
     if np.any(np.diff(wavenumber) <= 0):
@@ -91,8 +97,8 @@ def read_libradtran(path: Path, settings: Mapping[str, Sequence[str]]) -> list[S
         )
     column = {name: values[order] for name, values in column.items()}
     ground_m = _one(path, settings, "altitude", 0.0) * 1e3
-    made = _solar if source == "solar" else _thermal
-    return made(path, settings, column, wavenumber, ground_m, [lines[at] for at in order])
+    read = _solar if source == "solar" else _thermal
+    return read(path, settings, column, wavenumber, ground_m, [lines[at] for at in order])
 
 
 def _solar(
@@ -127,7 +133,7 @@ def _solar(
             wavenumber_cm1=wavenumber,
             transmittance=np.minimum(transmittance, 1.0),
             path_radiance=None,
-            geometry=Geometry(ground_m, TOP_M, zenith, refracted=False),
+            geometry=PathGeometry(ground_m, TOP_M, zenith, refracted=False),
             code="libRadtran uvspec, solar",
             source=path.name,
             line=lines[0],
@@ -154,7 +160,7 @@ def _thermal(
     if process not in _PROCESSED:
         raise CatalogError(f"{path}: setting 'output_process' is '{process}'; {choose_from(process, _PROCESSED)}")
     unit = _PROCESSED[process]
-    found = []
+    paths = []
     for index, cosine in enumerate(cosines):
         radiance = column[f"uu[{index}]"]
         bad = ~np.isfinite(radiance) | (radiance < 0)
@@ -164,12 +170,12 @@ def _thermal(
         if cosine <= 0:
             continue
         angle = 180.0 - math.degrees(math.acos(min(cosine, 1.0)))
-        found.append(
+        paths.append(
             SpectralPath(
                 wavenumber_cm1=wavenumber,
                 transmittance=None,
                 path_radiance=None,
-                geometry=Geometry(TOP_M, ground_m, angle, refracted=False),
+                geometry=PathGeometry(TOP_M, ground_m, angle, refracted=False),
                 code="libRadtran uvspec, thermal",
                 source=f"{path.name} umu {cosine:g}",
                 line=lines[0],
@@ -177,9 +183,9 @@ def _thermal(
                 surface_temperature_K=temperature,
             )
         )
-    if not found:
+    if not paths:
         raise CatalogError(f"{path}: no positive umu: only radiance seen from above can be used")
-    return found
+    return paths
 
 
 def _columns(path: Path, settings: Mapping[str, Sequence[str]]) -> list[str]:
@@ -202,10 +208,7 @@ def _columns(path: Path, settings: Mapping[str, Sequence[str]]) -> list[str]:
 
 
 def _table(path: Path, names: Sequence[str]) -> tuple[Array, list[int]]:
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: cannot be read as text: {error}") from error
+    text = read_text(path)
     rows, lines = [], []
     for number, line in enumerate(text.splitlines(), start=1):
         fields = line.split("#", 1)[0].split()

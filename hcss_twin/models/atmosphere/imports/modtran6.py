@@ -1,12 +1,10 @@
-"""MODTRAN 6 JSON output (``JSONOPT`` with WRT_OUTPUT).
+"""MODTRAN 6 output in JSON (``JSONOPT`` with WRT_OUTPUT) and CSV (``CSVPRNT``, also ``_scan.csv``).
 
-Read are ``MODTRAN[n].MODTRANOUTPUT.SPECTRA.RADIANCE | TRANSMITTANCE | IRRADIANCE`` (one array per column) and,
-where the file carries it, ``MODTRAN[n].MODTRANINPUT`` (GEOMETRY, SPECTRAL, ATMOSPHERE).
+JSON: ``MODTRAN[n].MODTRANOUTPUT.SPECTRA.RADIANCE | TRANSMITTANCE | IRRADIANCE`` (one array per column) and, where the
+file has it, ``MODTRAN[n].MODTRANINPUT`` (GEOMETRY, SPECTRAL, ATMOSPHERE).
 
-MODTRAN 6 CSV output (``CSVPRNT``), also its ``_scan.csv``.
-
-Lines of description, a row of column names (found by its names, not by its place), at most two rows of units, rows
-of numbers, and possibly a footer. A CSV file does not carry the geometry; it has to be given.
+CSV: lines of description, a row of column names (recognised by the names, not by its place), at most two rows of units,
+rows of numbers, and possibly a footer. A CSV file lacks the geometry, which has to be given.
 """
 
 from __future__ import annotations
@@ -22,7 +20,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.models.atmosphere.imports.columns import AxisUnit, Run, axis_unit, is_known, path_from_columns
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, RadianceUnit, SpectralPath
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, RadianceUnit, SpectralPath, read_text
 
 _KINDS = ("RADIANCE", "TRANSMITTANCE", "IRRADIANCE")
 
@@ -53,10 +51,7 @@ def read_modtran6_json(path: Path) -> list[SpectralPath]:
         If the text is not JSON, a case has no spectra, arrays differ in length, or numbers are impossible;
         with the line.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: cannot be read as text: {error}") from error
+    text = read_text(path)
     try:
         document = json.loads(text)
     except json.JSONDecodeError as error:
@@ -137,7 +132,7 @@ def _array(path: Path, text: str, name: str, values: list[Any], number: int) -> 
         raise CatalogError(f"{path}, line {line}: '{name}' is not an array of numbers: {error}") from error
 
 
-def _geometry(card: Any) -> Geometry | None:
+def _geometry(card: Any) -> PathGeometry | None:
     if not isinstance(card, dict) or card.get("MLOS"):
         sights = card.get("MLOS") if isinstance(card, dict) else None
         if not sights or len(sights) != 1:
@@ -147,7 +142,7 @@ def _geometry(card: Any) -> Geometry | None:
     if not all(isinstance(value, (int, float)) for value in values):
         return None
     height, end, angle = (float(value) for value in values)
-    return Geometry(height * 1e3, end * 1e3, angle, horizontal=card.get("ITYPE") == 1)
+    return PathGeometry(height * 1e3, end * 1e3, angle, horizontal=card.get("ITYPE") == 1)
 
 
 def _resolution(spectral: dict[str, Any]) -> float | None:
@@ -175,14 +170,14 @@ _UNIT_WORDS: dict[str, AxisUnit] = {
 }
 
 
-def read_modtran6_csv(path: Path, geometry: Geometry | None = None) -> list[SpectralPath]:
+def read_modtran6_csv(path: Path, geometry: PathGeometry | None = None) -> list[SpectralPath]:
     """Read the one run of a MODTRAN 6 CSV file.
 
     Parameters
     ----------
     path : Path
         The file.
-    geometry : Geometry, optional
+    geometry : PathGeometry, optional
         Line of sight, which the file does not tell.
 
     Raises
@@ -191,10 +186,7 @@ def read_modtran6_csv(path: Path, geometry: Geometry | None = None) -> list[Spec
         If no row of column names is found, a row has another number of fields, or numbers are impossible;
         with the line.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise CatalogError(f"{path}: cannot be read as text: {error}") from error
+    text = read_text(path)
     rows = [[field.strip() for field in row] for row in csv.reader(text.splitlines())]
     header = next((at for at, row in enumerate(rows) if sum(map(is_known, row)) >= 2), None)
     if header is None:

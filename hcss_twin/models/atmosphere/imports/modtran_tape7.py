@@ -12,8 +12,8 @@ IEMSCT  columns used
 3       transmittance to the sun, transmitted and extraterrestrial solar irradiance
 ======  ==========================================================================================
 
-Radiances are W cm-2 sr-1 / cm-1; in convolved files over wavelength W cm-2 sr-1 / um or uW cm-2 sr-1 / nm, as the
-name of the first column says.
+Radiances are W cm-2 sr-1 / cm-1; in convolved files over wavelength W cm-2 sr-1 / um or uW cm-2 sr-1 / nm, as the name
+of the first column says.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import numpy as np
 
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.imports.columns import Run, axis_unit, normalised, path_from_columns
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, SpectralPath
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, SpectralPath, read_text
 
 _SENTINEL = "-9999"
 _HEADER = re.compile(r"^\s*(FREQ|WAVLEN|WAVELENGTH)\b", re.IGNORECASE)
@@ -49,7 +49,7 @@ _CARDS_BEFORE_NAMES = 5
 class _Cards:
     model: int | None
     iemsct: int | None
-    geometry: Geometry | None
+    geometry: PathGeometry | None
     resolution_cm1: float | None
     notes: tuple[str, ...]
 
@@ -72,10 +72,7 @@ def read_tape7(path: Path) -> list[SpectralPath]:
     CatalogError
         If the file is not of the format, ends without ``-9999.``, or holds impossible numbers; with the line.
     """
-    try:
-        lines = path.read_text(encoding="latin-1").splitlines()
-    except OSError as error:
-        raise CatalogError(f"{path}: cannot be read: {error}") from error
+    lines = read_text(path, "latin-1").splitlines()
     paths: list[SpectralPath] = []
     start = 0
     while start < len(lines) and any(_left_over(line) for line in lines[start:]):
@@ -226,7 +223,7 @@ def _cards(lines: list[str]) -> _Cards:
     return _Cards(model, iemsct, geometry, _resolution(lines[-2]), notes)
 
 
-def _geometry(card: str, itype: int | None) -> Geometry | None:
+def _geometry(card: str, itype: int | None) -> PathGeometry | None:
     """Card 3: H1, H2, ANGLE, ... in fields of ten characters, which may touch."""
     fields = [_number(card[left : left + 10].strip()) for left in (0, 10, 20)]
     height, end, angle = fields
@@ -234,7 +231,7 @@ def _geometry(card: str, itype: int | None) -> Geometry | None:
         return None
     if not (0 <= height <= 1e5 and 0 <= end <= 1e5 and 0 <= angle <= 180):
         return None
-    return Geometry(height * 1e3, end * 1e3, angle, horizontal=itype == 1)
+    return PathGeometry(height * 1e3, end * 1e3, angle, horizontal=itype == 1)
 
 
 def _resolution(card: str) -> float | None:

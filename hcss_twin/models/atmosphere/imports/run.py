@@ -1,7 +1,4 @@
-"""One door to all file readers: find out the format, read every run.
-
-Import of files as a whole: read, combine, write.
-"""
+"""Import of files of other codes: detect the format, read every run, combine them and write an atmosphere table."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ from hcss_twin.models.atmosphere.imports.combine import combine
 from hcss_twin.models.atmosphere.imports.libradtran import read_libradtran, read_settings
 from hcss_twin.models.atmosphere.imports.modtran6 import read_modtran6_csv, read_modtran6_json
 from hcss_twin.models.atmosphere.imports.modtran_tape7 import read_tape7
-from hcss_twin.models.atmosphere.imports.spectral_path import Geometry, SpectralPath
+from hcss_twin.models.atmosphere.imports.spectral_path import PathGeometry, SpectralPath
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import write_atmosphere_table
 
@@ -29,24 +26,24 @@ _TAPE7_SUFFIXES = (".tp7", ".7sc", ".fl7", ".scn")
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What a user adds to files that do not tell everything.
+    """Information that files lack.
 
     Attributes
     ----------
     format : str
         One of :data:`FORMATS`, or ``auto``.
-    geometry : mapping of str to Geometry
+    geometry : mapping of str to PathGeometry
         Line of sight by file name; the key ``*`` holds for every file.
     settings : sequence of str
         Lines of a uvspec input file; they replace those of a file ``NAME.inp`` beside the output.
     """
 
     format: str = "auto"
-    geometry: Mapping[str, Geometry] = field(default_factory=dict)
+    geometry: Mapping[str, PathGeometry] = field(default_factory=dict)
     settings: Sequence[str] = ()
 
 
-def parse_geometry(text: str) -> tuple[str, Geometry]:
+def parse_geometry(text: str) -> tuple[str, PathGeometry]:
     """Parse ``[FILE=]H1_km,H2_km,ANGLE_deg`` into a key for :attr:`ReadOptions.geometry` and the geometry.
 
     Raises
@@ -61,16 +58,16 @@ def parse_geometry(text: str) -> tuple[str, Geometry]:
         raise ValueError(f"'{text}': expected [FILE=]H1_km,H2_km,ANGLE_deg, for example 100,0,160") from error
     if not 0 <= angle <= 180 or height < 0 or end < 0:
         raise ValueError(f"'{text}': allowed H1_km, H2_km >= 0 and 0 <= ANGLE_deg <= 180 (above 90: downwards)")
-    return name or "*", Geometry(height * 1e3, end * 1e3, angle)
+    return name or "*", PathGeometry(height * 1e3, end * 1e3, angle)
 
 
 def detect_format(path: Path) -> str:
-    """Tell the format from the name's ending and the first lines.
+    """Detect the format from the suffix and the first lines.
 
     Raises
     ------
     CatalogError
-        If the file is none of the known ones.
+        If the format is unknown.
     """
     suffix = path.suffix.lower()
     try:
@@ -118,9 +115,9 @@ def read_paths(path: Path, options: ReadOptions | None = None) -> list[SpectralP
         return read_modtran6_csv(path, given)
     if chosen == "libradtran":
         return read_libradtran(path, read_settings([*_input_file(path), *options.settings]))
-    found = read_tape7(path) if chosen == "modtran-tape7" else read_modtran6_json(path)
-    # What a user says explicitly holds over what a header says.
-    return [replace(each, geometry=given) for each in found] if given else found
+    paths = read_tape7(path) if chosen == "modtran-tape7" else read_modtran6_json(path)
+    # An explicit line of sight overrides the header.
+    return [replace(each, geometry=given) for each in paths] if given else paths
 
 
 def _input_file(path: Path) -> list[str]:
@@ -158,12 +155,12 @@ def import_files(
     output : Path
         Table to write.
     options : ReadOptions
-        What the files do not tell.
+        Information that the files lack.
     profile : str, optional
         Catalog name or CSV of the atmosphere the runs were made with; by default the 1976 US Standard if
         every run says that it is this one.
     resolution_cm1 : float, optional
-        Where the files do not tell it.
+        Where the files do not give it.
     title : str, optional
         Title of the table.
 

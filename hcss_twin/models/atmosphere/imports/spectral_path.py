@@ -1,22 +1,24 @@
-"""What one run of another code says about one path through the air."""
+"""Spectra of one path through the air, as one run of another code gives them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import CatalogError
 
 RadianceUnit = Literal["per_cm1", "per_um", "per_nm"]
 """Spectral unit of radiance and irradiance: per cm-1, per micrometre, per nanometre."""
 
 
 @dataclass(frozen=True)
-class Geometry:
+class PathGeometry:
     """Line of sight of a run.
 
     Attributes
@@ -80,13 +82,12 @@ class SpectralPath:
         Thermal emission of the air towards the observer, scattered part included, without surface and
         sunlight, W m-2 sr-1 (cm-1)-1; None where the file has none.
     solar : mapping of str to ndarray (V,)
-        Sunlight, where the file has it. ``scattered`` (of which ``single_scattered``) and
-        ``ground_reflected`` (thermal and solar; of which ``sun_reflected``) are radiances,
-        W m-2 sr-1 (cm-1)-1; ``at_top``, ``at_observer``, ``via_end`` (sun to the path's far end to the
-        observer) and ``transmitted`` are irradiances, W m-2 (cm-1)-1.
+        Sunlight, where the file has it. ``scattered`` (of which ``single_scattered``) and ``ground_reflected`` (thermal
+        and solar; of which ``sun_reflected``) are radiances, W m-2 sr-1 (cm-1)-1; ``at_top``, ``at_observer``,
+        ``via_end`` (sun to the path's far end to the observer) and ``transmitted`` are irradiances, W m-2 (cm-1)-1.
     total_radiance, surface_emission : ndarray (V,) or None
         All that reaches the observer, and the part the surface emits, W m-2 sr-1 (cm-1)-1.
-    geometry : Geometry or None
+    geometry : PathGeometry or None
         None where the file does not tell.
     code : str
         Code and kind of file.
@@ -108,7 +109,7 @@ class SpectralPath:
     wavenumber_cm1: Array
     transmittance: Array | None
     path_radiance: Array | None
-    geometry: Geometry | None
+    geometry: PathGeometry | None
     code: str
     source: str
     line: int
@@ -135,3 +136,11 @@ def radiance_factor(wavenumber_cm1: Array, unit: RadianceUnit) -> Array:
 def sine_deg(angle_deg: float) -> float:
     """Sine of an angle in degrees."""
     return math.sin(math.radians(angle_deg))
+
+
+def read_text(path: Path, encoding: str = "utf-8") -> str:
+    """Return the text of a file; raise CatalogError where it cannot be read."""
+    try:
+        return path.read_text(encoding=encoding)
+    except (OSError, UnicodeDecodeError) as error:
+        raise CatalogError(f"{path}: cannot be read as text: {error}") from error

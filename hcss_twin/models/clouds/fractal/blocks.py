@@ -1,6 +1,8 @@
-"""Lattice nodes kept between frames, in blocks, so that only what is new is generated.
+"""A cache of lattice nodes, in blocks, so that a frame generates only nodes that the frame before has not used.
 
-A cache of a pure function: what it holds or drops never changes a value.
+Consecutive frames share most of their nodes: the platform moves by a few pixels, and the four time planes of an octave
+change only as its cells evolve. The nodes are a pure function of their indices (:mod:`.lattice`), so that the contents
+of the cache never change a value.
 """
 
 from __future__ import annotations
@@ -17,25 +19,17 @@ from numpy.typing import NDArray
 from hcss_twin.models.clouds.fractal.lattice import fill_row
 
 BLOCK_ROWS, BLOCK_COLUMNS = 64, 256
-"""Nodes of one block: 64 KiB. Powers of two, so that aligned blocks never straddle a multiple of 2**32."""
+"""Nodes of one block: 64 KiB. Powers of two, so that no block contains a multiple of 2**32, where row keys change."""
 
 MAX_BLOCKS = 1 << 12
-"""Kept at a time: 256 MiB."""
+"""Largest number of blocks in memory: 256 MiB."""
 
 _FEWEST_SLOTS = 16
 
 
 @dataclass(frozen=True)
 class NodeWindow:
-    """Nodes of some time planes of one octave: the lattice that a tile needs.
-
-    Attributes
-    ----------
-    planes : tuple of int
-        Keys of the time planes.
-    rows, columns : (int, int)
-        First node, and one past the last.
-    """
+    """Nodes that a tile needs of one octave: keys of its time planes, first and one past the last along y and x."""
 
     planes: tuple[int, ...]
     rows: tuple[int, int]
@@ -56,13 +50,13 @@ class NodeWindow:
 class BlockCache:
     """Blocks of lattice nodes by (plane, block row, block column).
 
-    Blocks that neither this frame nor the one before has used make room for new ones; without such the
-    pool grows, up to :data:`MAX_BLOCKS`, and then the least recently used go.
+    New blocks replace blocks that neither this frame nor the one before has used; if there are none, the pool grows, up
+    to :data:`MAX_BLOCKS`, and then they replace the least recently used.
 
     Attributes
     ----------
     pool : ndarray of float32 (slots, nodes of a block)
-        The nodes; slots beyond those in use hold nothing.
+        The nodes; slots beyond those in use are not initialised.
     """
 
     pool: NDArray[np.float32] = field(
@@ -84,14 +78,14 @@ class BlockCache:
     def load(
         self, time_s: float, windows: Iterable[NodeWindow], each: Callable[[Callable[[int, int], None], int], None]
     ) -> list[NDArray[np.int32]]:
-        """Make sure that the nodes of all windows are in the pool, and say where.
+        """Generate the missing nodes of all windows, and return where in the pool their blocks are.
 
         Parameters
         ----------
         time_s : float
-            Tells frames apart.
+            Time of the frame.
         windows : iterable of NodeWindow
-            What one tile needs, at most :data:`MAX_BLOCKS` blocks or as many as there is memory for.
+            Windows of one tile, at most :data:`MAX_BLOCKS` blocks or as many as there is memory for.
         each : callable
             Runs a function of (start, stop) over parts of a number of items, perhaps in several threads.
 
@@ -110,10 +104,10 @@ class BlockCache:
         tables = {window: known.get(window) for window in wanted}
         missing: list[tuple[int, int, int]] = []
         free = self._free_slots()
-        for window, found in tables.items():
-            if found is None:
+        for window, table_of_slots in tables.items():
+            if table_of_slots is None:
                 tables[window] = self._table(window, missing, free)
-        # What was thrown out to make room may be part of tables of earlier tiles; keep the current ones only.
+        # Tables of earlier tiles may hold slots that were reused: only the current ones stay valid.
         self._tables = {window: table for window, table in tables.items() if table is not None}
         if missing:
             self._fill(missing, each)
@@ -137,13 +131,13 @@ class BlockCache:
         return table
 
     def _free_slots(self) -> Iterator[int]:
-        """Yield slots whose blocks this load does not need, and forget the blocks."""
+        """Yield slots whose blocks this load does not need, and remove the blocks."""
         while True:
             size = self.slots
             for number in np.argsort(self._last_use, kind="stable"):
                 slot = int(number)
                 last = self._last_use[slot]
-                if last == self._loads:  # taken meanwhile
+                if last == self._loads:  # in use since the sort
                     continue
                 if last >= self._frame_loads[0] and size < MAX_BLOCKS:
                     break
@@ -151,24 +145,24 @@ class BlockCache:
                 if old is not None:
                     del self._slot_of[old]
                 yield slot
-            more, room = max(_FEWEST_SLOTS, size // 2), MAX_BLOCKS - size
-            # Beyond, only for a tile that needs more by itself: a larger pool is copied, with both in memory.
-            self._grow(min(more, room) if room > 0 else more)
+            more, available = max(_FEWEST_SLOTS, size // 2), MAX_BLOCKS - size
+            # More than MAX_BLOCKS only for a single tile that needs them: copying the pool takes the memory of both.
+            self._grow(min(more, available) if available > 0 else more)
 
     def _grow(self, more: int) -> None:
-        kept = self.slots
-        if kept + more > self.pool.shape[0]:
-            # Memory that is never written is never given: all of it at once saves copies as the pool grows.
-            pool = np.empty((max(kept + more, MAX_BLOCKS), BLOCK_ROWS * BLOCK_COLUMNS), dtype=np.float32)
-            pool[:kept] = self.pool[:kept]
+        size = self.slots
+        if size + more > self.pool.shape[0]:
+            # The whole pool at once saves copies as it grows: the system provides memory only when it is written.
+            pool = np.empty((max(size + more, MAX_BLOCKS), BLOCK_ROWS * BLOCK_COLUMNS), dtype=np.float32)
+            pool[:size] = self.pool[:size]
             self.pool = pool
         self._key_of += [None] * more
         self._last_use = np.concatenate((self._last_use, np.full(more, -1, dtype=np.int64)))
 
     def _fill(self, keys: list[tuple[int, int, int]], each: Callable[[Callable[[int, int], None], int], None]) -> None:
-        planes = np.array([key[0] for key in keys], dtype=np.uint64)
-        rows = np.array([key[1] for key in keys], dtype=np.int64)
-        columns = np.array([key[2] for key in keys], dtype=np.int64)
+        planes = np.array([plane for plane, _, _ in keys], dtype=np.uint64)
+        rows = np.array([row for _, row, _ in keys], dtype=np.int64)
+        columns = np.array([column for _, _, column in keys], dtype=np.int64)
         slots = np.array([self._slot_of[key] for key in keys], dtype=np.int64)
 
         def part(start: int, stop: int) -> None:

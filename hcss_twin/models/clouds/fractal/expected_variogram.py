@@ -1,9 +1,8 @@
-"""The variogram that the fractal field of eqs 2-4 has on average, without simulating it.
+"""The expected variogram of the fractal field of eqs 2-4, without simulating it.
 
-V is stationary with unit variance, so that its semivariogram at a lag of h pixels is 1 - rho(h). Each
-octave interpolates independent normals with a product kernel, and its offset is random; rho is
-therefore the sum over octaves of their share of the variance times the kernel's autocorrelation,
-averaged over the phase in the cell, along x and along y.
+V is stationary with unit variance, so that its semivariogram at a lag of h pixels is 1 - rho(h). Each octave
+interpolates independent normals with a product kernel and a random offset; rho is therefore the sum over octaves of
+their share of the variance times the kernel's autocorrelation along x and along y, averaged over the phase in the cell.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from hcss_twin.providers import Grid, Motion
 # The kernel reaches two cells to either side: points four cells apart share no node.
 _REACH_CELLS = 4
 
-# Nodes of the table per cell, and phases that are averaged. The correlation errs by at most 1e-5 (tested).
+# Points of the table per cell, and phases in the average: the error of the correlation is at most 1e-5.
 _PER_CELL = 128
 
 # Gauss-Legendre nodes for the mean over pairs of pixels of a frame.
@@ -39,8 +38,8 @@ class KernelCorrelation:
     Attributes
     ----------
     curvature : ndarray (N,)
-        (1 - rho(u)) / u^2 at distances u from 0 to 4 lattice cells, evenly spaced. Unlike rho it is
-        nearly straight at 0, where the differences between pixels of coarse octaves are decided.
+        (1 - rho(u)) / u^2 at distances u from 0 to 4 lattice cells, evenly spaced. Unlike rho it is nearly linear near
+        0, where neighbouring pixels of coarse octaves are.
     """
 
     curvature: Array
@@ -55,13 +54,13 @@ class KernelCorrelation:
         phases = (np.arange(_PER_CELL) + 0.5) / _PER_CELL
         here = _spread(phases, np.zeros(phases.size, dtype=np.int64))
         lags = np.arange(_REACH_CELLS * _PER_CELL + 1) / _PER_CELL
-        # The limit at 0 is taken where neither rounding nor the next order shows.
+        # The limit at 0 is evaluated where both rounding and the next order are negligible.
         lags[0] = 1e-4
         curvature = np.empty(lags.size)
         for index, lag in enumerate(lags):
             cell = np.floor(phases + lag)
             there = _spread(phases + lag - cell, cell.astype(np.int64))
-            # Half the squared difference is 1 - rho for weights of unit norm, and loses no digits.
+            # Half the squared difference is 1 - rho for weights of unit norm, without loss of digits.
             curvature[index] = 0.5 * np.mean(np.sum((here - there) ** 2, axis=1)) / lag**2
         return cls(curvature)
 
@@ -84,14 +83,14 @@ def _spread(fraction: Array, cell: NDArray[np.int64]) -> Array:
     return weights
 
 
-def expected_correlation(
+def expected_variogram(
     parameters: FractalParameters,
     pixel_size_m: float,
     dx_pixels: ArrayLike,
     dy_pixels: ArrayLike,
     kernel: KernelCorrelation,
 ) -> Array:
-    """Return the correlation of the field V of eqs 2-4 between pixels ``dx``, ``dy`` apart.
+    """Return the semivariogram E[(V(x + h) - V(x))^2] / 2 of the field V of eqs 2-4 at lags h = (dx, dy).
 
     Parameters
     ----------
@@ -107,30 +106,20 @@ def expected_correlation(
     Returns
     -------
     ndarray, broadcast shape
-        1 at lag 0.
+        0 at lag 0.
 
     Raises
     ------
     ValueError
-        If ``parameters`` leave something open, or a lag is no whole number of pixels: an octave that
-        the generator takes from the nearest node has no values between pixels.
+        If ``parameters`` are incomplete, or a lag is no whole number of pixels: an octave that the generator takes from
+        the nearest node has no values between pixels.
     """
     dx, dy = _whole("dx_pixels", dx_pixels), _whole("dy_pixels", dy_pixels)
     variance, step_x, step_y = _octave_arrays(_octaves(parameters, pixel_size_m))
     along_x = _axis_correlation(dx, step_x, kernel)
     along_y = _axis_correlation(dy, step_y, kernel)
-    return np.tensordot(along_x * along_y, variance, axes=(-1, 0))
-
-
-def expected_variogram(
-    parameters: FractalParameters,
-    pixel_size_m: float,
-    dx_pixels: ArrayLike,
-    dy_pixels: ArrayLike,
-    kernel: KernelCorrelation,
-) -> Array:
-    """Return the semivariogram E[(V(x + h) - V(x))^2] / 2; as :func:`expected_correlation`."""
-    return 1.0 - expected_correlation(parameters, pixel_size_m, dx_pixels, dy_pixels, kernel)
+    variogram: Array = 1.0 - np.tensordot(along_x * along_y, variance, axes=(-1, 0))
+    return variogram
 
 
 def frame_variance(
@@ -138,13 +127,8 @@ def frame_variance(
 ) -> float:
     """Return the expected variance of V within one frame, which large cells make less than 1.
 
-    It is the mean of the semivariogram over all pairs of pixels of the frame: what a frame's own
-    mean takes away, the dispersion variance of geostatistics.
-
-    Raises
-    ------
-    ValueError
-        If ``parameters`` leave something open.
+    It is the mean of the semivariogram over all pairs of pixels of the frame: the dispersion variance of geostatistics.
+    Raises ValueError if ``parameters`` are incomplete.
     """
     octaves = _octaves(parameters, pixel_size_m)
     return 1.0 - math.fsum(
@@ -170,7 +154,7 @@ def _octaves(parameters: FractalParameters, pixel_size_m: float) -> tuple[Octave
 
 
 def _octave_arrays(octaves: tuple[Octave, ...]) -> tuple[Array, Array, Array]:
-    """Return variances and steps (K,) along x and y; a step of infinity where the nearest node stands."""
+    """Return variances and steps (K,) along x and y; infinity for nearest nodes, which are uncorrelated."""
     table = np.array(
         [(o.variance, math.inf if o.x.nearest else o.x.step, math.inf if o.y.nearest else o.y.step) for o in octaves]
     )

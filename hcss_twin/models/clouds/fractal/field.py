@@ -20,10 +20,10 @@ from hcss_twin.models.clouds.fractal.rows import add_octave, cubic_weights, spli
 _X, _Y, _T = 0, 1, 2
 
 _FEWEST_ROWS = 64
-"""Of one thread: below that starting it costs more than it saves."""
+"""Rows of a tile that justify the start of another thread."""
 
 _GATHER_ROWS_UNTIL = 1.25
-"""Rows of nodes per row of pixels: with more it is cheaper to sum rows before they are gathered."""
+"""Rows of nodes per row of pixels: with more it is cheaper to sum rows before they are interpolated at the columns."""
 
 _NO_SLOTS = np.empty((0, 0, 0), dtype=np.int32)
 _NO_COLUMNS = np.empty(0, dtype=np.uint32)
@@ -35,8 +35,7 @@ _NEAREST = np.ones((1, 1), dtype=np.float32)
 class PixelWindow:
     """Pixels first, first + 1, ... along one axis, at ``origin + index`` pixels from the sky's origin.
 
-    The integer index and the origin are kept apart, because a lattice of pixels needs the one without
-    rounding.
+    The integer index and the origin are separate, because a lattice of pixels needs the index without rounding.
     """
 
     first: int
@@ -45,7 +44,7 @@ class PixelWindow:
 
     @property
     def position(self) -> NDArray[np.float64]:
-        """Pixel centres in pixels from the sky's origin."""
+        """Pixel centres in pixels from the sky's origin: x + v_x t of eq 4."""
         # Whole and half numbers are added first and exactly, so that moving the window and moving the
         # platform by whole pixels give the same sum.
         indices = np.arange(self.first, self.first + self.count, dtype=np.int64)
@@ -56,8 +55,8 @@ class PixelWindow:
 class _Axis:
     """Nodes of one octave along one axis.
 
-    ``start`` (N,) is the first node of each pixel, ``weights`` (N, 4) or, for the nearest node, (1, 1);
-    ``phase`` tells the lattices of a pixel's parts apart.
+    ``start`` (N,) is the first node of each pixel, ``weights`` are (N, 4) or, for the nearest node, (1, 1); ``phase``
+    numbers the lattices of a pixel's parts.
     """
 
     start: NDArray[np.int64]
@@ -76,8 +75,8 @@ class _Axis:
 class FractalField:
     """V(x, y, t) = sum_k sqrt(variance_k) S_k, unit variance everywhere (eqs 2-4 of the HCSS paper).
 
-    S_k interpolates a lattice of independent normals; its cells, offsets and substitutes are those of
-    ``octaves``. Values do not depend on the tile, on earlier calls or on the number of threads.
+    S_k interpolates a lattice of independent normals as ``octaves`` describe it. Values do not depend on the tile, on
+    earlier calls or on the number of threads.
 
     Parameters
     ----------
@@ -105,8 +104,7 @@ class FractalField:
         Raises
         ------
         ValueError
-            If the window lies so far out that its nodes cannot be counted in 64 bits, or ``out`` is not a
-            contiguous single-precision array of the window's shape.
+            If node indices exceed 64 bits, or ``out`` is not a contiguous float32 array of the window's shape.
         """
         total = np.empty((y.count, x.count), dtype=np.float32) if out is None else out
         if total.shape != (y.count, x.count) or total.dtype != np.float32 or not total.flags.c_contiguous:
@@ -125,7 +123,7 @@ class FractalField:
         return total
 
     def _strips(self, y: PixelWindow, along_x: list[_Axis]) -> list[tuple[int, int]]:
-        """Divide the rows so that the nodes of each strip can be stored."""
+        """Divide the rows into strips whose nodes fit into the cache."""
         per_row = sum(
             4.0 * (along.span[1] - along.span[0]) * max(1.0, octave.y.step)
             for octave, along in zip(self._octaves, along_x, strict=True)
@@ -212,7 +210,7 @@ class FractalField:
         amplitude = math.sqrt(octave.variance)
         if octave.t.step == 0.0:
             return [0], np.array([amplitude], dtype=np.float32)
-        # Frames lie at whole steps of a time axis without interpolation, which must not fall on either side.
+        # Frames lie at whole steps of a time axis without interpolation: half a cell away from the next rounding.
         offset = 0.5 if octave.t.nearest else unit_offset(self._seed, octave.k, _T)
         cells, fraction = split(np.full(1, time_s * octave.t.step + offset))
         cell = int(cells[0])
@@ -237,7 +235,7 @@ _HAS_AFFINITY = hasattr(os, "sched_getaffinity")
 
 
 def _is_stored(octave: Octave) -> bool:
-    """Whether nodes adjoin and are seen again, so that blocks of them are worth keeping."""
+    """Whether nodes are contiguous and occur in several frames, so that the cache pays."""
     return not octave.t.nearest and (octave.is_noise or not (octave.x.nearest or octave.y.nearest))
 
 
@@ -247,7 +245,7 @@ def _axis(octave: Octave, scale: AxisScale, window: PixelWindow, offset: float) 
         cell, fraction = split(window.position * scale.step + offset)
         return _Axis(cell - 1, cubic_weights(fraction).astype(np.float32), 0)
     if octave.is_noise:
-        # A node for each part of a pixel; the parts seen at one time are a lattice of their own.
+        # A node for each part of a pixel; the parts seen at one time form a lattice, numbered by the phase.
         node = math.floor(window.origin * scale.phases)
         first, phase = divmod(node, scale.phases)
         start = np.arange(window.first + first, window.first + first + window.count, dtype=np.int64)

@@ -12,26 +12,36 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.coverage import window_inside
+from hcss_twin.models.clouds.coverage import FrameSummary, summarise
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.frame_summary import FrameSummary, summarise, thickness_in_frame
 from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped, merge_noise, separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness
+from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame, window_inside
 from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
 
 STRIP_PIXELS = 2**21
-"""Of the strips in which a large frame is summed up."""
+"""Largest strip in which a frame is summarised: bounds the memory of large frames."""
 
 _EPSILON = float(np.finfo(np.float64).eps)
 
+_NOISY = 0.5
+"""Share of the variance in cells smaller than a pixel from which on the user is warned."""
+
+_FRAME_NOTE = (
+    "Coverage is exact in each frame and thickness spans its whole range in each frame, so that "
+    "a pixel depends on the rest of its frame."
+)
+_FIELD_NOTE = (
+    "Coverage is exact in the mean over the unbounded sky; that of one frame scatters around it, the more "
+    "the fewer clouds it holds."
+)
+
 
 def displacement_pixels(speed_m_s: float, time_s: float, pixel_size_m: float) -> float:
-    """Return the distance covered in pixels, free of rounding where it is meant to be a round number.
+    """Return the displacement in pixels (v t of eq 4), free of rounding errors where it is a round number.
 
-    A distance within a few units in the last place of a multiple of 1/1024 pixel is that multiple.
-    Otherwise a platform that moves by whole pixels per frame would not, at times such as
-    3 x 0.1 s, see the same bits again.
+    A distance within a few units in the last place of a multiple of 1/1024 pixel is that multiple. Otherwise a platform
+    that moves by whole pixels per frame would not, at times such as 3 x 0.1 s, see the same bits again.
     """
     distance = speed_m_s * time_s / pixel_size_m
     rounded = round(distance * 1024.0) / 1024.0
@@ -39,12 +49,12 @@ def displacement_pixels(speed_m_s: float, time_s: float, pixel_size_m: float) ->
 
 
 def complete_parameters(parameters: FractalParameters, defaults: Mapping[str, Any]) -> FractalParameters:
-    """Fill what ``parameters`` leaves open from the cloud type's ``defaults``.
+    """Fill missing ``parameters`` from the cloud type's ``defaults``.
 
     Raises
     ------
     ScenarioError
-        With one problem for each parameter that neither gives, or that the cloud type gives wrongly.
+        With one problem for each parameter that neither gives, or whose default is invalid.
     """
     values: dict[str, Any] = {}
     problems = []
@@ -67,31 +77,29 @@ def complete_parameters(parameters: FractalParameters, defaults: Mapping[str, An
 
 def _check_motion(motion: Motion, grid: Grid) -> None:
     problems = []
-    for name, value, allowed in (
-        ("evolution_time_s", motion.evolution_time_s, motion.evolution_time_s > 0.0),
-        ("frame_interval_s", motion.frame_interval_s, 0.0 <= motion.frame_interval_s < math.inf),
-        ("pixel_size_m", grid.pixel_size_m, 0.0 < grid.pixel_size_m < math.inf),
-    ):
-        if not allowed:
-            limit = "0 or more and finite" if name == "frame_interval_s" else "greater than 0"
-            problems.append(Problem(name, f"{value} given, allowed: {limit}"))
+    if not motion.evolution_time_s > 0.0:
+        problems.append(Problem("evolution_time_s", f"{motion.evolution_time_s} given, allowed: greater than 0"))
+    if not 0.0 <= motion.frame_interval_s < math.inf:
+        problems.append(Problem("frame_interval_s", f"{motion.frame_interval_s} given, allowed: 0 or more and finite"))
+    if not 0.0 < grid.pixel_size_m < math.inf:
+        problems.append(Problem("pixel_size_m", f"{grid.pixel_size_m} given, allowed: greater than 0"))
     if problems:
         raise ScenarioError(problems, origin="fractal clouds")
 
 
 class FractalClouds:
-    """Clouds from the fractal field of eqs 2-4, with a chosen coverage and a linear map to thickness.
+    """Clouds from the fractal field of eqs 2-4, with exact coverage (eq 5) and a linear map to thickness (eq 7).
 
     V(x, y, t) = sum_k gamma^(-k H) S_k(gamma^k X / L) / sqrt(sum_k gamma^(-2 k H)),
 
-    where S_k interpolates a lattice of independent normals with unit variance everywhere, so that
-    V is N(0, 1) at every point and eq 5 gives a uniform p. The lattice cells are 16 km / L along x
-    and y and ``evolution_time_s`` in time, all divided by gamma^k. Each octave has its own lattice
-    and a random offset of it. The z axis of the 4-D field is collapsed: a slice at fixed z of a
-    field with independent nodes and unit-variance weights has the law of the 3-D field exactly.
+    where S_k interpolates a lattice of independent normals with unit variance everywhere, so that V is N(0, 1) at every
+    point and eq 5 gives a uniform p. The lattice cells are 16 km / L along x and y and ``evolution_time_s`` in time,
+    all divided by gamma^k. Each octave has its own lattice with a random offset. The z axis of the 4-D field of eq 3 is
+    omitted: a slice at fixed z of a field with independent nodes and unit-variance weights has exactly the law of the
+    3-D field.
 
     The sky's origin is the middle of the image at time 0. Pixel (i, j) at time t lies at
-    x = (j + 1/2 - columns/2) a + (v_platform - v_x) t and y = (i + 1/2 - rows/2) a - v_y t, with a the pixel
+    x = (j + 1/2 - columns/2) a + (v_platform - v_x) t and y = (i + 1/2 - rows/2) a - v_y t (eq 4), with a the pixel
     size: the platform moves along +x over clouds that the wind carries.
 
     Parameters
@@ -99,14 +107,14 @@ class FractalClouds:
     inputs : CloudInputs
         Layer, image plane, motion, seed, and the cloud type's defaults.
     parameters : FractalParameters
-        Shape; what is None comes from ``inputs.type_parameters``.
+        Shape; None stands for the value in ``inputs.type_parameters``.
     threads : int, optional
         Default: all processors, at most 8. Results do not depend on it.
 
     Raises
     ------
     ScenarioError
-        If a parameter is given nowhere, or an input is out of its range.
+        If a parameter is missing in both, or an input is out of its range.
     """
 
     declares: Declares
@@ -137,9 +145,9 @@ class FractalClouds:
     def field(
         self, time_s: float, rows: slice, columns: slice, out: NDArray[np.float32] | None = None
     ) -> NDArray[np.float32]:
-        """Return the normal field V (rows, columns) of any window of the plane, inside the image or not.
+        """Return the normal field V (rows, columns) of any window of the plane, inside the image or not (eqs 2-4).
 
-        A pixel has the same bits in every window, whatever was asked before.
+        A pixel has the same bits in every window, in whatever order windows are computed.
 
         Parameters
         ----------
@@ -148,13 +156,12 @@ class FractalClouds:
         rows, columns : slice
             With start and stop (of any sign) and without step, in pixels of the image at ``time_s``.
         out : ndarray of float32 (rows, columns), optional
-            Where to write; spares a sequence the memory of a new array in every frame.
+            Array to write to, which saves the allocation of a new one in every frame.
 
         Raises
         ------
         ValueError
-            If a slice has no ends or a step, if the time is not finite, or if the window lies so far
-            out that its nodes cannot be counted in 64 bits.
+            If a slice has no ends or a step, if the time is not finite, or if node indices exceed 64 bits.
         """
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
@@ -165,14 +172,14 @@ class FractalClouds:
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return geometric thickness (y, x) in metres at ``time_s``; 0 is clear sky.
 
-        Where the coverage is that of the frame, the whole frame is computed and the window cut from it.
+        With ``coverage_mode`` "frame" the whole frame is computed and the window cut from it.
 
         Raises
         ------
         ValueError
             If the window is not inside the image.
         """
-        inside = (window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns))
+        inside = window_inside(rows, columns, self._grid)
         layer, exponent = self._layer, self.parameters.brightness_exponent
         if layer.coverage_mode == "field":
             return field_thickness(self.field(time_s, *inside), layer, exponent)
@@ -180,9 +187,9 @@ class FractalClouds:
         return frame_thickness(whole, layer, exponent)[inside]
 
     def frame_summary(self, time_s: float) -> FrameSummary:
-        """Return what windows of the frame at ``time_s`` need to know of it where coverage is that of the frame.
+        """Return the threshold and the greatest value of the frame at ``time_s``, for :meth:`thickness_in_frame_m`.
 
-        The field of the frame is made two or three times, strip by strip.
+        The field of the frame is computed two or three times, strip by strip.
         """
         rows, columns = self._grid.rows, self._grid.columns
         step = max(1, STRIP_PIXELS // columns)
@@ -198,19 +205,11 @@ class FractalClouds:
     def thickness_in_frame_m(
         self, time_s: float, rows: slice, columns: slice, summary: FrameSummary
     ) -> NDArray[np.float32]:
-        """Return what :meth:`thickness_m` does, without making the whole frame.
+        """Return the result of :meth:`thickness_m` to the bit, without computing the whole frame.
 
-        Parameters
-        ----------
-        summary : FrameSummary
-            Of the frame at ``time_s``.
-
-        Raises
-        ------
-        ValueError
-            If the window is not inside the image.
+        ``summary`` is that of the frame at ``time_s``. Raises ValueError if the window is not inside the image.
         """
-        inside = (window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns))
+        inside = window_inside(rows, columns, self._grid)
         first, width = inside[0].start * self._grid.columns + inside[1].start, self._grid.columns
         exponent = self.parameters.brightness_exponent
         return thickness_in_frame(self.field(time_s, *inside), first, width, summary, self._layer, exponent)
@@ -220,13 +219,9 @@ class FractalClouds:
     ) -> NDArray[np.float32]:
         """Return geometric thickness (y, x) in metres of a window that may reach outside the image.
 
-        Where the coverage is that of the frame, its threshold and its scale of thickness hold outside it as well:
-        what exceeds the frame's greatest value has the greatest thickness, and beyond a full cover there is one.
-
-        Parameters
-        ----------
-        summary : FrameSummary or None
-            Of the frame at ``time_s``; None where the coverage is that of the field.
+        ``summary`` is that of the frame at ``time_s``; None with ``coverage_mode`` "field". The threshold and the scale
+        of thickness of a frame hold outside it as well: values above the frame's greatest have the greatest thickness,
+        and a frame of coverage 1 is overcast outside, too.
         """
         layer, exponent = self._layer, self.parameters.brightness_exponent
         field = self.field(time_s, rows, columns)
@@ -246,23 +241,11 @@ class FractalClouds:
 
 
 def _noise_notes(octaves: Sequence[Octave]) -> tuple[str, ...]:
-    """Tell where most of a picture is independent from one pixel to the next."""
+    """Return a warning where neighbouring pixels are mostly independent."""
     white = sum(octave.variance for octave in octaves if octave.is_white)
     if white <= _NOISY:
         return ()
     return (
-        f"Cells that hold {white:.0%} of the variance are smaller than pixels, whose clouds are therefore next to "
+        f"Cells that hold {white:.0%} of the variance are smaller than pixels, whose clouds are therefore almost "
         "independent of each other: the picture looks like noise. Smaller pixels, or fewer cells L, show shapes.",
     )
-
-
-_NOISY = 0.5
-
-_FRAME_NOTE = (
-    "Coverage is exact in each frame and thickness spans its whole range in each frame, so that "
-    "a pixel depends on the rest of its frame."
-)
-_FIELD_NOTE = (
-    "Coverage is exact in the mean over the unbounded sky; that of one frame scatters around it, the more "
-    "the fewer clouds it holds."
-)

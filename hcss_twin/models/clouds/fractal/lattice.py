@@ -1,21 +1,16 @@
-"""From 32 random bits to a standard normal number, a vector of them at a time.
+"""An infinite lattice of independent N(0, 1) numbers: the A_n of eqs 2-4 of the HCSS paper.
 
-The normal quantile is a rational function of w = -log2(q (2 - q)), with q the two-sided tail
-probability; w and not q, because q (2 - q) comes from an integer without cancellation. The
-coefficients are a minimax fit of our own to scipy's ``ndtri``; together with single precision the
-error is below 4e-6 out to 6.3 sigma, the farthest that 32 bits reach. Only integer arithmetic and
-additions, multiplications and divisions of single precision occur, no library function: the bits are
-the same on every machine with IEEE arithmetic.
+The value of a node is a function of its indices alone: a counter-based generator (Salmon et al. 2011, "Parallel random
+numbers: as easy as 1, 2, 3"). Nothing need be stored, so that any window of any frame can be computed in any order and
+always has the same values. Every row (plane, y) has a 64-bit key, whose halves enter the mixing of the column index x
+at two places: with a 32-bit key, some of the many thousand rows of an image sequence would have equal keys, and be
+equal.
 
-An infinite lattice of independent N(0, 1) numbers, the A_n of eqs 2-4 of the HCSS paper.
-
-A node's value is a function of its indices alone: a counter-based generator, in the sense of
-Salmon et al. (2011, "Parallel random numbers: as easy as 1, 2, 3"). Nothing need be stored, so any
-window of any frame can be asked for in any order and always has the same values.
-
-Every row (plane, y) owns a 64-bit key, whose halves enter the mixing of the column index x at two
-places. With one 32-bit key two rows with the same key would be equal, and in an image of some thousand
-rows and planes that happens.
+32 random bits become a normal number by a rational function of w = -log2(q (2 - q)), with q the two-sided tail
+probability; w and not q, because q (2 - q) comes from an integer without cancellation. The coefficients are a minimax
+fit of our own to scipy's ``ndtri``; the error, including single precision, is below 4e-6 out to 6.3 sigma, the largest
+number of 32 bits. Only integer arithmetic and additions, multiplications and divisions of single precision occur, no
+library function: the bits are the same on every machine with IEEE arithmetic.
 """
 
 from __future__ import annotations
@@ -26,14 +21,24 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_f4, _u4, _i4 = np.float32, np.uint32, np.int32
+_f4, _u4, _u8, _i4 = np.float32, np.uint32, np.uint64, np.int32
+
+_MASK = (1 << 64) - 1
+
+# Weyl increment and multipliers of SplitMix64 (Steele, Lea and Flood 2014, "Fast splittable
+# pseudorandom number generators", section 5).
+_INCREMENT = 0x9E3779B97F4A7C15
+_MULTIPLIER_1 = 0xBF58476D1CE4E5B9
+_MULTIPLIER_2 = 0x94D049BB133111EB
+_OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): other random numbers than those of planes
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def normals_from_bits(bits: NDArray[np.uint32], values: NDArray[np.float32], work: NDArray[np.float32]) -> None:
-    """Write normals into ``values`` (N,); ``bits`` (N,) is lost, ``work`` (N,) is scratch.
+    """Write the normals of ``bits`` (N,) into ``values`` (N,): the top bit is the sign, the others the tail.
 
-    Three passes, each a loop without branches that the compiler turns into vector instructions.
+    ``bits`` is overwritten, ``work`` (N,) is scratch. Three passes, each a loop without branches that the compiler
+    turns into vector instructions.
     """
     word = bits.view(np.int32)
     mantissa = bits.view(np.float32)
@@ -86,26 +91,6 @@ def normals_from_bits(bits: NDArray[np.uint32], values: NDArray[np.float32], wor
         values[i] = values[i] * numerator / denominator
 
 
-def quantile(bits: NDArray[Any]) -> NDArray[np.float32]:
-    """Return the normal numbers (N,) of 32-bit words (N,): the top bit is the sign, the rest the tail."""
-    words = np.array(bits, dtype=np.uint32)
-    values = np.empty(words.size, dtype=np.float32)
-    normals_from_bits(words, values, np.empty_like(values))
-    return values
-
-
-_MASK = (1 << 64) - 1
-
-# Weyl increment and multipliers of SplitMix64 (Steele, Lea and Flood 2014, "Fast splittable
-# pseudorandom number generators", section 5).
-_INCREMENT = 0x9E3779B97F4A7C15
-_MULTIPLIER_1 = 0xBF58476D1CE4E5B9
-_MULTIPLIER_2 = 0x94D049BB133111EB
-_OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): keeps offsets apart from planes
-
-_u4_of_lattice, _u8, _i8 = np.uint32, np.uint64, np.int64
-
-
 def _mix(word: int) -> int:
     """Scatter one 64-bit integer (bijective)."""
     word = ((word ^ (word >> 30)) * _MULTIPLIER_1) & _MASK
@@ -122,15 +107,15 @@ def fold(start: int, *indices: int) -> int:
 
 
 def plane_key(seed: int, octave: int, t: int, phase_y: int = 0, phase_x: int = 0) -> int:
-    """Return the key of one time plane of one octave's lattice; phases tell sub-lattices apart."""
+    """Return the key of one time plane of one octave's lattice; phases number sub-lattices."""
     return fold(_INCREMENT, seed, octave, t, phase_y, phase_x)
 
 
 def unit_offset(seed: int, octave: int, axis: int) -> float:
-    """Return a number in [0, 1) for one axis of one octave, by which its lattice is displaced.
+    """Return the offset in [0, 1) cells of one octave's lattice along one axis.
 
-    Without it all octaves would share a node at the origin, and the field would be smoother there.
-    Whole cells need no offset, because octaves have different keys.
+    Without offsets all octaves would share a node at the origin, and the field would be smoother there. Whole cells
+    need no offset, because octaves have different keys.
     """
     return (fold(_OFFSET_KEY, seed, octave, axis) >> 11) * 2.0**-53
 
@@ -149,19 +134,18 @@ def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
 
 @njit(cache=True, nogil=True, inline="always")
 def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
-    """Mix a column index between two keys.
+    """Mix a column index between two keys, by multiply and xor-shift rounds.
 
-    Multiply and xor-shift rounds; the multipliers are those of the 32-bit mixer "lowbias32" that C. Wellons
-    found by search (public domain). Bare counters would leave correlations of .001 between next but one
-    neighbours; the golden-ratio multiplier in front spreads them first.
+    The multipliers are those of the 32-bit mixer "lowbias32" of C. Wellons (public domain). Bare counters would leave
+    correlations of 0.001 between second neighbours; the golden-ratio multiplier in front spreads them first.
     """
-    h = _u4_of_lattice(_u4_of_lattice(x * _u4_of_lattice(0x9E3779B9)) ^ first)
-    h = _u4_of_lattice(h ^ _u4_of_lattice(h >> _u4_of_lattice(16)))
-    h = _u4_of_lattice(h * _u4_of_lattice(0x7FEB352D))
-    h = _u4_of_lattice(h ^ _u4_of_lattice(h >> _u4_of_lattice(15)))
-    h = _u4_of_lattice(h + second)
-    h = _u4_of_lattice(h * _u4_of_lattice(0x846CA68B))
-    return _u4_of_lattice(h ^ _u4_of_lattice(h >> _u4_of_lattice(16)))
+    h = _u4(_u4(x * _u4(0x9E3779B9)) ^ first)
+    h = _u4(h ^ _u4(h >> _u4(16)))
+    h = _u4(h * _u4(0x7FEB352D))
+    h = _u4(h ^ _u4(h >> _u4(15)))
+    h = _u4(h + second)
+    h = _u4(h * _u4(0x846CA68B))
+    return _u4(h ^ _u4(h >> _u4(16)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -175,13 +159,13 @@ def fill_row(
 ) -> None:
     """Write the normals of nodes x0, x0 + 1, ... of row y into ``values`` (N,); the rest is scratch (N,).
 
-    The nodes must share the upper 32 bits of their index: true of any aligned block.
+    The nodes must share the upper 32 bits of their index, as those of an aligned block do.
     """
     key = _row_key(plane, y, x0 >> 32)
-    first, second = _u4_of_lattice(key), _u4_of_lattice(key >> _u8(32))
-    low = _u4_of_lattice(x0)
+    first, second = _u4(key), _u4(key >> _u8(32))
+    low = _u4(x0)
     for i in range(values.size):
-        bits[i] = _scatter(_u4_of_lattice(low + _u4_of_lattice(i)), first, second)
+        bits[i] = _scatter(_u4(low + _u4(i)), first, second)
     normals_from_bits(bits, values, work)
 
 
@@ -194,7 +178,7 @@ def fill_scattered(
     bits: NDArray[np.uint32],
     work: NDArray[np.float32],
 ) -> None:
-    """Write the normals of any nodes ``x`` (N,) of row y; fastest where they ascend."""
+    """Write the normals of any nodes ``x`` (N,) of row y; fastest where they ascend. Scratch as in :func:`fill_row`."""
     start = 0
     while start < x.size:
         high = x[start] >> 32
@@ -202,9 +186,9 @@ def fill_scattered(
         while stop < x.size and (x[stop] >> 32) == high:
             stop += 1
         key = _row_key(plane, y, high)
-        first, second = _u4_of_lattice(key), _u4_of_lattice(key >> _u8(32))
+        first, second = _u4(key), _u4(key >> _u8(32))
         for i in range(start, stop):
-            bits[i] = _scatter(_u4_of_lattice(x[i]), first, second)
+            bits[i] = _scatter(_u4(x[i]), first, second)
         start = stop
     normals_from_bits(bits, values, work)
 
@@ -218,25 +202,9 @@ def _nodes(plane: np.uint64, y: NDArray[np.int64], x: NDArray[np.int64], values:
 
 
 def lattice_normals(seed: int, octave: int, t: int, y: NDArray[np.int64], x: NDArray[np.int64]) -> NDArray[np.float32]:
-    """Return independent standard normal numbers on nodes ``y`` x ``x`` of one octave and one time plane.
+    """Return the normals (M, N) of one octave and one time plane on nodes ``y`` (M,) x ``x`` (N,), within +-6.4.
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the realisation, of any sign, modulo 2**64.
-    octave : int
-        Octave number k.
-    t : int
-        Index of the time plane.
-    y : ndarray of int64 (M,)
-        Row indices of nodes, of any sign, in any order.
-    x : ndarray of int64 (N,)
-        Column indices of nodes, of any sign, in ascending order.
-
-    Returns
-    -------
-    ndarray of float32 (M, N)
-        Values in [-6.4, 6.4].
+    Indices and seed are of any sign, modulo 2**64; ``x`` ascends.
     """
     values = np.empty((y.size, x.size), dtype=np.float32)
     key: Any = np.uint64(plane_key(seed, octave, t))

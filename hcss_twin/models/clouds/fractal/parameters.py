@@ -8,7 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_valida
 
 
 def _pair(value: Any) -> Any:
-    """Let a list stand for a pair, as configuration files have no tuples; numbers stay strict."""
+    """Accept a list as a pair: configuration files have no tuples."""
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -17,7 +17,7 @@ _Octave = Annotated[int, Field(ge=0, le=16)]
 
 
 class FractalParameters(BaseModel):
-    """Shape of the multiscale sum; what is not given is taken from the cloud type."""
+    """Shape of the multiscale sum; missing values are those of the cloud type."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

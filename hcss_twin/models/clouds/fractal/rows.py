@@ -1,20 +1,17 @@
-"""Cubic interpolation of independent normals that keeps their variance, one axis at a time.
+"""Interpolation of lattice nodes, and the sum over octaves, row by row: the inner loops of eqs 2-4 of the HCSS paper.
 
-The HCSS paper asks for "cubic interpolation" in eq 2; here the cubic convolution of Keys (1981,
-IEEE Trans. ASSP 29, 1153, eq 15: a = -1/2). Interpolating independent numbers averages them: the
-variance falls to .54 on average in three dimensions, and frames pulse as the time coordinate
-passes through a cell. Dividing the weights of each axis by the root of their sum of squares
-makes it 1 everywhere, so that eq 5 gives a uniform p.
+The paper asks for "cubic interpolation" in eq 2: here the cubic convolution of Keys (1981, IEEE Trans. ASSP 29, 1153,
+eq 15: a = -1/2). Interpolating independent numbers averages them: the variance falls to 0.54 on average in three
+dimensions, and frames pulse as the time coordinate passes through a cell. Dividing the weights of each axis by the root
+of their sum of squares makes it 1 everywhere, so that eq 5 gives a uniform p.
 
-One octave added to a tile, row by row: the inner loops of eqs 2-4.
+The sum over 4 x 4 x 4 nodes factorises. Time planes are blended on the lattice, which is usually much coarser than the
+image; each lattice row is then interpolated at the pixels' columns, once; and each pixel row is a weighted sum of four
+such rows, which a ring buffer holds. Where the lattice has more rows than the image, rows are summed first and
+interpolated after.
 
-The sum over 4 x 4 x 4 nodes factorises. Time planes are blended on the lattice, which is usually much
-coarser than the image; each lattice row is then gathered at the pixels' columns, once; and each pixel row
-is a weighted sum of four gathered rows, which roll along. Where the lattice has more rows than the image,
-rows are summed first and gathered after.
-
-Sums are written out in a fixed order and without fused multiply-add, so that a pixel has the same bits
-in every tile, on every machine.
+Fields are in single precision, which halves the memory to move; sums are written out in a fixed order and without fused
+multiply-add, so that a pixel has the same bits in every tile, on every machine.
 """
 
 from __future__ import annotations
@@ -28,14 +25,19 @@ from numpy.typing import NDArray
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS
 from hcss_twin.models.clouds.fractal.lattice import fill_row, fill_scattered
 
+_u4, _u8 = np.uint32, np.uint64
+
 _LARGEST_COORDINATE = 2.0**62
+
+# Mean length of runs of consecutive nodes from which vector loads are faster than single loads.
+_LONG_RUN = 8
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cubic_weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the four weights (N, 4) of the nodes at -1, 0, 1, 2 for ``fraction`` (N,) in [0, 1].
 
-    Keys' kernel with a = -1/2, divided by sqrt(sum w^2): the sum of squares is 1, not the sum.
+    Keys' kernel with a = -1/2, divided by sqrt(sum w^2): the sum of squares is 1, not the sum (eq 2).
     """
     weights = np.empty((fraction.size, 4))
     for i in range(fraction.size):
@@ -55,8 +57,8 @@ def cubic_weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
 def split(coordinate: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Split lattice coordinates (N,) into the cell (N,) and the fraction (N,) in [0, 1].
 
-    It is 1 only for negative coordinates so close to 0 that -1 + 1 is the nearest sum; weights for it are those of the
-    next cell for 0.
+    The fraction rounds to 1 only for negative coordinates very close to 0; its weights are those of the next cell for
+    0.
 
     Raises
     ------
@@ -74,18 +76,11 @@ def split(coordinate: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[n
     return cell, fraction
 
 
-_u4, _u8 = np.uint32, np.uint64
-
-# Mean length of runs from which they are faster than single loads.
-_LONG_RUN = 8
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, line: Any) -> None:
     """Blend the stored time planes of one row of nodes into ``line`` (N,).
 
-    ``row`` and ``first`` count from the corner of the first block in ``slots`` (planes, block rows, block
-    columns).
+    ``row`` and ``first`` count from the corner of the first block in ``slots`` (planes, block rows, block columns).
     """
     by, r = row // BLOCK_ROWS, row % BLOCK_ROWS
     done, x = 0, first
@@ -112,7 +107,7 @@ def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, lin
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _blend_hashed(planes: Any, weights: Any, y: Any, x: Any, line: Any, scratch: Any) -> None:
-    """Blend the time planes of scattered nodes ``x`` (N,) of row ``y``, generated on the spot."""
+    """Blend the time planes of scattered nodes ``x`` (N,) of row ``y`` into ``line`` (N,), without the cache."""
     values, work, bits = scratch[0], scratch[1], scratch[2].view(np.uint32)
     for p in range(planes.size):
         fill_scattered(planes[p], y, x, values, bits, work)
@@ -141,9 +136,9 @@ def _gather(line: Any, index: Any, weights: Any, gathered: Any) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _runs(index: Any) -> Any:
-    """Return where runs begin in which ``index`` (N,) advances by 1 from column to column, and N.
+    """Return the starts of runs in which ``index`` (N,) advances by 1 from column to column, and N.
 
-    Nodes nearly as far apart as pixels have long ones.
+    Runs are long where nodes are about as far apart as pixels.
     """
     starts = np.empty(index.size + 1, dtype=np.int64)
     count = 0
@@ -157,7 +152,7 @@ def _runs(index: Any) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gather_runs(line: Any, index: Any, starts: Any, weights: Any, gathered: Any) -> None:
-    """Do what :func:`_gather` does, by loads that adjoin: several times faster where runs are long."""
+    """Do what :func:`_gather` does with contiguous loads: several times faster where runs are long."""
     for run in range(starts.size - 1):
         start, stop = starts[run], starts[run + 1]
         first, count = np.int64(index[start]), stop - start
@@ -188,14 +183,14 @@ def _add(row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_noise(total: Any, plane: Any, weight: Any, rows: Any, nodes: Any) -> None:
-    """Add one node to each pixel: nothing is interpolated, nothing used twice."""
+    """Add one node to each pixel, without interpolation."""
     values = np.empty(nodes.size, dtype=np.float32)
     work = np.empty(nodes.size, dtype=np.float32)
     bits = np.empty(nodes.size, dtype=np.uint32)
     first, last = nodes[0], nodes[nodes.size - 1]
-    adjoins = last - first == nodes.size - 1 and first >> 32 == last >> 32
+    is_contiguous = last - first == nodes.size - 1 and first >> 32 == last >> 32
     for r in range(total.shape[0]):
-        if adjoins:
+        if is_contiguous:
             fill_row(plane, rows[r], first, values, bits, work)
         else:
             fill_scattered(plane, rows[r], nodes, values, bits, work)
@@ -219,15 +214,15 @@ def add_octave(
     column_weights: NDArray[np.float32],
     gathers_first: bool,
 ) -> None:
-    """Add one octave to a tile.
+    """Add one octave k, gamma^(-k H) S_k of eqs 2-4, to a tile.
 
     Parameters
     ----------
     total : ndarray of float32 (M, N)
         The tile.
     pool, slots
-        Stored nodes and where they are (see :class:`BlockCache`); without slots, shape (0, 0, 0), nodes are
-        generated from their indices.
+        Stored nodes and their places (:class:`BlockCache`); with ``slots`` of shape (0, 0, 0) nodes are generated from
+        their indices.
     planes : ndarray of uint64 (P,)
         Keys of the time planes, 1 or 4.
     time_weights : ndarray of float32 (P,)
@@ -237,17 +232,17 @@ def add_octave(
     rows : ndarray of int64 (M,)
         First row of nodes of each pixel row, ascending.
     row_weights : ndarray of float32 (M, 4) or (M, 1)
-        Weights of that row and those after it; a single one: the nearest row.
+        Weights of this row and the next ones; a single weight for the nearest row.
     nodes : ndarray of int64 (K,)
-        Columns of nodes needed, ascending; contiguous where nodes are stored.
+        Columns of nodes, ascending; contiguous where nodes are stored.
     columns : ndarray of uint32 (N,)
-        For each pixel column the first of its nodes, as an index of ``nodes``; empty where ``nodes`` are the
-        nearest nodes of the columns, one by one.
+        For each pixel column the index of its first node in ``nodes``; empty where ``nodes`` are the nearest nodes of
+        the columns.
     column_weights : ndarray of float32 (4, N) or (0, 0)
         Weights of four nodes.
     gathers_first : bool
-        Whether rows of nodes are gathered at the columns before they are summed; a property of the octave
-        and not of the tile, because it decides the order of sums.
+        Whether rows of nodes are interpolated at the columns before they are summed; a property of the octave and not
+        of the tile, because it decides the order of sums, and with it the bits.
     """
     if slots.size == 0 and planes.size == 1 and columns.size == 0 and row_weights.shape[1] == 1:
         _add_noise(total, planes[0], time_weights[0], rows, nodes)

@@ -1,6 +1,7 @@
-"""Which side of the grey scale is cloud, and where on it cloud begins.
+"""Clouds in an image: the grey scale, the threshold above which a pixel is cloud, and the thickness (eq 7).
 
-From grey levels of cloud to thickness: eq 7 of the HCSS paper for images.
+All functions take a *cloudiness level*: grey levels with the sign that makes cloud the larger value. Missing pixels are
+NaN and do not count. A pixel is cloud where its level is greater than the threshold.
 """
 
 from __future__ import annotations
@@ -9,56 +10,70 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
-from hcss_twin.models.clouds.imagery.image import Image
-from hcss_twin.models.clouds.imagery.threshold import coverage_threshold, local_threshold, otsu_threshold
+from hcss_twin.core.arrays import Array
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 
 Method = Literal["otsu", "local", "coverage"]
 CloudIs = Literal["auto", "bright", "dark"]
 
-# In the name of a variable that has values in cloud only.
-_CLOUD_TOP = "cloud top"
+# Grey levels of cloudy pixels from this percentile on get the greatest thickness: otherwise a few glinting or noisy
+# pixels would make all the other clouds thin.
+TOP_PERCENTILE = 99.9
+
+# Bins of the histogram: the levels of the 8-bit images for which Otsu devised his method.
+_BINS = 256
+
+# Bins for the most frequent level of the sea: fewer, so that noise does not decide.
+_SEA_BINS = 64
+
+# Standard deviation of a normal distribution over the median of its absolute deviations.
+_MEDIAN_TO_SIGMA = 1.4826
+
+# Of a normal background, one pixel in 700 exceeds its centre by this many standard deviations.
+_FLOOR_SIGMAS = 3.0
 
 
-def has_values_in_cloud_only(image: Image) -> bool:
-    """Whether an image is a product of cloud tops: named so, with missing pixels."""
-    called = f"{image.variable} {image.long_name}".lower().replace("_", " ")
-    return _CLOUD_TOP in called and bool(np.isnan(image.values).any())
+def has_values_in_cloud_only(image: SatelliteImage) -> bool:
+    """Whether an image shows cloud tops only: "cloud top" in its name, and missing pixels elsewhere."""
+    name = f"{image.variable} {image.long_name}".lower().replace("_", " ")
+    return "cloud top" in name and bool(np.isnan(image.values).any())
 
 
-def bright_is_cloud(image: Image, cloud_is: CloudIs) -> bool:
-    """Whether large values are cloud: as said, or as the image's kind suggests."""
+def bright_is_cloud(image: SatelliteImage, cloud_is: CloudIs) -> bool:
+    """Whether large values are cloud: as the user says, or as the quantity suggests."""
     return image.bright_is_cloud if cloud_is == "auto" else cloud_is == "bright"
 
 
-def cloudiness_level(image: Image, cloud_is: CloudIs) -> NDArray[np.float64]:
-    """Return the values with cloud the larger ones, rows northward and columns eastward."""
+def cloudiness_level(image: SatelliteImage, cloud_is: CloudIs) -> Array:
+    """Return the cloudiness level (rows, columns) of an image, rows northward and columns eastward."""
     values = image.values[:: -1 if image.north_first else 1, :: -1 if image.east_first else 1]
     return values if bright_is_cloud(image, cloud_is) else -values
 
 
 def find_threshold(
-    level: NDArray[np.float64], method: Method, window: int | None, coverage: float, scene: NDArray[np.float64]
-) -> tuple[float | NDArray[np.float64], float]:
+    level: Array, method: Method, window: int | None, coverage: float, scene: Array
+) -> tuple[float | Array, float]:
     """Return the threshold, one for all pixels or one for each, and the lowest, where thickness starts.
 
     Parameters
     ----------
-    level : ndarray of float64 (rows, columns)
-        Cloudiness level of the image, NaN where missing.
+    level : ndarray (rows, columns)
+        Cloudiness level of the image.
     method : {"otsu", "local", "coverage"}
-        See :mod:`hcss_twin.models.clouds.imagery.threshold`.
+        :func:`otsu_threshold`, :func:`local_threshold` or :func:`coverage_threshold`.
     window : int or None
-        Side in pixels of the surroundings of method ``local``; an eighth of the shorter side by default.
+        Side in pixels of the averaging window of method ``local``; default: an eighth of the shorter side.
     coverage : float
         Fraction of cloudy pixels of ``scene``, for method ``coverage``.
-    scene : ndarray of float64
+    scene : ndarray
         The part of ``level`` that gets this coverage.
 
     Raises
     ------
     ValueError
-        If the levels have no contrast or the coverage cannot be had.
+        If the levels have no contrast or the coverage is not possible.
     """
     if method == "otsu":
         otsu = otsu_threshold(level)
@@ -70,24 +85,161 @@ def find_threshold(
     return wanted, max(wanted, float(np.nanmin(level)))
 
 
-# Of the cloudy pixels, this percentile of the grey levels and all above it get the greatest
-# thickness: a few glinting or noisy pixels would otherwise make all the other clouds thin.
-TOP_PERCENTILE = 99.9
+def otsu_threshold(level: Array) -> float:
+    """Return the level that best splits the histogram of ``level`` (any shape) into two classes.
+
+    Maximises the between-class variance [mu_T w(k) - mu(k)]^2 / (w(k) [1 - w(k)]) over the 255 splits of a histogram
+    with 256 equal bins (N. Otsu, "A threshold selection method from gray-level histograms", IEEE Trans. Syst. Man
+    Cybern. 9, 62-66, 1979, eqs 18 and 19).
+
+    Returns
+    -------
+    float
+        Upper edge of the last bin of the clear class. Where empty bins make several splits equal, the one in their
+        middle, so that noise does not decide.
+
+    Raises
+    ------
+    ValueError
+        If the finite values are fewer than two or all equal.
+    """
+    finite = level[np.isfinite(level)]
+    if finite.size < 2 or finite.min() == finite.max():
+        raise ValueError("level: no two different values given, allowed: at least two")
+    low = finite.min()
+    span = finite.max() - low
+    # Scaled first: the edges of a histogram of nearly equal large numbers would coincide.
+    counts, _ = np.histogram((finite - low) / span, bins=_BINS, range=(0.0, 1.0))
+    below = np.cumsum(counts)[:-1].astype(np.float64)
+    first_moment = np.cumsum(counts * np.arange(_BINS, dtype=np.float64))
+    total, total_moment = float(finite.size), first_moment[-1]
+    # Neither class is empty: the extremes lie in the first and in the last bin.
+    between = (total_moment * below / total - first_moment[:-1]) ** 2 / (below * (total - below))
+    best = np.flatnonzero(between >= between.max() * (1.0 - 1e-12))
+    return float(low + span * (0.5 * (best[0] + best[-1]) + 1.0) / _BINS)
 
 
-def relative_grey(level: NDArray[np.float64], lowest: float) -> NDArray[np.float64]:
-    """Return (C - C_min) / (C_max - C_min) of cloudy pixels, confined to 0 to 1.
+def local_mean(level: Array, window: int) -> Array:
+    """Return the mean level (rows, columns) of the ``window`` x ``window`` pixels around each pixel.
+
+    Missing pixels and pixels outside the image do not count; NaN where the window holds no value.
+    """
+    valid = np.isfinite(level)
+    if not valid.any():
+        return np.full_like(level, np.nan)
+    # Running sums lose digits where the values are large and nearly equal, as temperatures are.
+    centre = float(np.median(level[valid]))
+    share = uniform_filter(valid.astype(np.float64), window, mode="constant")
+    summed = uniform_filter(np.where(valid, level - centre, 0.0), window, mode="constant")
+    mean = np.full_like(level, np.nan)
+    np.divide(summed, share, out=mean, where=share > 0.5 / window**2)
+    return mean + centre
+
+
+def local_threshold(level: Array, window: int) -> Array:
+    """Return a threshold for each pixel: the mean of a square window around it, between a floor and a ceiling.
+
+    The mean is the threshold of D. Bradley and G. Roth, "Adaptive thresholding using the integral image", J. Graphics
+    Tools 12(2), 13-21, 2007, without their offset, which is a fraction of the grey level and has no meaning for a
+    temperature. Alone it flags half of an open sea and clears half of a closed cloud deck. Therefore the limits are
+
+    * the ceiling, Otsu's threshold of the whole image: brighter pixels are cloud everywhere;
+    * the floor, three standard deviations above the most frequent level below the ceiling, the sea. The standard
+      deviation is that of the darker side, where there is no thin cloud.
+
+    Over a background as varied as the clouds (land, or many degrees of latitude in the infrared) the floor reaches the
+    ceiling, and the result is Otsu's.
 
     Parameters
     ----------
-    level : ndarray of float64 (N,)
+    level : ndarray (rows, columns)
+        Cloudiness level.
+    window : int
+        Side of the window in pixels.
+
+    Returns
+    -------
+    ndarray (rows, columns)
+        Threshold; NaN where the window holds no value.
+
+    Raises
+    ------
+    ValueError
+        If the finite levels are all equal.
+    """
+    ceiling = otsu_threshold(level)
+    floor = min(_sea_limit(level[level <= ceiling]), ceiling)
+    bounded: Array = np.clip(local_mean(level, window), floor, ceiling)
+    return bounded
+
+
+def _sea_limit(clear: Array) -> float:
+    """Return the level that a cloudless sea rarely exceeds, from the levels (N,) of the clear class."""
+    low = float(clear.min())
+    span = float(clear.max()) - low
+    if span == 0.0:
+        return low
+    counts, _ = np.histogram((clear - low) / span, bins=_SEA_BINS, range=(0.0, 1.0))
+    peak = low + span * (int(np.argmax(counts)) + 0.5) / _SEA_BINS
+    spread = _MEDIAN_TO_SIGMA * float(np.median(peak - clear[clear <= peak]))
+    return peak + _FLOOR_SIGMAS * spread
+
+
+def coverage_threshold(level: Array, coverage: float) -> float:
+    """Return the threshold that the fraction ``coverage`` of the pixels exceeds.
+
+    Parameters
+    ----------
+    level : ndarray, any shape
+        Cloudiness level; missing pixels are clear but count as pixels.
+    coverage : float
+        Fraction of cloudy pixels.
+
+    Returns
+    -------
+    float
+        The level of the cloudiest clear pixel; +inf for no cloud, -inf for all pixels. Exact to half a pixel where the
+        levels differ. Equal levels stay together: of the two possible fractions, the closer one is taken.
+
+    Raises
+    ------
+    ValueError
+        If the coverage is outside [0, 1 - fraction of missing pixels].
+    """
+    finite = np.sort(level[np.isfinite(level)])
+    wanted = round(coverage * level.size)
+    if not 0 <= coverage <= 1 or wanted > finite.size:
+        limit = finite.size / level.size
+        raise ValueError(
+            f"{coverage:g} given, allowed 0 to {limit:g} ({level.size - finite.size} of {level.size} pixels "
+            f"are missing); closest is {min(max(coverage, 0.0), limit):g}"
+        )
+    if wanted == 0:
+        return float("inf")
+    if wanted == finite.size:
+        return float("-inf")
+    split = float(finite[finite.size - wanted - 1])
+    fewer = finite.size - int(np.searchsorted(finite, split, side="right"))
+    more = finite.size - int(np.searchsorted(finite, split, side="left"))
+    if wanted - fewer <= more - wanted:
+        return split
+    below = finite[: finite.size - more]
+    return float(below[-1]) if below.size else float("-inf")
+
+
+def relative_grey(level: Array, lowest: float) -> Array:
+    """Return C' = (C - C_min) / (C_max - C_min) of cloudy pixels, clipped to 0 to 1 (eq 7 for images).
+
+    Parameters
+    ----------
+    level : ndarray (N,)
         Cloudiness level C of the cloudy pixels.
     lowest : float
         C_min, the threshold. Pixels below it, from filled holes, get 0.
 
     Returns
     -------
-    ndarray of float64 (N,)
+    ndarray (N,)
         C_max is the 99.9th percentile of ``level``. All 1 where it does not exceed C_min.
     """
     if level.size == 0:
@@ -95,14 +247,14 @@ def relative_grey(level: NDArray[np.float64], lowest: float) -> NDArray[np.float
     top = float(np.percentile(level, TOP_PERCENTILE))
     if top <= lowest:
         return np.ones_like(level)
-    relative: NDArray[np.float64] = np.clip((level - lowest) / (top - lowest), 0.0, 1.0)
+    relative: Array = np.clip((level - lowest) / (top - lowest), 0.0, 1.0)
     return relative
 
 
-def thickness_of(relative: NDArray[np.float64], thickness_min_m: float, thickness_max_m: float) -> NDArray[np.float32]:
-    """Return Th_min + (Th_max - Th_min) C' for relative grey levels C' (any shape) of cloudy pixels.
+def thickness_of(relative: Array, thickness_min_m: float, thickness_max_m: float) -> NDArray[np.float32]:
+    """Return Th = Th_min + (Th_max - Th_min) C' for relative grey levels C' (any shape) of cloudy pixels (eq 7).
 
-    Rounding to single precision neither leaves the layer nor reaches 0, which is clear sky.
+    Rounding to single precision neither exceeds Th_max nor reaches 0, which is clear sky.
     """
     values = (thickness_min_m + (thickness_max_m - thickness_min_m) * relative).astype(np.float32)
     highest = np.float32(thickness_max_m)

@@ -1,7 +1,7 @@
-"""Clouds from satellite images (section III.A.1 of the HCSS paper): the static scenes.
+"""Clouds from satellite images (section III.A.1 of the HCSS paper): static scenes.
 
-Adaptive threshold, mask, and grey levels that become thickness; the image's own scene, or its single
-clouds scattered over an unbounded sky.
+A threshold gives the mask, and grey levels become thickness (eq 7). The clouds are those of the image's own scene, or
+its single clouds scattered over an unbounded sky.
 """
 
 from __future__ import annotations
@@ -12,39 +12,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.coverage import window_inside
-from hcss_twin.models.clouds.database.folder import FOLDER, SUFFIX
+from hcss_twin.models.clouds.database import FOLDER, SUFFIX
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.scattered import ScatteredClouds
 from hcss_twin.models.clouds.imagery.whole_scene import WholeScene
+from hcss_twin.models.clouds.thickness import window_inside
 from hcss_twin.providers import CloudInputs, Declares
 
 
 class ImageryClouds:
-    """Clouds cut out of a satellite image; their shapes never change.
+    """Clouds of a satellite image; their shapes never change.
 
-    They come from an image, or from an entry of the cloud database, which was cut out beforehand and
-    looked at. In an image, a pixel is cloudy where its grey level exceeds an adaptive threshold (see
-    :mod:`hcss_twin.models.clouds.imagery.threshold`). Thickness is linear in the grey level (eq 7 of
-    the HCSS paper),
+    They come from an image, or from an entry of the cloud database, whose clouds were cut out and inspected beforehand.
+    In an image, a pixel is cloudy where its grey level exceeds a threshold
+    (:mod:`hcss_twin.models.clouds.imagery.cloudiness`). Thickness is linear in the grey level (eq 7 of the HCSS paper),
 
     Th = Th_min + (Th_max - Th_min) (C - C_min) / (C_max - C_min),
 
-    with C_min the (lowest) threshold and C_max the 99.9th percentile of the cloudy pixels; what is
-    brighter has Th_max. Both belong to the whole image, so that all frames agree.
+    with C_min the (lowest) threshold and C_max the 99.9th percentile of the cloudy pixels; brighter pixels have Th_max.
+    Both are those of the whole image, so that all frames agree.
 
-    A whole scene starts at ``row_origin``, ``column_origin``, or in the middle of the image. From then
-    on it moves over the image by whole pixels, (v_platform - v_x) t to the east and -v_y t to the
-    north, and ends where the image ends. Scattered clouds move in the same way, and never end. Rows
-    of the image are turned so that y grows northward with the row, as in every scene.
+    A whole scene starts at ``row_origin``, ``column_origin``, or in the middle of the image. It moves over the image by
+    whole pixels, (v_platform - v_x) t to the east and -v_y t to the north, up to the image's border. Scattered clouds
+    move in the same way without a border. Rows of the image are flipped so that y grows northward with the row.
 
-    The image should show nothing but clouds and sea: bright land is taken for cloud.
+    The image should show clouds and sea only: bright land is taken for cloud.
 
     Parameters
     ----------
     inputs : CloudInputs
-        Layer, image plane, motion and the catalog that records the file. The seed counts only for
-        scattered clouds.
+        Layer, image plane, motion and the catalog that records the file. The seed counts only for scattered clouds.
     parameters : ImageryParameters
         The image or entry and how it is used.
 
@@ -68,7 +65,7 @@ class ImageryClouds:
         if inputs.layer.edge_taper != 0.0:
             problem = Problem(
                 "clouds.edge_taper",
-                f"{inputs.layer.edge_taper:g} given; clouds of an image have the edges that it shows; allowed: 0",
+                f"{inputs.layer.edge_taper:g} given; clouds of an image have the edges of the image; allowed: 0",
             )
             raise ScenarioError([problem], origin="imagery clouds")
         self._grid = inputs.grid
@@ -94,6 +91,4 @@ class ImageryClouds:
         """
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
-        return self._clouds.thickness_m(
-            time_s, window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns)
-        )
+        return self._clouds.thickness_m(time_s, *window_inside(rows, columns, self._grid))

@@ -1,8 +1,8 @@
 """Planes of TIFF files, and the pixel size that GeoTIFF tags give.
 
-The structure (bands, tiles, overviews, number types) and the tags are read by tifffile. Pixels
-compressed in a way that it cannot undo alone, LZW and JPEG among them, are read by Pillow where the
-file has one band or is a plain picture; other such files need the package imagecodecs.
+tifffile reads the structure (bands, tiles, overviews, number types) and the tags. Compressions that it cannot decode
+alone, LZW and JPEG among them, are decoded by Pillow where the file has one band or is a plain picture; other such
+files need the package imagecodecs.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.clouds.imagery.image import Image, choose_plane, luminance
-from hcss_twin.models.clouds.imagery.netcdf_image import SQUARE, quiet
+from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, luminance, square_side
+from hcss_twin.models.clouds.imagery.netcdf_image import quiet
 from hcss_twin.physics.geodesy import MEAN_EARTH_RADIUS_M
 
 _DATE_TIME = 306
@@ -27,17 +27,17 @@ _METRES = {9001: 1.0, 9002: 0.3048, 9003: 1200.0 / 3937.0, 9036: 1000.0}
 _DEGREE = 9102
 
 
-def read_tiff(path: Path, variable: str | None) -> Image:
+def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
     """Read one band of a TIFF or GeoTIFF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`.
 
-    A picture of three or four 8-bit samples becomes luminance where no band is asked for. Overviews and
-    masks are passed over. Pixels with the value of GDAL's no-data tag are missing.
+    A picture of three or four 8-bit samples becomes luminance unless a band is chosen. Overviews and masks are ignored.
+    Pixels with the value of GDAL's no-data tag are missing.
 
     Raises
     ------
     CatalogError
-        If the file is damaged, holds several pages or bands without a choice, is compressed in a way that
-        cannot be undone here, or if its grid is turned or its pixels are not square.
+        If the file is damaged, holds several pages or bands without a choice, or has an unknown compression, or if its
+        grid is rotated or its pixels are not square.
     """
     import tifffile
 
@@ -58,7 +58,7 @@ def _only_page(path: Path, file: Any) -> Any:
     return pages[0]
 
 
-def _page(path: Path, page: Any, variable: str | None) -> Image:
+def _page(path: Path, page: Any, variable: str | None) -> SatelliteImage:
     bands = _bands(path, page)
     names = [str(number) for number in range(1, bands.shape[0] + 1)]
     is_picture = page.photometric.name == "RGB" and bands.dtype == np.uint8 and bands.shape[0] in (3, 4)
@@ -73,7 +73,7 @@ def _page(path: Path, page: Any, variable: str | None) -> Image:
     if page.photometric.name == "MINISWHITE":
         values = -values
     size, note, north_first = _pixel_size(path, page)
-    return Image(
+    return SatelliteImage(
         values=values,
         pixel_size_m=size,
         bright_is_cloud=True,
@@ -118,9 +118,7 @@ def _with_pillow(path: Path) -> NDArray[Any]:
 
 
 def _missing_value(page: Any) -> float | None:
-    """Return the value of missing pixels, as GDAL writes it into tag 42113; None where there is no tag."""
-    if 42113 not in page.tags:
-        return None
+    """Return the value of missing pixels, as GDAL writes it into tag 42113; None without the tag or a number."""
     try:
         return float(str(page.tags.valueof(42113)).strip("\0 "))
     except ValueError:
@@ -128,7 +126,7 @@ def _missing_value(page: Any) -> float | None:
 
 
 def _pixel_size(path: Path, page: Any) -> tuple[float | None, str, bool]:
-    """Return the side of a pixel in metres, why there is none, and whether the north is first."""
+    """Return the side of a pixel in metres, or why there is none, and whether the first row is the northernmost."""
     tags = page.geotiff_tags or {}
     if not tags:
         return None, "", True
@@ -150,7 +148,7 @@ def _pixel_size(path: Path, page: Any) -> tuple[float | None, str, bool]:
         metres = _METRES.get(unit) or float(tags.get("ProjLinearUnitSizeGeoKey", math.nan))
         if not math.isfinite(metres):
             return None, f"its unit of length has the code {unit}, which is not known", north_first
-        return _square(path, step_x * metres, abs(step_y) * metres), "", north_first
+        return square_side(path, step_x * metres, abs(step_y) * metres), "", north_first
     if model == _GEOGRAPHIC and int(tags.get("GeogAngularUnitsGeoKey", _DEGREE)) == _DEGREE:
         latitude = top + step_y * page.imagelength / 2.0
         return *_of_degrees(step_x, abs(step_y), latitude), north_first
@@ -158,7 +156,7 @@ def _pixel_size(path: Path, page: Any) -> tuple[float | None, str, bool]:
 
 
 def _of_degrees(step_x: float, step_y: float, latitude: float) -> tuple[float | None, str]:
-    """Return the pixel size of a grid in degrees at the latitude of its middle, and why there is none."""
+    """Return the pixel size in metres of a grid in degrees at the latitude of its middle, or why there is none."""
     if not math.isfinite(latitude) or abs(latitude) >= 90.0:
         return None, "its grid is in degrees without a latitude"
     side_y = math.radians(step_y) * MEAN_EARTH_RADIUS_M
@@ -169,12 +167,3 @@ def _of_degrees(step_x: float, step_y: float, latitude: float) -> tuple[float | 
             "resample it, or give the size to take them for"
         )
     return math.sqrt(side_x * side_y), ""
-
-
-def _square(path: Path, side_x: float, side_y: float) -> float:
-    if abs(side_x - side_y) > SQUARE * max(side_x, side_y):
-        raise CatalogError(
-            f"{path}: pixels of {side_x:g} m x {side_y:g} m are not square; allowed: sides that differ by at "
-            "most 1 %; resample the image"
-        )
-    return math.sqrt(side_x * side_y)

@@ -1,12 +1,8 @@
-"""One plane of a satellite image in memory.
-
-Grey levels of colour pictures.
-
-Choice of one plane of a file that holds several.
-"""
+"""One plane of a satellite image in memory, from any kind of file."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,34 +11,36 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError, choose_from
 
+SQUARE = 0.01
+"""Largest relative scatter of coordinate steps, and difference of the two sides, of square pixels."""
+
 
 @dataclass(frozen=True)
-class Image:
-    """One plane of an image.
+class SatelliteImage:
+    """One plane of an image, with what its file states about it.
 
     Attributes
     ----------
     values : ndarray of float64 (rows, columns)
         As stored, in physical units where the file gives them; NaN where missing.
     pixel_size_m : float or None
-        Side of a pixel on the ground; None where the file does not say.
+        Side of a pixel on the ground; None where the file does not give it.
     bright_is_cloud : bool
         Whether cloud has the larger values.
     units, long_name : str
-        What the values are; empty where the file does not say.
+        Of the values; empty where the file does not give them.
     source : str
         Name of the file.
     pixel_size_is_nominal : bool
-        True for a geostationary image: its pixel size is that below the satellite, and pixels
-        elsewhere are larger.
+        True for a geostationary image: its pixel size is that below the satellite, and pixels elsewhere are larger.
     north_first, east_first : bool
-        Whether the first row is the northernmost, and the first column the easternmost. Files
-        without coordinates are taken to have the north in the first row, the west in the first column.
+        Whether the first row is the northernmost, and the first column the easternmost. Files without coordinates
+        are taken to have north in the first row and west in the first column.
     pixel_size_note : str
         Why there is no pixel size, where the file has a grid that gives none; else empty.
     variable, band, date, rights : str
-        Name of the plane in the file, spectral band, time of observation and terms of use, as the file
-        states them; empty where it does not.
+        Name of the plane in the file, spectral band, time of observation and terms of use, as the file states them;
+        empty where it does not.
     """
 
     values: NDArray[np.float64]
@@ -75,21 +73,21 @@ def luminance(colours: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def choose_plane(path: Path, variable: str | None, planes: list[str], known: list[str]) -> str:
-    """Return the variable to read: the one asked for, or the only one there is.
+    """Return the variable to read: ``variable``, or the only one of ``planes``.
 
     Parameters
     ----------
     path : Path
         The file, for messages.
     variable : str or None
-        What was asked for.
+        The user's choice.
     planes, known : list of str
-        Names of the planes, and of all that can be asked for.
+        Names of the planes, and of all that the user may name.
 
     Raises
     ------
     CatalogError
-        If there is no such variable, or several planes and none was asked for.
+        If there is no such variable, or several planes without a choice.
     """
     if variable is not None:
         if variable not in known:
@@ -101,3 +99,19 @@ def choose_plane(path: Path, variable: str | None, planes: list[str], known: lis
         raise CatalogError(f"{path}: no image: none of its variables has two dimensions")
     listed = ", ".join(sorted(planes))
     raise CatalogError(f"{path}: several images; set variable to one of: {listed}")
+
+
+def square_side(path: Path, side_x: float, side_y: float) -> float:
+    """Return the side, in m, of a square pixel of the same area.
+
+    Raises
+    ------
+    CatalogError
+        If the sides differ by more than 1 %.
+    """
+    if abs(side_x - side_y) > SQUARE * max(side_x, side_y):
+        raise CatalogError(
+            f"{path}: pixels of {side_x:g} m x {side_y:g} m are not square; allowed: sides that differ by at "
+            "most 1 %; resample the image"
+        )
+    return math.sqrt(side_x * side_y)

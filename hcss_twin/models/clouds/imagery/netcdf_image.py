@@ -1,7 +1,4 @@
-"""Planes of NetCDF files, GOES ABI among them.
-
-Brightness temperature of GOES ABI radiances, with the coefficients that their files carry.
-"""
+"""Planes of NetCDF files, GOES ABI among them, and the brightness temperature of GOES ABI radiances."""
 
 from __future__ import annotations
 
@@ -17,16 +14,18 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.models.clouds.imagery.image import Image, choose_plane
+from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, square_side
+
+UNITS = "mW m-2 sr-1 (cm-1)-1"
+"""Of the radiances that the coefficients of :class:`PlanckCoefficients` hold for."""
+
+_PLANCK = ("planck_fk1", "planck_fk2", "planck_bc1", "planck_bc2")
 
 _METRES = {"m": 1.0, "metre": 1.0, "meter": 1.0, "km": 1e3, "kilometre": 1e3, "kilometer": 1e3}
 _RADIANS = {"rad", "radian"}
 
-# Relative scatter of coordinate steps, and difference of the two steps, that still counts as square.
-SQUARE = 0.01
-
-# Beyond this wavelength an image is taken to show what the scene emits, and high cloud is the cold part.
-# Near 4 um in daylight that is not so: there the user has to say which it is.
+# Beyond this wavelength an image is taken for thermal emission, in which high cloud is cold. Near 4 um in daylight that
+# is wrong: there the user has to set cloud_is.
 _THERMAL_UM = 3.0
 
 _USABLE = ("good", "conditionally_usable")
@@ -34,13 +33,13 @@ _USABLE = ("good", "conditionally_usable")
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep the warnings of file libraries about odd attributes of other people's files to ourselves."""
+    """Suppress the warnings of file libraries about unusual attributes, which the user cannot change."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
 
 
-def read_netcdf(path: Path, variable: str | None) -> Image:
+def read_netcdf(path: Path, variable: str | None) -> SatelliteImage:
     """Read one plane of a NetCDF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`."""
     import netCDF4
 
@@ -66,19 +65,22 @@ def _is_plane(variable: Any) -> bool:
 
 def _planes(dataset: Any) -> list[str]:
     """List the variables with two dimensions that are measurements: no coordinates, bounds or flags."""
-    helpers = {"latitude", "longitude", "status_flag"}
-    named: set[str] = set()
-    for variable in dataset.variables.values():
-        for attribute in ("coordinates", "ancillary_variables", "bounds"):
-            named.update(_text(variable, attribute).split())
+    auxiliary = {
+        name
+        for variable in dataset.variables.values()
+        for attribute in ("coordinates", "ancillary_variables", "bounds")
+        for name in _text(variable, attribute).split()
+    }
     return [
         name
         for name, variable in dataset.variables.items()
-        if _is_plane(variable) and name not in named and _text(variable, "standard_name") not in helpers
+        if _is_plane(variable)
+        and name not in auxiliary
+        and _text(variable, "standard_name") not in ("latitude", "longitude", "status_flag")
     ]
 
 
-def _netcdf_plane(path: Path, dataset: Any, variable: Any) -> Image:
+def _netcdf_plane(path: Path, dataset: Any, variable: Any) -> SatelliteImage:
     if not _is_plane(variable):
         raise CatalogError(
             f"{path}: '{variable.name}' of type {variable.dtype} has the shape {tuple(variable.shape)}; "
@@ -96,7 +98,7 @@ def _netcdf_plane(path: Path, dataset: Any, variable: Any) -> Image:
         values, y_name, x_name = values.T, x_name, y_name
     step_y, step_x = (_step(path, dataset.variables.get(name)) for name in (y_name, x_name))
     size, nominal = _pixel_size(path, dataset, variable, (y_name, x_name), (step_y, step_x))
-    return Image(
+    return SatelliteImage(
         values=values,
         pixel_size_m=size,
         bright_is_cloud=not _is_thermal(dataset, variable),
@@ -114,7 +116,7 @@ def _netcdf_plane(path: Path, dataset: Any, variable: Any) -> Image:
 
 
 def _band(dataset: Any) -> str:
-    """Name the spectral band of a GOES ABI file; empty for other files."""
+    """Return the name of the spectral band of a GOES ABI file; empty for other files."""
     parts = []
     for name, form in (("band_id", "band {:g}"), ("band_wavelength", "{:.4g} um")):
         item = dataset.variables.get(name)
@@ -129,7 +131,7 @@ def _numbers(variable: Any) -> Array:
 
 
 def _unusable(flags: Any) -> NDArray[np.bool_]:
-    """Return where a quality flag says neither good nor conditionally usable; all False for other flags."""
+    """Return where a quality flag is neither good nor conditionally usable; all False for other flags."""
     meanings = _text(flags, "flag_meanings").split()
     usable = [index for index, meaning in enumerate(meanings) if meaning.startswith(_USABLE)]
     codes = np.atleast_1d(getattr(flags, "flag_values", []))
@@ -139,7 +141,6 @@ def _unusable(flags: Any) -> NDArray[np.bool_]:
 
 
 def _is_eastward(coordinate: Any) -> bool:
-    """Whether a coordinate variable runs along x."""
     return coordinate is not None and (
         _text(coordinate, "axis") == "X"
         or _text(coordinate, "standard_name") in ("projection_x_coordinate", "longitude")
@@ -147,7 +148,7 @@ def _is_eastward(coordinate: Any) -> bool:
 
 
 def _is_thermal(dataset: Any, variable: Any) -> bool:
-    """Whether an image shows temperature or thermal radiance, where high cloud is cold: small values."""
+    """Whether an image shows temperature or thermal radiance, which is small for high, cold cloud."""
     units = _text(variable, "units").casefold()
     name = f"{_text(variable, 'standard_name')} {_text(variable, 'long_name')}".casefold().replace(" ", "_")
     if units in ("k", "kelvin") or "brightness_temperature" in name:
@@ -159,7 +160,7 @@ def _is_thermal(dataset: Any, variable: Any) -> bool:
 
 
 def _step(path: Path, coordinate: Any) -> float | None:
-    """Return the step of a coordinate in its own units; None where there is no coordinate."""
+    """Return the step of a coordinate in its own units; None without a coordinate."""
     if coordinate is None or coordinate.ndim != 1 or coordinate.shape[0] < 2:
         return None
     positions = _numbers(coordinate)
@@ -174,8 +175,8 @@ def _pixel_size(
 ) -> tuple[float | None, bool]:
     """Return the side of a pixel in metres (None where unknown) and whether it is nominal.
 
-    On the fixed grid of a geostationary imager (GOES-R Product Definition and Users' Guide, vol. 3,
-    section 5.1.2) x and y are scan angles; times the height of the satellite they are lengths below it.
+    On the fixed grid of a geostationary imager (GOES-R Product Definition and Users' Guide, vol. 3, section 5.1.2) x
+    and y are scan angles; times the height of the satellite they are lengths at the point below it.
     """
     mapping = dataset.variables.get(_text(variable, "grid_mapping").split(":")[0].strip())
     geostationary = _text(mapping, "grid_mapping_name") == "geostationary"
@@ -187,25 +188,14 @@ def _pixel_size(
         if step is None or not np.isfinite(metres):
             return None, False
         sides.append(abs(step) * metres)
-    if abs(sides[0] - sides[1]) > SQUARE * max(sides):
-        raise CatalogError(
-            f"{path}: pixels of {sides[1]:g} m x {sides[0]:g} m are not square; allowed: sides that differ "
-            "by at most 1 %; resample the image"
-        )
-    return float(np.sqrt(sides[0] * sides[1])), geostationary
-
-
-UNITS = "mW m-2 sr-1 (cm-1)-1"
-"""Of the radiances that the coefficients belong to."""
-
-_NAMES = ("planck_fk1", "planck_fk2", "planck_bc1", "planck_bc2")
+    return square_side(path, sides[1], sides[0]), geostationary
 
 
 @dataclass(frozen=True)
 class PlanckCoefficients:
-    """Coefficients of T = [fk2 / ln(fk1 / L + 1) - bc1] / bc2.
+    """Coefficients of T = [fk2 / ln(fk1 / L + 1) - bc1] / bc2, L in mW m-2 sr-1 (cm-1)-1, T in K.
 
-    GOES-R Product Definition and Users' Guide, volume 3, emissive bands of level 1b; L in mW m-2 sr-1 (cm-1)-1, T in K.
+    GOES-R Product Definition and Users' Guide, volume 3, emissive bands of level 1b.
     """
 
     fk1: float
@@ -213,7 +203,7 @@ class PlanckCoefficients:
     bc1: float
     bc2: float
 
-    def kelvin(self, radiance: NDArray[np.float64]) -> NDArray[np.float64]:
+    def kelvin(self, radiance: Array) -> Array:
         """Return brightness temperatures; NaN where radiance is missing or not positive."""
         known = radiance > 0.0
         safe = np.where(known, radiance, 1.0)
@@ -222,7 +212,7 @@ class PlanckCoefficients:
 
 
 def planck_coefficients(path: Path) -> PlanckCoefficients | None:
-    """Return the coefficients of a NetCDF file; None where it has none, or for another kind of file.
+    """Return the coefficients of a NetCDF file; None for other files, and where the file has none.
 
     Raises
     ------
@@ -236,14 +226,10 @@ def planck_coefficients(path: Path) -> PlanckCoefficients | None:
             return None
     try:
         with quiet(), netCDF4.Dataset(path) as dataset:
-            if not all(name in dataset.variables for name in _NAMES):
+            if not all(name in dataset.variables for name in _PLANCK):
                 return None
-            found = [_number(dataset.variables[name]) for name in _NAMES]
+            values = [float(_numbers(dataset.variables[name]).ravel()[0]) for name in _PLANCK]
     except (OSError, RuntimeError) as error:
         raise CatalogError(f"{path}: not a NetCDF file that can be read: {error}") from error
-    return PlanckCoefficients(*found) if np.all(np.isfinite(found)) else None
-
-
-def _number(variable: Any) -> float:
-    """Return a scalar, NaN where it is missing, as in files of reflected sunlight."""
-    return float(np.ma.filled(np.ma.asarray(variable[...]).astype(np.float64), np.nan).ravel()[0])
+    # Missing, NaN, in files of reflected sunlight.
+    return PlanckCoefficients(*values) if np.all(np.isfinite(values)) else None

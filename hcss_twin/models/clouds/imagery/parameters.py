@@ -1,4 +1,4 @@
-"""Parameters of the cloud generator that takes its clouds from a satellite image."""
+"""Parameters of the cloud generator ``imagery``, which takes clouds from satellite images."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-# What only an image needs: an entry has been cut out already.
+# Only for an image: the clouds of an entry are already cut out.
 _OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
 
-# What only a scene with a border and gaps has.
+# Only for a whole scene, which has a border and gaps.
 _OF_A_SCENE = ("row_origin", "column_origin", "missing")
 
 
@@ -79,7 +79,7 @@ class ImageryParameters(ImageReading):
 
     @model_validator(mode="after")
     def _one_kind_of_source(self) -> Self:
-        """Refuse what would be ignored."""
+        """Refuse parameters that would be ignored."""
         if (self.image is None) is (self.entry is None):
             given = "neither" if self.image is None else "both"
             raise ValueError(f"{given} given of image and entry; allowed: one of them")

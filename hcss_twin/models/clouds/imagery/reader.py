@@ -1,4 +1,4 @@
-"""Read a satellite image: one plane of numbers, its pixel size, and whether cloud is bright in it."""
+"""Reading of satellite images from files: one plane of numbers, its pixel size, and whether cloud is bright in it."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ from pathlib import Path
 import numpy as np
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.clouds.imagery.image import Image, choose_plane, luminance
+from hcss_twin.models.clouds.imagery.geotiff import read_tiff
+from hcss_twin.models.clouds.imagery.image import SatelliteImage, choose_plane, luminance
 from hcss_twin.models.clouds.imagery.netcdf_image import quiet, read_netcdf
 
 # First bytes of TIFF and BigTIFF in both byte orders.
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
-# Names of files that are meant to be NetCDF.
+# Suffixes of NetCDF files, for a helpful message about damaged ones.
 _NETCDF = (".nc", ".nc4", ".cdf", ".netcdf")
 
 
-def read_image(path: Path, variable: str | None = None) -> Image:
-    """Read an image; the kind of file is known from its first bytes, not from its name.
+def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
+    """Read an image; the format follows from the first bytes of the file, not from its name.
 
     Parameters
     ----------
     path : Path
-        NetCDF (GOES ABI L1b and L2 among them), GeoTIFF, a picture that Pillow reads (colour
-        becomes luminance, transparent pixels are missing), ``.npy`` or ``.npz``.
+        NetCDF (GOES ABI L1b and L2 among them), GeoTIFF, a picture that Pillow reads (colour becomes luminance,
+        transparent pixels are missing), ``.npy`` or ``.npz``.
     variable : str, optional
-        Variable of a NetCDF or ``.npz`` file, or number of a band of a TIFF, from 1; needed where
-        there are several planes.
+        Variable of a NetCDF or ``.npz`` file, or number of a band of a TIFF, from 1; needed with several planes.
 
     Raises
     ------
     CatalogError
-        If there is no such file, it is not an image, holds several planes or none with two
-        dimensions, its pixels are not square, or its values are all missing or all the same.
+        If there is no such file, it is not an image, holds several planes or none with two dimensions, its pixels are
+        not square, or its values are all missing or all the same.
     """
     if not path.is_file():
         raise CatalogError(f"no image '{path}'")
@@ -44,8 +44,6 @@ def read_image(path: Path, variable: str | None = None) -> Image:
     if magic.startswith((b"\x89HDF", b"CDF")):
         image = read_netcdf(path, variable)
     elif magic.startswith(_TIFF):
-        from hcss_twin.models.clouds.imagery.geotiff import read_tiff
-
         image = read_tiff(path, variable)
     elif magic.startswith((b"\x93NUMPY", b"PK\x03\x04", b"PK\x05\x06")):
         image = _read_numpy(path, variable)
@@ -62,7 +60,7 @@ def read_image(path: Path, variable: str | None = None) -> Image:
     return replace(image, values=values)
 
 
-def _read_picture(path: Path) -> Image:
+def _read_picture(path: Path) -> SatelliteImage:
     from PIL import Image as Picture
     from PIL import UnidentifiedImageError
 
@@ -74,8 +72,7 @@ def _read_picture(path: Path) -> Image:
             if picture.mode in ("1", "L", "F") or picture.mode.startswith("I"):
                 values = np.asarray(picture, dtype=np.float64)
             else:
-                colours = np.asarray(picture.convert("RGBA"), dtype=np.float64)
-                values = luminance(colours)
+                values = luminance(np.asarray(picture.convert("RGBA"), dtype=np.float64))
     except UnidentifiedImageError as error:
         if path.stat().st_size == 0:
             why = "it is empty"
@@ -86,10 +83,10 @@ def _read_picture(path: Path) -> Image:
         raise CatalogError(f"{path}: {why}; allowed: NetCDF, TIFF, PNG, JPEG, .npy, .npz") from error
     except (OSError, SyntaxError, ValueError, Picture.DecompressionBombError) as error:
         raise CatalogError(f"{path}: not an image that can be read: {error}") from error
-    return Image(values, None, True, "", "grey level", path.name)
+    return SatelliteImage(values, None, True, "", "grey level", path.name)
 
 
-def _read_numpy(path: Path, variable: str | None) -> Image:
+def _read_numpy(path: Path, variable: str | None) -> SatelliteImage:
     try:
         # Opened here, because a damaged archive would leave the file open.
         with path.open("rb") as file:
@@ -107,4 +104,4 @@ def _read_numpy(path: Path, variable: str | None) -> Image:
             f"{path}: an array of {array.dtype} with shape {array.shape}; allowed: real numbers, (rows, columns)"
         )
     name = variable or "array"
-    return Image(array.astype(np.float64), None, True, "", name, path.name, variable=variable or "")
+    return SatelliteImage(array.astype(np.float64), None, True, "", name, path.name, variable=variable or "")

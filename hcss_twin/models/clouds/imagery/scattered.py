@@ -9,47 +9,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.database.entry import read_entry
-from hcss_twin.models.clouds.imagery.moving_window import pixels_per_second, size_problem, whole_pixels
+from hcss_twin.models.clouds.database import read_entry
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.sky import FARTHEST_PIXEL, Sky, single_clouds
-from hcss_twin.models.clouds.imagery.whole_scene import size_notes
+from hcss_twin.models.clouds.imagery.whole_scene import pixels_per_second, size_notes, size_problem, whole_pixels
 from hcss_twin.providers import CloudInputs, Declares, Grid
 
-# 2**-40 of the sky is clear when this many layers have arrived, each of which covers half of what was left.
+# Each layer covers half of the clear sky: 2**-40 of the sky is clear after this many.
 _MAX_LAYERS = 40
 
 # From this share of the cloudy pixels on, copies of one cloud catch the eye.
 _CONSPICUOUS = 0.2
 
-
 MAX_FRAME_PIXELS = 2**26
-"""Of a frame (8192 x 8192) whose coverage is to be that asked for."""
+"""Largest frame (8192 x 8192) whose coverage is matched: that takes all its pixels at once."""
 
 
 class ScatteredClouds:
-    """Clouds at random places, in random orientations, each as in the entry; the thickest counts where two meet.
+    """Clouds of an entry at random places, in random orientations; where two overlap the thickest counts.
 
-    With coverage c and mean area A the sky has -ln(1 - c) / A clouds per pixel, so that c is the mean
-    over the plane, exactly (:mod:`hcss_twin.models.clouds.imagery.sky`). That is ``coverage_mode`` "field". In the
-    mode "frame" the density is instead that at which the first frame comes closest to c; clouds are
-    whole, and therefore it may miss c by half of what one cloud adds.
-
-    Parameters
-    ----------
-    inputs : CloudInputs
-        Layer, image plane, motion and seed.
-    parameters : ImageryParameters
-        Orientations, and whether pixels of another size are accepted.
-    path : Path
-        The entry.
+    In the ``coverage_mode`` "field", coverage c and mean area A give -ln(1 - c) / A clouds per pixel, so that c is
+    exactly the mean over the plane (:mod:`hcss_twin.models.clouds.imagery.sky`). In the mode "frame" the density is
+    that at which the coverage of the first frame is closest to c; clouds are whole, so that it may miss c by half of
+    what one cloud adds.
 
     Raises
     ------
     CatalogError
-        If the entry cannot be used or has no whole cloud.
+        If the entry (``path``) cannot be used or has no whole cloud.
     ScenarioError
-        If the pixel sizes differ, or the frame is too large to be matched in coverage.
+        If the pixel sizes differ, or the frame is too large to match its coverage.
     """
 
     image_coverage = None
@@ -79,11 +68,11 @@ class ScatteredClouds:
             self._density = math.inf
             notes.append("Coverage 1 is the limit of infinitely many clouds: one sheet of their greatest thickness.")
         elif layer.coverage_mode == "frame":
-            _require_few_pixels(grid)
-            self._density, found = self._frame_density(layer.coverage)
+            _refuse_large_frames(grid)
+            self._density, coverage = self._frame_density(layer.coverage)
             notes.append(
-                f"{found:.4g} of the first frame's pixels are cloudy ({layer.coverage:g} was asked for; clouds are "
-                "whole); later frames have what is in their place."
+                f"{coverage:.4g} of the first frame's pixels are cloudy ({layer.coverage:g} was requested; clouds are "
+                "whole); later frames show other parts of the sky."
             )
         else:
             self._density = self._sky.density(layer.coverage)
@@ -120,7 +109,7 @@ class ScatteredClouds:
         return self._sky.thickness_m(rows, columns, self._density)
 
     def _frame_density(self, coverage: float) -> tuple[float, float]:
-        """Return the density at which the first frame comes closest to a coverage, and the coverage it has."""
+        """Return the density at which the coverage of the first frame is closest, and that coverage."""
         frame = slice(0, self._grid.rows), slice(0, self._grid.columns)
         pixels = self._grid.rows * self._grid.columns
         wanted = coverage * pixels
@@ -131,19 +120,18 @@ class ScatteredClouds:
             if arrived.size >= wanted or layers >= _MAX_LAYERS:
                 break
             layers += 1
-        # Coverages that the frame can have: none, and all pixels covered by clouds up to an arrival.
+        # Possible numbers of cloudy pixels: none, and for each arrival the pixels that are covered by then.
         last = np.flatnonzero(np.append(arrived[1:] != arrived[:-1], True)) if arrived.size else np.zeros(0, int)
         counts = np.append(0, last + 1)
         best = int(np.argmin(np.abs(counts - wanted)))
         if best == 0:
             return 0.0, 0.0
-        # A cloud is there for densities greater than its arrival.
+        # A cloud exists at densities greater than its arrival.
         density = float(np.nextafter(arrived[counts[best] - 1], np.inf))
         return density, float(counts[best]) / pixels
 
 
-def _require_few_pixels(grid: Grid) -> None:
-    """Refuse to match the coverage of a frame that is too large to be looked at as a whole."""
+def _refuse_large_frames(grid: Grid) -> None:
     pixels = grid.rows * grid.columns
     if pixels > MAX_FRAME_PIXELS:
         message = (

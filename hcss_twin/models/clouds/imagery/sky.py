@@ -1,24 +1,21 @@
-"""The single clouds of a database entry, as shapes that can be put anywhere.
+"""An unbounded sky of single clouds at random places: a Boolean model on the pixel lattice.
 
-An unbounded sky of clouds placed at random: which clouds lie where, from their places' numbers alone.
+The corners of the clouds are a Poisson process of ``density`` clouds per pixel. Each cloud is one of the shapes of a
+database entry in one of the orientations, independently of all others. A pixel is clear with the probability
+exp(-density x mean area), exactly.
 
-The sky is a Boolean model on the pixel lattice: the corners of the clouds are a Poisson process of so
-many clouds per pixel, and each cloud is one of the shapes, with one of the orientations, independently
-of all others. A pixel is clear with the probability exp(-density x mean area), exactly.
+Each cloud has an arrival, the density from which on it exists, and the process is one in space and arrival. A denser
+sky therefore has more clouds, and all clouds of a thinner one at the same places.
 
-Each cloud has a time of arrival, and the process is one in space and arrival: the sky of a density
-holds the clouds that have arrived until then. A denser sky has more clouds, and all those of a thinner
-one, where they were.
-
-Random numbers are functions of the indices of a cell of the plane (a counter-based generator in the
-sense of Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3"), so that any window can be
-asked for, in any order.
+Random numbers are functions of the indices of a cell of the plane (a counter-based generator in the sense of Salmon et
+al. 2011, "Parallel random numbers: as easy as 1, 2, 3"): windows can be computed in any order.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -27,7 +24,7 @@ from scipy import ndimage
 from scipy.special import pdtr
 
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
-from hcss_twin.models.clouds.database.entry import CloudEntry
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.models.clouds.imagery.cloudiness import thickness_of
 
 
@@ -40,9 +37,9 @@ class SingleClouds:
     thickness_m : ndarray of float32 (N,)
         Thickness in the rectangles around the clouds, rows northward; 0 outside the cloud.
     starts, heights, widths, areas : ndarray of int64 (clouds,)
-        Place in ``thickness_m``, sides of the rectangle, and cloudy pixels.
+        First index in ``thickness_m``, sides of the rectangle, and number of cloudy pixels.
     left_out : int
-        Clouds of the entry that are not among them.
+        Number of other clouds in the entry.
     """
 
     thickness_m: NDArray[np.float32]
@@ -54,7 +51,7 @@ class SingleClouds:
 
     @property
     def mean_area(self) -> float:
-        """Mean number of cloudy pixels."""
+        """Mean number of cloudy pixels of a cloud."""
         return float(np.mean(self.areas))
 
     @property
@@ -66,17 +63,16 @@ class SingleClouds:
 def single_clouds(
     entry: CloudEntry, thickness_min_m: float, thickness_max_m: float, pixels: tuple[int, int] | None = None
 ) -> SingleClouds:
-    """Take the whole clouds of an entry, those of an area within ``pixels`` where it is given.
+    """Return the whole clouds of an entry, with areas within ``pixels`` where it is given.
 
-    Clouds that the border of the image or missing pixels cut are left out: their outline there is
-    not that of a cloud.
+    Clouds that the border of the image or missing pixels cut are left out: the cut is not an outline of a cloud.
 
     Raises
     ------
     CatalogError
-        If the border cut all clouds.
+        If all clouds are cut.
     ScenarioError
-        If none has the size asked for.
+        If no whole cloud has an area within ``pixels``.
     """
     labels, grey, missing = entry.labels[::-1], entry.grey[::-1], entry.missing[::-1]
     cut = np.zeros(entry.facts.clouds + 1, dtype=np.bool_)
@@ -101,15 +97,12 @@ def single_clouds(
         whole = np.bincount(labels.ravel(), minlength=cut.size)[1:][~cut[1:]]
         if whole.size:
             low, high = int(whole.min()), int(whole.max())
-            message = f"{list(pixels or ())} given; allowed: a range that meets {low} to {high}, the sizes of the "
-            raise ScenarioError(
-                [
-                    Problem(
-                        "clouds.parameters.cloud_pixels", f"{message}entry's whole clouds; closest is [{low}, {high}]"
-                    )
-                ],
-                origin="imagery clouds",
+            problem = Problem(
+                "clouds.parameters.cloud_pixels",
+                f"{list(pixels or ())} given; allowed: a range that meets {low} to {high}, the sizes of the entry's "
+                f"whole clouds; closest is [{low}, {high}]",
             )
+            raise ScenarioError([problem], origin="imagery clouds")
         raise CatalogError(
             f"the border of the image or missing pixels cut all {entry.facts.clouds} clouds of the entry; allowed: "
             'placement = "scene", or an image with whole clouds'
@@ -126,10 +119,10 @@ def single_clouds(
     )
 
 
-# Mean number of clouds of one layer in one cell: fewer cost more cells, more cost more clouds outside.
+# Mean number of clouds of one layer in one cell: with fewer, cells take the time; with more, clouds outside the window.
 _PER_CELL = 4.0
 
-# Each layer of arrivals covers this part of the sky: that of the usual coverages needs one or two.
+# Each layer of arrivals covers this part of the sky: usual coverages need one or two layers.
 _LAYER_COVERAGE = 0.5
 
 # Beyond this the sum of two pixel indices could leave 64 bits.
@@ -143,7 +136,7 @@ _INCREMENT = np.uint64(0x9E3779B97F4A7C15)
 _MULTIPLIER_1 = np.uint64(0xBF58476D1CE4E5B9)
 _MULTIPLIER_2 = np.uint64(0x94D049BB133111EB)
 
-# What a random number is for.
+# Purposes of random numbers: the last index of each.
 _COUNT, _PLACE, _SHAPE, _ARRIVAL = range(4)
 
 
@@ -174,8 +167,7 @@ def _below(words: _Words, limit: int) -> NDArray[np.int64]:
     return ((words & np.uint64(0xFFFFFFFF)) * np.uint64(limit) >> np.uint64(32)).astype(np.int64)
 
 
-@dataclass(frozen=True)
-class Placed:
+class Placed(NamedTuple):
     """Clouds of a part of the sky; arrays of one length.
 
     Attributes
@@ -183,10 +175,10 @@ class Placed:
     y, x : ndarray of int64 (N,)
         South-west corners of the rectangles, pixels.
     shape, turn : ndarray of int64 (N,)
-        Number of the cloud, and of its orientation: bit 0 turns north and south, bit 1 east and west,
-        bit 2 exchanges rows and columns, before the others.
+        Index of the shape, and orientation: bit 0 mirrors north and south, bit 1 east and west, bit 2 exchanges rows
+        and columns, before the others.
     arrival : ndarray of float64 (N,)
-        Density of the sky, clouds per pixel, from which on the cloud is there.
+        Density of the sky, clouds per pixel, from which on the cloud exists.
     """
 
     y: NDArray[np.int64]
@@ -206,18 +198,19 @@ class Sky:
     seed : int
         Seed of the realisation, 0 to 2**63 - 1.
     turned : bool
-        Whether the eight orientations are equally likely; else all clouds stay as they are.
+        Whether the eight orientations are equally likely; else all clouds have that of the entry.
     """
 
     def __init__(self, clouds: SingleClouds, seed: int, turned: bool) -> None:
         self._clouds = clouds
+        self._shapes = (clouds.thickness_m, clouds.starts, clouds.heights, clouds.widths)
         self._seed = seed
         self._turns = 8 if turned else 1
-        # Clouds per pixel that arrive with each layer. It belongs to the shapes alone.
+        # Clouds per pixel that arrive with each layer: independent of the coverage, so that a denser sky adds clouds.
         self._layer_density = -math.log1p(-_LAYER_COVERAGE) / clouds.mean_area
         self._cell = max(1, round(math.sqrt(_PER_CELL / self._layer_density)))
         mean = self._layer_density * self._cell**2
-        # Where a sum of probabilities reaches 1 in double precision, no larger number can be drawn.
+        # Numbers of clouds in a cell are Poisson; beyond this table the probability is 0 in double precision.
         self._cumulated = pdtr(np.arange(int(mean + 20.0 * math.sqrt(mean) + 40.0), dtype=np.float64), mean)
 
     def density(self, coverage: float) -> float:
@@ -225,7 +218,7 @@ class Sky:
         return -math.log1p(-coverage) / self._clouds.mean_area
 
     def thickness_m(self, rows: slice, columns: slice, density: float) -> NDArray[np.float32]:
-        """Return the thickness (rows, columns) of a window of the plane; the thickest of overlapping clouds.
+        """Return the thickness (rows, columns) of a window of the plane, where clouds overlap that of the thickest.
 
         Parameters
         ----------
@@ -238,27 +231,24 @@ class Sky:
         if thickness.size:
             for layer in range(math.ceil(density / self._layer_density)):
                 placed = self.placed(rows, columns, layer)
-                _paint(thickness, rows.start, columns.start, density, *self._arrays(placed))
+                _overlay(thickness, False, rows.start, columns.start, density, *self._shapes, *placed)
         return thickness
 
     def arrivals(self, rows: slice, columns: slice, layers: int) -> NDArray[np.float64]:
-        """Return the density (rows, columns) from which on each pixel is covered.
-
-        Infinity where the first ``layers`` layers leave it clear.
-        """
+        """Return the density (rows, columns) from which on each pixel is covered; infinity beyond ``layers`` layers."""
         earliest = np.full((rows.stop - rows.start, columns.stop - columns.start), np.inf)
         for layer in range(layers):
             placed = self.placed(rows, columns, layer)
-            _arrive(earliest, rows.start, columns.start, *self._arrays(placed))
+            _overlay(earliest, True, rows.start, columns.start, math.inf, *self._shapes, *placed)
         return earliest
 
     def placed(self, rows: slice, columns: slice, layer: int) -> Placed:
-        """Return the clouds of one layer of arrivals that may reach into a window, and some more.
+        """Return the clouds of one layer of arrivals in all cells from which a cloud may reach into a window.
 
         Raises
         ------
         ValueError
-            If the window lies too far out to count its pixels.
+            If the window reaches beyond 2**60 pixels.
         """
         for name, window in (("rows", rows), ("columns", columns)):
             if not -FARTHEST_PIXEL <= window.start <= window.stop <= FARTHEST_PIXEL:
@@ -280,15 +270,11 @@ class Sky:
             arrival=(layer + _unit(_random(*cell, _ARRIVAL))) * self._layer_density,
         )
 
-    def _arrays(self, placed: Placed) -> tuple[NDArray[np.generic], ...]:
-        shapes = self._clouds
-        clouds = (shapes.thickness_m, shapes.starts, shapes.heights, shapes.widths)
-        return *clouds, placed.y, placed.x, placed.shape, placed.turn, placed.arrival
-
 
 @njit(cache=True, nogil=True)  # 9000 clouds of 50 pixels: 1 ms, against some 70 ms for slices of arrays
-def _paint(
-    target: NDArray[np.float32],
+def _overlay(
+    target: Any,
+    is_arrival: bool,
     row: int,
     column: int,
     density: float,
@@ -302,7 +288,11 @@ def _paint(
     turn: NDArray[np.int64],
     arrival: NDArray[np.float64],
 ) -> None:
-    """Raise ``target`` to the thickness of the clouds that have arrived by ``density``; any order is the same."""
+    """Lay the clouds that have arrived by ``density`` over ``target`` (rows, columns), whose corner is row, column.
+
+    Raises ``target`` to the clouds' thickness, or, with ``is_arrival``, lowers it to their arrivals. Greatest and least
+    values do not depend on the order of the clouds.
+    """
     rows, columns = target.shape
     for n in range(y.size):
         if arrival[n] >= density:
@@ -319,38 +309,8 @@ def _paint(
                 if turn[n] & 2:
                     b = width - 1 - b
                 value = values[start + a * width + b]
-                if value > target[top + i, left + j]:
+                if is_arrival:
+                    if value > 0.0 and arrival[n] < target[top + i, left + j]:
+                        target[top + i, left + j] = arrival[n]
+                elif value > target[top + i, left + j]:
                     target[top + i, left + j] = value
-
-
-@njit(cache=True, nogil=True)
-def _arrive(
-    earliest: NDArray[np.float64],
-    row: int,
-    column: int,
-    values: NDArray[np.float32],
-    starts: NDArray[np.int64],
-    heights: NDArray[np.int64],
-    widths: NDArray[np.int64],
-    y: NDArray[np.int64],
-    x: NDArray[np.int64],
-    shape: NDArray[np.int64],
-    turn: NDArray[np.int64],
-    arrival: NDArray[np.float64],
-) -> None:
-    """Lower ``earliest`` to the arrivals of the clouds that cover each pixel."""
-    rows, columns = earliest.shape
-    for n in range(y.size):
-        start, height, width = starts[shape[n]], heights[shape[n]], widths[shape[n]]
-        swapped = turn[n] & 4
-        tall, wide = (width, height) if swapped else (height, width)
-        top, left = y[n] - row, x[n] - column
-        for i in range(max(0, -top), min(tall, rows - top)):
-            for j in range(max(0, -left), min(wide, columns - left)):
-                a, b = (j, i) if swapped else (i, j)
-                if turn[n] & 1:
-                    a = height - 1 - a
-                if turn[n] & 2:
-                    b = width - 1 - b
-                if values[start + a * width + b] > 0.0 and arrival[n] < earliest[top + i, left + j]:
-                    earliest[top + i, left + j] = arrival[n]

@@ -1,15 +1,19 @@
-"""Clouds where an image has them: the static scenes of section III.A.1 of the HCSS paper."""
+"""Clouds where an image has them (section III.A.1 of the HCSS paper): a window that moves over the image.
+
+The window moves by whole pixels, so that thickness is never interpolated and every frame shows the image's own pixels.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.database.entry import read_entry
+from hcss_twin.models.clouds.database import read_entry
 from hcss_twin.models.clouds.imagery.cloudiness import (
     TOP_PERCENTILE,
     cloudiness_level,
@@ -17,24 +21,151 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
     relative_grey,
     thickness_of,
 )
-from hcss_twin.models.clouds.imagery.moving_window import MovingWindow, position_problems, same_size, size_problem
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.providers import CloudInputs, Declares
+from hcss_twin.providers import CloudInputs, Declares, Grid, Motion
+
+# Relative difference of pixel sizes that counts as none.
+_SAME_SIZE = 0.01
 
 
-@dataclass(frozen=True)
-class _Plane:
+def pixels_per_second(motion: Motion, grid: Grid) -> tuple[float, float]:
+    """Return the speed of the scene over the clouds along y (north) and x (east), pixels per second."""
+    wind_x, wind_y = motion.cloud_velocity_m_s
+    return -wind_y / grid.pixel_size_m, (motion.platform_speed_m_s - wind_x) / grid.pixel_size_m
+
+
+def whole_pixels(speed: float, time_s: float) -> int:
+    """Return the displacement at ``time_s`` to the nearest whole pixel, halves upward."""
+    return math.floor(speed * time_s + 0.5)
+
+
+def same_size(native_m: float, grid: Grid) -> bool:
+    """Whether the pixel sizes of an image and of the scene agree to 1 %."""
+    return abs(grid.pixel_size_m - native_m) <= _SAME_SIZE * native_m
+
+
+def size_problem(native_m: float | None, grid: Grid, reinterpret: bool) -> list[Problem]:
+    """List the problem of a pixel size that is not the image's, unless the user accepts that."""
+    if native_m is None or reinterpret or same_size(native_m, grid):
+        return []
+    return [
+        Problem(
+            "image.pixel_size",
+            f"{grid.pixel_size_m:g} m differs by more than 1 % from the image's {native_m:.6g} m; set "
+            f"image.pixel_size = {native_m:.6g} or parameters.reinterpret_pixel_size = true",
+        )
+    ]
+
+
+def position_problems(shape: tuple[int, int], grid: Grid, origins: tuple[int | None, int | None]) -> list[Problem]:
+    """List the axes along which a scene does not fit into an image of ``shape`` (rows, columns)."""
+    problems = []
+    sizes = (("rows", grid.rows), ("columns", grid.columns))
+    for (name, size), whole, origin in zip(sizes, shape, origins, strict=True):
+        if size > whole:
+            problems.append(
+                Problem(
+                    f"image.{name}",
+                    f"{size} is more than the image has ({shape[0]} rows, {shape[1]} columns); closest is {whole}",
+                )
+            )
+        elif origin is not None and origin + size > whole:
+            problems.append(
+                Problem(
+                    f"clouds.parameters.{name[:-1]}_origin",
+                    f"{origin} puts {size} {name} beyond the image's {whole}; allowed: 0 to {whole - size}, "
+                    f"closest is {whole - size}",
+                )
+            )
+    return problems
+
+
+def size_notes(size_m: float | None, is_nominal: bool, inputs: CloudInputs) -> list[str]:
+    """Describe the image's pixel size, and how it differs from the scene's."""
+    notes = []
+    if size_m is None:
+        return [f"The image gives no pixel size; {inputs.grid.pixel_size_m:g} m is the scenario's."]
+    if is_nominal:
+        notes.append(
+            f"The image's pixel size, {size_m:.5g} m, is nominal: that below the geostationary satellite; "
+            "pixels elsewhere are larger."
+        )
+    if not same_size(size_m, inputs.grid):
+        notes.append(f"Pixels of {size_m:.5g} m are taken for pixels of {inputs.grid.pixel_size_m:g} m.")
+    return notes
+
+
+class MovingWindow:
+    """A scene's window on an image whose rows run northward and columns eastward.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Rows and columns of the image.
+    grid : Grid
+        The scene, not larger than the image.
+    motion : Motion
+        Of platform and clouds.
+    origins : (int or None, int or None)
+        First image row and column of the scene, counted as stored; None centres the scene.
+    turned : (bool, bool)
+        Whether the stored rows run southward, and the stored columns westward.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        grid: Grid,
+        motion: Motion,
+        origins: tuple[int | None, int | None],
+        turned: tuple[bool, bool],
+    ) -> None:
+        self._shape = shape
+        self._sizes = (grid.rows, grid.columns)
+        self._origins = tuple(
+            (whole - size) // 2 if given is None else whole - size - given if is_turned else given
+            for given, whole, size, is_turned in zip(origins, shape, self._sizes, turned, strict=True)
+        )
+        self._speed = pixels_per_second(motion, grid)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the window moves."""
+        return any(self._speed)
+
+    def at(self, time_s: float) -> tuple[slice, slice]:
+        """Return the rows and columns of the image (south and west first) seen at ``time_s``.
+
+        Raises
+        ------
+        ScenarioError
+            If the footprint has left the image.
+        """
+        slices = []
+        for name, origin, speed, size, whole in zip(
+            ("rows", "columns"), self._origins, self._speed, self._sizes, self._shape, strict=True
+        ):
+            start = origin + whole_pixels(speed, time_s)
+            if not 0 <= start <= whole - size:
+                room = whole - size - origin if speed * time_s > 0.0 else origin
+                last = math.copysign((room + 0.5) / abs(speed), time_s)
+                outside = max(-start, start + size - whole)
+                problem = Problem(
+                    "motion",
+                    f"at {time_s:g} s the footprint has left the image by {outside} of its {size} {name}; "
+                    f"allowed: less than {last:.6g} s, a larger image, or another {name[:-1]}_origin",
+                )
+                raise ScenarioError([problem], origin="imagery clouds")
+            slices.append(slice(start, start + size))
+        return slices[0], slices[1]
+
+
+class _Plane(NamedTuple):
     """Clouds of an image, rows northward and columns eastward.
 
-    Attributes
-    ----------
-    thickness_m : ndarray of float32 (rows, columns)
-        0 where clear.
-    missing : ndarray of bool (rows, columns)
-        Where the image has no value.
-    notes : tuple of str
-        How it was made.
+    ``thickness_m`` is float32 (rows, columns), 0 where clear; ``missing`` is bool, True where the image has no value;
+    ``notes`` tell where the clouds come from.
     """
 
     thickness_m: NDArray[np.float32]
@@ -43,33 +174,14 @@ class _Plane:
 
 
 class WholeScene:
-    """A window on an image or a database entry, moving over it with platform and wind.
+    """A window on an image or a database entry (``path``), moving over it with platform and wind.
 
-    Parameters
-    ----------
-    inputs : CloudInputs
-        Layer, image plane and motion. The seed is not used.
-    parameters : ImageryParameters
-        How the file is read.
-    path : Path
-        Image, or entry where ``parameters.entry`` is given.
-
-    Attributes
-    ----------
-    image_coverage : float
-        Fraction of cloudy pixels of the scene at time 0.
-
-    Raises
-    ------
-    CatalogError
-        If the file cannot be used.
-    ScenarioError
-        If scene and image do not fit: size, pixel size, origin, missing pixels, coverage.
+    ``image_coverage`` is the fraction of cloudy pixels of the scene at time 0. Errors are those of ``ImageryClouds``.
     """
 
     def __init__(self, inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> None:
-        make = _from_image if parameters.entry is None else _from_entry
-        self._window, self._plane = make(inputs, parameters, path)
+        read = _from_image if parameters.entry is None else _from_entry
+        self._window, self._plane = read(inputs, parameters, path)
         self._parameters = parameters
         scene = self._window.at(0.0)
         _refuse_missing(self._plane.missing[scene], parameters, 0.0)
@@ -102,7 +214,6 @@ class WholeScene:
 
 
 def _refuse_missing(missing: NDArray[np.bool_], parameters: ImageryParameters, time_s: float) -> None:
-    """Refuse a frame with missing pixels, unless they are to be taken for clear sky."""
     count = 0 if parameters.missing == "clear" else int(np.count_nonzero(missing))
     if count:
         problem = Problem(
@@ -120,7 +231,6 @@ def _window(
     size_m: float | None,
     turned: tuple[bool, bool] = (True, False),
 ) -> MovingWindow:
-    """Return the window of the scene, or raise with everything that does not fit."""
     origins = (parameters.row_origin, parameters.column_origin)
     problems = position_problems(shape, inputs.grid, origins)
     problems += size_problem(size_m, inputs.grid, parameters.reinterpret_pixel_size)
@@ -148,20 +258,20 @@ def _from_image(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
     thickness[cloudy] = thickness_of(relative_grey(level[cloudy], lowest), layer.thickness_min_m, layer.thickness_max_m)
     if parameters.method == "coverage":
         where = "over the whole image" if layer.coverage_mode == "field" else "there"
-        found = f"; {layer.coverage:g} was asked for {where}. Later frames have what is in their place."
+        coverage = f"; {layer.coverage:g} was requested {where}. Later frames show other parts of the image."
     else:
-        found = (
+        coverage = (
             f", as found in the image by the method '{parameters.method}'; "
             f"the scenario's coverage, {layer.coverage:g}, is not used."
         )
-    notes = [
-        found,
+    notes = (
+        coverage,
         f"Thickness is linear in the grey level up to the {TOP_PERCENTILE:g}th percentile of the "
         "cloudy pixels of the whole image; what is brighter has the greatest thickness. Shapes do not "
         "change.",
         *size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs),
-    ]
-    return window, _Plane(thickness, np.isnan(level), tuple(notes))
+    )
+    return window, _Plane(thickness, np.isnan(level), notes)
 
 
 def _from_entry(inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> tuple[MovingWindow, _Plane]:
@@ -179,18 +289,3 @@ def _from_entry(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
         *size_notes(entry.facts.pixel_size_m, entry.facts.pixel_size_is_nominal, inputs),
     )
     return window, _Plane(thickness, entry.missing[::-1], notes)
-
-
-def size_notes(size_m: float | None, is_nominal: bool, inputs: CloudInputs) -> list[str]:
-    """Tell how the pixels of an image and those of the scene go together."""
-    notes = []
-    if size_m is None:
-        return [f"The image gives no pixel size; {inputs.grid.pixel_size_m:g} m is the scenario's."]
-    if is_nominal:
-        notes.append(
-            f"The image's pixel size, {size_m:.5g} m, is nominal: that below the geostationary satellite; "
-            "pixels elsewhere are larger."
-        )
-    if not same_size(size_m, inputs.grid):
-        notes.append(f"Pixels of {size_m:.5g} m are taken for pixels of {inputs.grid.pixel_size_m:g} m.")
-    return notes

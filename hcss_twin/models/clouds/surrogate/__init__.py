@@ -1,1 +1,1 @@
-"""Surrogates of a measured cloud image: its amplitudes and its spectrum with other phases."""
+"""Surrogates of a measured cloud image: its amplitudes and its spectrum with random phases."""

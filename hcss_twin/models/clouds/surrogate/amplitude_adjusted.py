@@ -1,11 +1,9 @@
-"""Exact ordering of the pixels of a smooth random field, several times faster than a general sort.
+"""Iterative amplitude-adjusted Fourier transform (IAAFT) in two dimensions.
 
-Iterative amplitude-adjusted Fourier transform of T. Schreiber and A. Schmitz, in two dimensions.
-
-"Improved Surrogate Data for Nonlinearity Tests", Phys. Rev. Lett. 77, 635-638 (1996). Two steps take
-turns: one gives the field the wanted Fourier magnitudes and keeps its phases, the other gives it the
-wanted amplitudes and keeps their order. V. Venema et al., "Surrogate cloud fields generated with the
-iterative amplitude adapted Fourier transform algorithm", Tellus A 58, 104-120 (2006), made clouds so.
+T. Schreiber and A. Schmitz, "Improved Surrogate Data for Nonlinearity Tests", Phys. Rev. Lett. 77, 635-638 (1996). Two
+steps alternate: one gives the field the template's Fourier magnitudes and leaves its phases, the other gives it the
+template's amplitudes and leaves their order. V. Venema et al., "Surrogate cloud fields generated with the iterative
+amplitude adapted Fourier transform algorithm", Tellus A 58, 104-120 (2006), applied it to clouds.
 """
 
 from __future__ import annotations
@@ -18,29 +16,20 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 
-# On average this many values share a bin of equal width: few enough to be ordered by insertion.
+# Mean number of values in a bin of equal width: few enough to order them by insertion.
 _PER_BIN = 4
 _FEWEST_BINS, _MAX_BINS = 1 << 10, 1 << 20
 
-# A fuller bin than this (many equal values, a far outlier) makes insertion slower than a general sort.
+# With more values in a bin (many equal values, a far outlier) insertion is slower than a general sort.
 _FULLEST_BIN = 512
 
 
 def ascending_order(values: NDArray[Any]) -> NDArray[np.int64]:
-    """Return the flat indices that sort ``values``; equal values keep the order of their indices.
+    """Return the flat indices (N,) that sort finite ``values`` (any shape); equal values stay in the order of indices.
 
-    The same as ``np.argsort(values, axis=None, kind="stable")``. Fields that come out of a Fourier
-    synthesis have bell-shaped histograms: a distribution into bins of equal width (one pass to count, one
-    to place) leaves a few values per bin.
-
-    Parameters
-    ----------
-    values : ndarray of float32 or float64, any shape
-        Finite values.
-
-    Returns
-    -------
-    ndarray of int64 (values.size,)
+    The same as ``np.argsort(values, axis=None, kind="stable")``, several times faster. Fields from a Fourier synthesis
+    have bell-shaped histograms: sorting into bins of equal width (one pass to count, one to place) leaves a few values
+    per bin.
     """
     flat = np.ascontiguousarray(values).ravel()
     if flat.size == 0:
@@ -48,7 +37,7 @@ def ascending_order(values: NDArray[Any]) -> NDArray[np.int64]:
     low, high = float(flat.min()), float(flat.max())
     bins = min(max(1 << (flat.size // _PER_BIN).bit_length(), _FEWEST_BINS), _MAX_BINS)
     span = high - low
-    # The scale of a subnormal span would overflow, as the span of the largest numbers does.
+    # The scale of a subnormal span would overflow, and so does the span of the largest numbers.
     if np.finfo(np.float64).tiny * bins < span < np.inf:
         bin_of, ends = _count(flat, low, bins / span, bins)
         if int(np.diff(ends, prepend=0).max()) <= _FULLEST_BIN:
@@ -131,11 +120,11 @@ class AdjustedSpectrum:
     Attributes
     ----------
     coefficients : ndarray of complex (rows, columns // 2 + 1)
-        Unnormalised transform of the field whose magnitudes are exact; 0 at wavenumber 0. The surrogate
-        proper is ``match_ranks`` of its inverse transform, in which the amplitudes are exact.
+        Unnormalised transform of the field whose magnitudes are exact; 0 at wavenumber 0. The surrogate is
+        ``match_ranks`` of its inverse transform, in which the amplitudes are exact.
     misfit : tuple of float
-        One number per iteration: rms difference between the magnitudes found after the amplitude step and
-        the wanted ones, over the rms of the wanted ones.
+        One number per iteration: rms difference between the magnitudes after the amplitude step and those of the
+        template, over the rms of the latter.
     """
 
     coefficients: NDArray[Any]
@@ -152,35 +141,39 @@ def adjust_amplitudes(
 ) -> AdjustedSpectrum:
     """Iterate amplitudes and spectrum.
 
-    A fixed number of iterations (``tolerance`` 0) makes the result follow a slowly changing start: a
-    test of convergence would let neighbouring frames stop at different numbers of iterations.
+    With a fixed number of iterations (``tolerance`` 0) the result follows a slowly changing start: a test of
+    convergence would stop neighbouring frames after different numbers of iterations.
 
     Parameters
     ----------
     start : ndarray of complex (rows, columns // 2 + 1)
-        Transform (``rfft2``) of the field to start from; its mean does not matter. complex64 makes the
-        iteration single precision.
+        Transform (``rfft2``) of the field to start from; its mean is not used. complex64 makes the iteration single
+        precision.
     shape : (int, int)
         Rows and columns of the field.
     amplitudes : ndarray (rows * columns,)
-        Wanted amplitudes, ascending.
+        Of the template, ascending.
     magnitude : ndarray (rows, columns // 2 + 1)
-        Wanted magnitudes of ``rfft2``; that of wavenumber 0 is not used.
+        Of the template's ``rfft2``; that of wavenumber 0 is not used.
     iterations : int
         Largest number of iterations, 0 or more.
     tolerance : float
-        The iteration ends when the misfit has not fallen by more than this fraction of itself.
+        The iteration ends when the misfit falls by less than this fraction of itself.
 
     Raises
     ------
     ValueError
-        If shapes do not fit or the wanted magnitudes are all 0.
+        If shapes do not fit or the magnitudes are all 0.
     """
     expected = (shape[0], shape[1] // 2 + 1)
     for name, array in (("start", start), ("magnitude", magnitude)):
         if array.shape != expected:
             raise ValueError(f"{name}: shape {array.shape} given, allowed: {expected} for a field of {shape}")
-    weight = _multiplicity(shape)
+    # How often each column of rfft2 occurs in the full transform.
+    weight = np.full(shape[1] // 2 + 1, 2.0)
+    weight[0] = 1.0
+    if shape[1] % 2 == 0:
+        weight[-1] = 1.0
     wanted = np.array(magnitude, dtype=start.real.dtype)
     wanted[0, 0] = 0.0
     total = _sum_of_squares(wanted, weight)
@@ -193,25 +186,15 @@ def adjust_amplitudes(
     for _ in range(iterations):
         adjusted = match_ranks(irfft2(coefficients, s=shape), values)
         coefficients = rfft2(adjusted)
-        found = np.abs(coefficients)
-        found[0, 0] = 0.0
-        misfit.append(float(np.sqrt(_sum_of_squares(found - wanted, weight) / total)))
-        # A coefficient that is 0 has no phase to keep.
-        np.maximum(found, np.finfo(found.dtype).tiny, out=found)
-        coefficients *= wanted / found
+        modulus = np.abs(coefficients)
+        modulus[0, 0] = 0.0
+        misfit.append(float(np.sqrt(_sum_of_squares(modulus - wanted, weight) / total)))
+        # A coefficient of 0 has no phase: it stays 0.
+        np.maximum(modulus, np.finfo(modulus.dtype).tiny, out=modulus)
+        coefficients *= wanted / modulus
         if len(misfit) > 1 and misfit[-2] - misfit[-1] < tolerance * misfit[-2]:
             break
     return AdjustedSpectrum(coefficients, tuple(misfit))
-
-
-def _multiplicity(shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Return how often each column of ``rfft2`` stands in the full transform, (columns // 2 + 1,)."""
-    columns = shape[1]
-    weight = np.full(columns // 2 + 1, 2.0)
-    weight[0] = 1.0
-    if columns % 2 == 0:
-        weight[-1] = 1.0
-    return weight
 
 
 def _sum_of_squares(magnitude: NDArray[Any], weight: NDArray[np.float64]) -> float:

@@ -1,4 +1,4 @@
-"""White noise in Fourier space that changes with time, small structures faster than large ones."""
+"""White noise in Fourier space that evolves in time, small structures faster than large ones."""
 
 from __future__ import annotations
 
@@ -11,31 +11,26 @@ from scipy.fft import fftfreq, rfftfreq
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.fractal.lattice import lattice_normals, unit_offset
+from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
 from hcss_twin.models.clouds.fractal.rows import cubic_weights, split
-
-# From this many cells per frame on a node of its own replaces the interpolation: neighbouring frames are
-# then independent to within .11 of the variance, from 4 cells on exactly.
-NEAREST_FROM = 2.5
 
 _T = 2
 
 
 @dataclass(frozen=True)
 class Ring:
-    """Wavenumbers of one octave, which change together.
+    """Wavenumbers of one octave, which evolve together.
 
     Attributes
     ----------
     number : int
-        0 for all that is larger than half the dominant wavelength; then one octave each.
+        0 for all structures larger than half the dominant wavelength; then one octave each.
     cell_s : float
         Distance of the time nodes; infinity where shapes are frozen.
     nearest : bool
-        Whether each frame has a node of its own.
-    rows : ndarray of int64 (M,)
-        Rows of ``rfft2`` that the ring reaches, in the order of ``fftfreq``.
-    wavenumbers : ndarray of int64 (M,)
-        Signed wavenumbers of those rows, in cycles per plane.
+        Whether each frame has a time node of its own instead of an interpolation.
+    rows, wavenumbers : ndarray of int64 (M,)
+        Rows of ``rfft2`` that the ring reaches, in the order of ``fftfreq``, and their signed wavenumbers.
     inside : ndarray of bool (M, K)
         Which of the first K columns belong to the ring.
     """
@@ -51,10 +46,10 @@ class Ring:
 class EvolvingNoise:
     """Transform of a white Gaussian field on a torus, at any time.
 
-    Each wavenumber blends the independent normals of four nodes in time with Keys' cubic weights, divided
-    by the root of their sum of squares (:mod:`hcss_twin.models.clouds.fractal.rows`), so that the law of the
-    field is the same at every instant. Two instants four cells apart or more are independent. A value
-    depends on seed, wavenumber and time alone: no frame needs an earlier one.
+    Each wavenumber blends the independent normals of four time nodes with cubic weights of unit norm
+    (:mod:`hcss_twin.models.clouds.fractal.rows`), so that the law of the field is the same at every instant. Instants
+    four cells apart or more are independent. A value depends on seed, wavenumber and time alone: no frame needs an
+    earlier one.
 
     Parameters
     ----------
@@ -63,11 +58,11 @@ class EvolvingNoise:
     seed : int
         Seed.
     dominant_frequency : float
-        In cycles per pixel: structures of this wavelength and longer change in ``evolution_time_s``.
+        In cycles per pixel: structures of this wavelength and longer evolve in ``evolution_time_s``.
     evolution_time_s : float
         Distance of the time nodes of those structures; infinity freezes all.
     exponent : float
-        Structures half as large change ``2**exponent`` times as fast.
+        Structures half as large evolve ``2**exponent`` times as fast.
     frame_interval_s : float
         Time between frames; 0 where unknown.
 
@@ -157,7 +152,7 @@ def _rings(
 def _make_hermitian(noise: NDArray[np.complex64], columns: int) -> None:
     """Give the columns that are their own mirror images the symmetry of a real field, in place.
 
-    Their mean with the mirror image would halve the variance; the sum over the root of 2 keeps it.
+    The mean with the mirror image would halve the variance; the sum over the root of 2 preserves it.
     """
     for column in (0, columns // 2) if columns % 2 == 0 else (0,):
         values = noise[:, column].astype(np.complex128)

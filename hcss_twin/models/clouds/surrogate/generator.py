@@ -1,4 +1,4 @@
-"""Clouds that imitate a measured image: its amplitudes exactly, its spectrum closely, other shapes."""
+"""Surrogates of a measured cloud image: its amplitudes exactly, its spectrum closely, and other shapes."""
 
 from __future__ import annotations
 
@@ -9,24 +9,29 @@ from numpy.typing import NDArray
 from scipy.fft import fftfreq, irfft2, rfftfreq
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.coverage import window_inside
 from hcss_twin.models.clouds.fractal.generator import displacement_pixels
+from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
 from hcss_twin.models.clouds.surrogate.amplitude_adjusted import AdjustedSpectrum, adjust_amplitudes, match_ranks
-from hcss_twin.models.clouds.surrogate.evolution import NEAREST_FROM, EvolvingNoise
+from hcss_twin.models.clouds.surrogate.evolution import EvolvingNoise
 from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
-from hcss_twin.models.clouds.surrogate.spectrum import periodic_component, plane_magnitude, underlying_magnitude
-from hcss_twin.models.clouds.surrogate.template import Template, read_template
+from hcss_twin.models.clouds.surrogate.template import (
+    Template,
+    periodic_component,
+    plane_magnitude,
+    read_template,
+    underlying_magnitude,
+)
+from hcss_twin.models.clouds.thickness import window_inside
 from hcss_twin.providers import CloudInputs, Declares, Grid
 
 EVOLVING_ITERATIONS = 4
 """Default for every frame of evolving clouds.
 
-More bring the spectrum closer and let frames differ by more, sparse clouds by jumps: the nearer to convergence,
-the more the iteration is drawn to one of many solutions (``benchmarks/surrogate.py``)."""
+More iterations bring the spectrum closer, but frames then differ by more, sparse clouds by jumps: close to convergence
+each frame tends to another one of many solutions (``benchmarks/surrogate.py``)."""
 
 FROZEN_ITERATIONS = 200
 """Default limit for frozen clouds, which are iterated once."""
-
 
 MAX_PIXELS = 2**28
 """Of the torus (16384 x 16384), whose spectrum is in memory as a whole."""
@@ -35,18 +40,18 @@ MAX_PIXELS = 2**28
 class SurrogateClouds:
     """Surrogates of a measured cloud image, evolving in time.
 
-    The template is the thickness that the ``imagery`` generator cuts out of the image (eq 7 of the HCSS
-    paper; 0 where clear). Each frame is made on a torus:
+    The template is the thickness that the ``imagery`` generator cuts out of the image (eq 7 of the HCSS paper; 0 where
+    clear). Each frame is computed on a torus:
 
-    1. White noise in Fourier space, blended in time (:class:`EvolvingNoise`), times the magnitudes of the
-       Gaussian field that underlies the template (:func:`underlying_magnitude`).
+    1. White noise in Fourier space, interpolated in time (:class:`EvolvingNoise`), times the magnitudes of the Gaussian
+       field that underlies the template (:func:`underlying_magnitude`).
     2. Amplitude-adjusted iterations with the magnitudes of the template's periodic component
-       (:func:`adjust_amplitudes`); frozen clouds are iterated once, until nothing improves.
+       (:func:`adjust_amplitudes`); frozen clouds are iterated once, until the misfit no longer falls.
     3. Shift by the motion: whole pixels by indices, the rest by phases.
     4. Amplitudes of the template by rank.
 
-    With ``coverage_mode`` "frame", step 4 ranks the pixels of the frame, which has exactly the template's
-    amplitudes and coverage; with "field" those of the torus, so that all windows and sensors agree.
+    With ``coverage_mode`` "frame", step 4 ranks the pixels of the frame, which has exactly the template's amplitudes
+    and coverage; with "field" those of the torus, so that all windows and sensors agree.
 
     The scene moves over the torus by (v_platform - v_x) t along x and -v_y t along y; the torus repeats.
 
@@ -55,18 +60,18 @@ class SurrogateClouds:
     inputs : CloudInputs
         Layer, image plane, motion, seed and the catalog that records the file.
     parameters : SurrogateParameters
-        The image, the crop that is imitated, and the iteration.
+        The image, its crop, and the iteration.
 
     Attributes
     ----------
     template : Template
-        What is imitated.
+        Thickness of the crop.
     period : (int, int)
         Rows and columns of the torus.
     image_coverage : float or None
-        Coverage of the template; None where it was asked for by the scenario (method "coverage").
+        Coverage of the template; None where the scenario sets it (method "coverage").
     skipped : tuple of (str, str)
-        What is not computed, and why.
+        Approximations, and their effect.
 
     Raises
     ------
@@ -102,7 +107,7 @@ class SurrogateClouds:
         self._iterations = parameters.iterations
         if self._iterations is None:
             self._iterations = EVOLVING_ITERATIONS if self._evolves else FROZEN_ITERATIONS
-        # Where all is clear, or all one thickness, all frames are that value.
+        # All clear, or all of one thickness: so are all frames.
         self._is_flat = np.ptp(self._amplitudes) == 0.0
         if not self._is_flat and not magnitude.any():
             message = f"{coverage:g} given, but all pixels of the image's crop are alike; allowed: 0 or 1"
@@ -112,7 +117,7 @@ class SurrogateClouds:
         skipped: list[tuple[str, str]] = []
         if not self._is_flat:
             self._plane_amplitudes = self.template.amplitudes(self.period[0] * self.period[1], coverage)
-            # The misfit compares magnitudes: both variances have to be the same.
+            # The misfit compares magnitudes: the variances must agree.
             self._magnitude = (magnitude * float(self._plane_amplitudes.std())).astype(np.float32)
             self._underlying = underlying_magnitude(
                 magnitude, self.period, self._plane_amplitudes.astype(np.float64)
@@ -128,8 +133,8 @@ class SurrogateClouds:
             first = self._adjusted(self._noise, 0.0, 0.0 if self._evolves else parameters.tolerance)
             if not self._evolves:
                 self._frozen = first
-            kept = float(component.var() / thickness.var())
-            skipped = _skipped(self._noise, first, self._evolves, kept, self.period, thickness.shape)
+            share = float(component.var() / thickness.var())
+            skipped = _approximations(self._noise, first, self._evolves, share, self.period, thickness.shape)
         self.skipped = tuple(skipped)
         changes = not self._is_flat and (self._evolves or any(self._speed))
         self.declares = Declares(
@@ -151,19 +156,19 @@ class SurrogateClouds:
         """
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
-        window = (window_inside("rows", rows, self._grid.rows), window_inside("columns", columns, self._grid.columns))
+        window = window_inside(rows, columns, self._grid)
         if self._noise is None:
             shape = (self._grid.rows, self._grid.columns)
             return np.full(shape, self._amplitudes[0], dtype=np.float32)[window]
         adjusted = self._frozen or self._adjusted(self._noise, time_s, 0.0)
-        places, ramps = zip(*(self._along(axis, time_s) for axis in (0, 1)), strict=True)
         coefficients = adjusted.coefficients
-        if any(ramp is not None for ramp in ramps):
-            for ramp, expand in zip(ramps, ((slice(None), None), (None, slice(None))), strict=True):
-                if ramp is not None:
-                    coefficients = coefficients * ramp[expand]
+        (rows_on_torus, phases_y), (columns_on_torus, phases_x) = (self._along(axis, time_s) for axis in (0, 1))
+        if phases_y is not None:
+            coefficients = coefficients * phases_y[:, None]
+        if phases_x is not None:
+            coefficients = coefficients * phases_x[None, :]
         field = irfft2(coefficients, s=self.period)
-        y, x = np.ix_(*places)
+        y, x = np.ix_(rows_on_torus, columns_on_torus)
         if self._whole_plane:
             return match_ranks(field, self._amplitudes)[y, x][window]
         return match_ranks(field[y, x], self._amplitudes)[window]
@@ -175,22 +180,22 @@ class SurrogateClouds:
         )
 
     def _along(self, axis: int, time_s: float) -> tuple[NDArray[np.int64], NDArray[np.complex64] | None]:
-        """Return the places on the torus of the scene's pixels, and the phases of the rest of the shift."""
+        """Return the indices on the torus of the scene's pixels, and the phases of a shift by part of a pixel."""
         size = (self._grid.rows, self._grid.columns)[axis]
         period = self.period[axis]
         shift = displacement_pixels(self._speed[axis], time_s, self._grid.pixel_size_m)
         whole = math.floor(shift + 0.5)
-        places = (np.arange(size, dtype=np.int64) + whole % period) % period
+        indices = (np.arange(size, dtype=np.int64) + whole % period) % period
         if shift == whole:
-            return places, None
+            return indices, None
         frequency = fftfreq(period) if axis == 0 else rfftfreq(period)
-        return places, np.exp(2j * np.pi * frequency * (shift - whole)).astype(np.complex64)
+        return indices, np.exp(2j * np.pi * frequency * (shift - whole)).astype(np.complex64)
 
     def _notes(self, parameters: SurrogateParameters, coverage: float) -> tuple[str, ...]:
         if self.image_coverage is None:
-            found = f"Coverage is {coverage:g}, by a threshold on the image"
+            source = f"Coverage is {coverage:g}, by a threshold on the image"
         else:
-            found = (
+            source = (
                 f"Coverage is {self.image_coverage:.4g}, that of the image's crop by the method "
                 f"'{parameters.method}'; the scenario's coverage, {coverage:g}, is not used"
             )
@@ -202,7 +207,7 @@ class SurrogateClouds:
         size = self._grid.pixel_size_m
         rows, columns = self.period
         return (
-            f"{found}; {where}.",
+            f"{source}; {where}.",
             f"The cloud field repeats after {columns} columns ({columns * size / 1e3:.4g} km) and {rows} rows "
             f"({rows * size / 1e3:.4g} km): a footprint that moves by that much sees the same clouds again, "
             "except for their evolution, and where the scene is as large its opposite edges fit together.",
@@ -232,7 +237,7 @@ def _period(grid: Grid, template: Template, parameters: SurrogateParameters) -> 
         problems.append(
             Problem(
                 "image.rows",
-                f"a torus of {sizes[0]} x {sizes[1]} pixels, which surrogate clouds make as a whole; allowed: "
+                f"a torus of {sizes[0]} x {sizes[1]} pixels, which surrogate clouds compute as a whole; allowed: "
                 f'{MAX_PIXELS} pixels, closest is {max(1, MAX_PIXELS // sizes[1])} rows; or generator = "fractal"',
             )
         )
@@ -248,20 +253,20 @@ def _dominant_frequency(magnitude: NDArray[np.float64], shape: tuple[int, int]) 
     return float((power * frequency).sum() / power.sum())
 
 
-def _skipped(
+def _approximations(
     noise: EvolvingNoise,
     first: AdjustedSpectrum,
     evolves: bool,
-    kept: float,
+    periodic_share: float,
     period: tuple[int, int],
     crop: tuple[int, ...],
 ) -> list[tuple[str, str]]:
-    misfit = f"rms spectral misfit {first.misfit[-1]:.2g}" if first.misfit else "none was made"
+    misfit = f"rms spectral misfit {first.misfit[-1]:.2g}" if first.misfit else "no iteration"
     skipped = [
         (
             "smooth component of the image",
             "jumps across opposite borders of the image are not cloud structure; the periodic component with "
-            f"{kept:.0%} of the variance is scaled to all of it",
+            f"{periodic_share:.0%} of the variance is scaled to all of it",
         )
     ]
     if period != crop:

@@ -1,4 +1,4 @@
-"""Parameters of the cloud generator that makes surrogates of a measured image."""
+"""Parameters of the cloud generator ``surrogate``, which imitates a measured image."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from hcss_twin.models.clouds.imagery.parameters import ImageReading
 
 
 class SurrogateParameters(ImageReading):
-    """Which part of which image, what in it is cloud, and how its surrogates are made."""
+    """Which part of which image, what in it is cloud, and how its surrogates are computed."""
 
     image: str = Field(
         min_length=1,

@@ -1,4 +1,7 @@
-"""What a surrogate imitates: the cloud thickness that the imagery generator finds in part of an image."""
+"""The template that surrogates imitate: amplitudes and spectrum of the cloud thickness in part of an image.
+
+The spectrum is free of the image's borders, and can be computed for a plane of any size.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
+from scipy.fft import fft2, fftfreq, ifft2, irfft2, rfft2, rfftfreq
+from scipy.ndimage import map_coordinates
+from scipy.special import ndtri
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageReading, ImageryParameters
@@ -17,8 +25,13 @@ from hcss_twin.models.clouds.imagery.whole_scene import size_notes
 from hcss_twin.models.clouds.surrogate.parameters import SurrogateParameters
 from hcss_twin.providers import CloudInputs, Grid, Motion
 
-# A crop as small as a tiny scene would have no spectrum to speak of.
+# The spectrum of a smaller crop would have too few wavenumbers.
 _SMALLEST_CROP = 64
+
+# Numbers of quantiles that sample an amplitude distribution, of terms of its Hermite series, and of correlations.
+_QUANTILES = 1 << 14
+_HERMITE_TERMS = 80
+_CORRELATIONS = 1 << 13
 
 
 @dataclass(frozen=True)
@@ -30,7 +43,7 @@ class Template:
     thickness_m : ndarray of float32 (rows, columns)
         0 where clear; rows northward, columns eastward.
     notes : tuple of str
-        What users should know about the image.
+        About the image's pixel size, for the user.
     """
 
     thickness_m: NDArray[np.float32]
@@ -49,32 +62,31 @@ class Template:
         count : int
             Number of pixels.
         coverage : float
-            Fraction of cloudy ones, held to half a pixel. Each of them is an existing thickness, the middle
-            of its share of the template's cloudy pixels: with the template's count and coverage the result
-            is the template's pixels.
+            Fraction of cloudy pixels, exact to half a pixel. Each has a thickness of the template, the middle of its
+            share of the template's cloudy pixels; with the template's count and coverage the result is its pixels.
 
         Raises
         ------
         ScenarioError
-            If there must be cloudy pixels and the template has none.
+            If cloudy pixels are needed and the template has none.
         """
         ascending = np.sort(self.thickness_m, axis=None)
         cloudy = ascending[ascending.size - np.count_nonzero(ascending) :]
-        wanted = round(coverage * count)
-        if wanted and not cloudy.size:
+        number = round(coverage * count)
+        if number and not cloudy.size:
             message = (
                 f"{coverage:g} given, but at that coverage no pixel of the crop is cloudy; "
                 "allowed: a greater one, a larger crop, or an image with finer grey levels"
             )
             raise ScenarioError([Problem("clouds.coverage", message)], origin="surrogate clouds")
         result = np.zeros(count, dtype=np.float32)
-        if wanted:
-            result[count - wanted :] = cloudy[(2 * np.arange(wanted, dtype=np.int64) + 1) * cloudy.size // (2 * wanted)]
+        if number:
+            result[count - number :] = cloudy[(2 * np.arange(number, dtype=np.int64) + 1) * cloudy.size // (2 * number)]
         return result
 
 
 def read_template(inputs: CloudInputs, parameters: SurrogateParameters) -> Template:
-    """Read the image and cut the template out of it, as :class:`ImageryClouds` does.
+    """Read the image and cut the template out of it, as :class:`ImageryClouds` cuts a scene.
 
     Raises
     ------
@@ -111,3 +123,114 @@ def read_template(inputs: CloudInputs, parameters: SurrogateParameters) -> Templ
     clouds = ImageryClouds(still, ImageryParameters(image=parameters.image, **cut))
     thickness = clouds.thickness_m(0.0, slice(None), slice(None))
     return Template(thickness, tuple(size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs)))
+
+
+def periodic_component(image: Array) -> Array:
+    """Return the periodic component of an image (same shape), without its jumps across opposite borders.
+
+    L. Moisan, "Periodic plus smooth image decomposition", J. Math. Imaging Vis. 39, 161-179 (2011): the smooth
+    component solves the discrete Poisson equation whose source is the jump across the borders; the rest has (almost) no
+    jump. The plain transform of an image that is not periodic shows a cross along both axes, and its surrogates have
+    stripes. Mirroring the image would remove the jumps too, but gives oblique streaks the spectrum of a lattice; a
+    window would weight the middle of the image more than the rest and widen each peak.
+    """
+    rows, columns = image.shape
+    jumps = np.zeros_like(image)
+    across = image[-1] - image[0]
+    jumps[0] += across
+    jumps[-1] -= across
+    along = image[:, -1] - image[:, 0]
+    jumps[:, 0] += along
+    jumps[:, -1] -= along
+    # Eigenvalues of the discrete Laplacian on a torus.
+    laplacian = (
+        2.0 * np.cos(2.0 * np.pi * fftfreq(rows))[:, None] + 2.0 * np.cos(2.0 * np.pi * fftfreq(columns))[None, :] - 4.0
+    )
+    laplacian[0, 0] = 1.0
+    smooth = fft2(jumps) / laplacian
+    smooth[0, 0] = 0.0
+    component: Array = image - ifft2(smooth).real
+    return component
+
+
+def plane_magnitude(component: Array, shape: tuple[int, int]) -> Array:
+    """Return the Fourier magnitudes of a plane with the spectrum of a (periodic) image.
+
+    Parameters
+    ----------
+    component : ndarray (rows, columns)
+        The image.
+    shape : (int, int)
+        Rows and columns of the plane. Where they differ from the image's, the power is interpolated linearly between
+        the wavenumbers of the image: structures larger than the image have no power of their own.
+
+    Returns
+    -------
+    ndarray (shape[0], shape[1] // 2 + 1)
+        Magnitudes of ``rfft2``, 0 at wavenumber 0, for a variance of 1; all 0 for a constant image.
+    """
+    rows, columns = component.shape
+    varying = component - component.mean()
+    if shape == component.shape:
+        magnitude: Array = np.abs(rfft2(varying))
+    else:
+        power = np.abs(fft2(varying)) ** 2
+        power[0, 0] = 0.0
+        y, x = np.meshgrid(fftfreq(shape[0]) * rows, rfftfreq(shape[1]) * columns, indexing="ij")
+        magnitude = np.sqrt(map_coordinates(power, (y, x), order=1, mode="grid-wrap"))
+    magnitude[0, 0] = 0.0
+    variance = float(irfft2(magnitude**2, s=shape)[0, 0]) / (shape[0] * shape[1])
+    return magnitude / np.sqrt(variance) if variance > 0.0 else magnitude
+
+
+def underlying_magnitude(magnitude: Array, shape: tuple[int, int], amplitudes: Array) -> Array:
+    """Return the magnitudes of the Gaussian field that has ``magnitude`` once it is mapped to ``amplitudes``.
+
+    Mapping a Gaussian field X to the amplitudes g(X) changes its correlation r into sum_n c_n^2 r^n / sum_n c_n^2 with
+    the Hermite coefficients c_n of g (M. Grigoriu, "Crossings of non-Gaussian translation processes", J. Eng. Mech.
+    110, 610-620, 1984), which is inverted here at each lag. The spectrum of X lies between 0 and that of g(X) over
+    c_1^2, because no term is negative; where no such X exists it is clipped to these limits. Iterations that start here
+    are short, and do not jump from one solution to another as the start changes.
+
+    Parameters
+    ----------
+    magnitude : ndarray (shape[0], shape[1] // 2 + 1)
+        Magnitudes after the mapping, as :func:`plane_magnitude` gives them.
+    shape : (int, int)
+        Rows and columns of the plane.
+    amplitudes : ndarray (N,)
+        Amplitudes after the mapping, ascending, not all equal.
+
+    Returns
+    -------
+    ndarray (shape[0], shape[1] // 2 + 1)
+        For a variance of 1. Equal to ``magnitude`` where the amplitudes are normal.
+    """
+    share = _hermite_shares(amplitudes)
+    correlation = np.linspace(-1.0, 1.0, _CORRELATIONS + 1)
+    # Rises for any monotonic g, except for rounding.
+    mapped = np.maximum.accumulate(polyval(correlation, np.concatenate(([0.0], share))))
+    power = magnitude**2
+    covariance = irfft2(power, s=shape)
+    underlying = rfft2(np.interp(covariance / covariance[0, 0], mapped, correlation)).real
+    clipped = np.clip(underlying, 0.0, power / (covariance[0, 0] * share[0]))
+    clipped[0, 0] = 0.0
+    variance = float(irfft2(clipped, s=shape)[0, 0]) / (shape[0] * shape[1])
+    result: Array = np.sqrt(clipped / variance)
+    return result
+
+
+def _hermite_shares(amplitudes: Array) -> Array:
+    """Return c_n^2 over their sum for n = 1, 2, ... of the map from normal quantiles to ``amplitudes``."""
+    level = (np.arange(_QUANTILES) + 0.5) / _QUANTILES
+    normal = ndtri(level)
+    values = amplitudes[(level * amplitudes.size).astype(np.int64)]
+    values = values - values.mean()
+    squares = np.empty(_HERMITE_TERMS)
+    before, polynomial = np.ones_like(normal), normal.copy()
+    for n in range(1, _HERMITE_TERMS + 1):
+        squares[n - 1] = np.mean(values * polynomial) ** 2
+        # Normalised: He_(n+1) / sqrt((n+1)!).
+        before, polynomial = (polynomial, (normal * polynomial - np.sqrt(n) * before) / np.sqrt(n + 1.0))
+    shares: Array = squares / squares.sum()
+    return shares

@@ -1,7 +1,7 @@
 """Air between interfaces: transmittance and emission of legs, seen through whole composite paths.
 
-Of C columns at once, whose legs end at heights of their own: S = C x V values are those of all V wavenumbers of the
-first column, then of the second, and so on.
+C columns are computed at once, whose legs end at altitudes of their own. An axis S = C x V holds all V wavenumbers of
+the first column, then of the second, and so on.
 """
 
 from __future__ import annotations
@@ -13,27 +13,26 @@ from functools import lru_cache
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.physical.crossed import Crossing, PathAmounts
+from hcss_twin.models.radiance.physical.composite_paths import CompositePaths, PathTransmittance
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import TransmittanceProvider
 
 Heights = tuple[float, ...]
-"""One of each column, m."""
+"""One altitude of each column, m."""
 
 _DARK = 1e-30
-"""Transmittance below which nothing seen through a path could matter."""
+"""Transmittance below which nothing seen through a path matters."""
 
 _COARSE_MASS, _COARSE_STEP_M = 0.05, 8e3
-"""Layers of scattered light hold this share of the air's mass at least, or are this thick."""
+"""Layers for light that is scattered later hold at least this share of the air's mass, or are this thick."""
 
-_KEPT_LOOKS = 16
-"""Legs seen through what is in front of them that are kept, about those of columns that are computed together: the
-tracer and the closure look along the same ones, and so do clear skies under all suns."""
+_MAX_LEG_VIEWS = 16
+"""Leg views in memory, about those of columns computed together: tracer, closure and all suns need the same ones."""
 
-_KEPT_LEGS, _KEPT_SOURCES = 2048, 256
-"""Legs whose absorbers, and whose emission, are kept: columns share those below and above, suns share all."""
+_MAX_LEGS, _MAX_SOURCES = 2048, 256
+"""Legs in memory, with their absorbers or their emission: columns share those below and above clouds, suns all."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +45,13 @@ class LegView:
         What the air of each leg sends through its path, W m-2 sr-1 (cm-1)-1.
     transmittance : ndarray (P, S)
         Of each path and its leg together.
-    crossed : PathAmounts (P,)
+    crossed : CompositePaths (P,)
         Each path and its leg together.
     """
 
     emission: Array
     transmittance: Array
-    crossed: PathAmounts
+    crossed: CompositePaths
 
     def conditional(self, front: Array, source: Array) -> LegView:
         """Return emission and transmittance for an observer at the end of the paths, whose transmittance is ``front``.
@@ -67,8 +66,8 @@ class LegView:
 
 
 @dataclass(frozen=True)
-class _Look:
-    """What is asked of :meth:`Air.leg`; what is in front counts by its key."""
+class _LegRequest:
+    """Arguments of :meth:`Air.leg`, hashable: the path in front counts by its key."""
 
     key: Hashable
     zenith_deg: tuple[float, ...]
@@ -76,7 +75,7 @@ class _Look:
     upper_m: Heights
     downward: bool
     coarse: bool
-    front: PathAmounts = field(compare=False)
+    front: CompositePaths = field(compare=False)
     front_transmittance: Array = field(compare=False)
 
 
@@ -92,14 +91,14 @@ class Air:
     """
 
     def __init__(self, provider: TransmittanceProvider, profile: Profile, wavenumber_cm1: Array) -> None:
-        self._crossing = Crossing(provider, wavenumber_cm1)
+        self._crossing = PathTransmittance(provider, wavenumber_cm1)
         self._profile = profile
         self.wavenumber_cm1 = wavenumber_cm1
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
-        self._looks = lru_cache(maxsize=_KEPT_LOOKS)(self._look)
-        self._pieces = lru_cache(maxsize=_KEPT_LEGS)(self._make_pieces)
-        self._sources = lru_cache(maxsize=_KEPT_SOURCES)(self._make_sources)
+        self._leg_views = lru_cache(maxsize=_MAX_LEG_VIEWS)(self._new_leg_view)
+        self._pieces = lru_cache(maxsize=_MAX_LEGS)(self._new_pieces)
+        self._sources = lru_cache(maxsize=_MAX_SOURCES)(self._new_sources)
 
     def black_body(self, temperature_K: float) -> Array:
         """Return the Planck radiance (V,)."""
@@ -111,17 +110,17 @@ class Air:
         """Return the Planck radiance (S,) at the temperature of each column."""
         return np.concatenate([self.black_body(kelvin) for kelvin in temperature_K])
 
-    def crossed(self, paths: Sequence[Sequence[Path]]) -> PathAmounts:
-        """Return paths (P, C) as the provider adds them."""
+    def crossed(self, paths: Sequence[Sequence[Path]]) -> CompositePaths:
+        """Return paths (P, C) in the form in which the provider adds them."""
         return self._crossing.of(paths)
 
-    def transmittance(self, crossed: PathAmounts) -> Array:
+    def transmittance(self, crossed: CompositePaths) -> Array:
         """Return transmittance (P, S) of composite paths."""
         return self._crossing.transmittance(crossed)
 
     def leg(
         self,
-        front: PathAmounts,
+        front: CompositePaths,
         front_transmittance: Array,
         zenith_deg: Sequence[float],
         lower_m: Heights,
@@ -131,12 +130,12 @@ class Air:
     ) -> LegView:
         """Look along a leg through the path in front of it.
 
-        E(x, l) = sum over layers n of J_n [T(x + l before n) - T(x + l with n)]: only summed absorber amounts
-        enter the transmittance, and the weights of all layers and of what lies behind sum to T(x).
+        E(x, l) = sum over layers n of J_n [T(x + l before n) - T(x + l with n)]. Only summed absorber amounts enter the
+        transmittance, and the weights of all layers and of the light from behind sum to T(x).
 
         Parameters
         ----------
-        front : PathAmounts (P,)
+        front : CompositePaths (P,)
             What the light crosses after the leg, on its way to the sensor.
         front_transmittance : ndarray (P, S)
             Of ``front``.
@@ -147,22 +146,23 @@ class Air:
         downward : bool
             Whether the observer looks down: the leg's upper end is the near one.
         coarse : bool
-            Whether thin layers high up may be joined: for light that is scattered afterwards.
+            Whether thin layers high up may be joined, for light that is scattered afterwards.
         """
         zeniths = tuple(zenith_deg)
-        return self._looks(_Look(front.key, zeniths, lower_m, upper_m, downward, coarse, front, front_transmittance))
+        return self._leg_views(
+            _LegRequest(front.key, zeniths, lower_m, upper_m, downward, coarse, front, front_transmittance)
+        )
 
-    def _look(self, asked: _Look) -> LegView:
-        """Look along a leg that is not known."""
-        front, front_transmittance, zenith_deg = asked.front, asked.front_transmittance, asked.zenith_deg
-        lower_m, upper_m, downward, coarse = asked.lower_m, asked.upper_m, asked.downward, asked.coarse
+    def _new_leg_view(self, request: _LegRequest) -> LegView:
+        front, front_transmittance, zenith_deg = request.front, request.front_transmittance, request.zenith_deg
+        lower_m, upper_m, downward, coarse = request.lower_m, request.upper_m, request.downward, request.coarse
         levels = self._coarse_m if coarse else self._profile.altitude_m
         edges = [self._edges(low, high, levels) for low, high in zip(lower_m, upper_m, strict=True)]
         count = max(map(len, edges)) - 1
         if count < 1:
             return LegView(np.zeros_like(front_transmittance), front_transmittance, front)
         distinct = tuple(sorted(set(zenith_deg)))
-        # Columns with fewer layers have some of no thickness at the far end.
+        # Columns with fewer layers get layers of no thickness at the far end.
         padded = np.minimum(np.arange(count), np.array([[max(len(own) - 2, 0)] for own in edges]))
         first, *others = (
             self._pieces(own, high == SPACE, downward, distinct).take(
@@ -177,7 +177,7 @@ class Air:
         )
         beyond = self.transmittance(paths).reshape(len(front), count, -1)
         weights = np.concatenate((front_transmittance[:, None] - beyond[:, :1], beyond[:, :-1] - beyond[:, 1:]), axis=1)
-        # Where nothing absorbs, rounding could leave less than nothing.
+        # Where nothing absorbs, rounding could leave negative weights.
         np.maximum(weights, 0.0, out=weights)
         order = -1 if downward else 1
         sources = np.concatenate(
@@ -193,12 +193,12 @@ class Air:
         near = np.minimum(upper_m, top) if downward else np.array(lower_m)
         return self.black_bodies(self._profile.temperature_at(near).tolist())
 
-    def _make_pieces(
+    def _new_pieces(
         self, edges: tuple[float, ...], to_space: bool, downward: bool, zenith_deg: tuple[float, ...]
-    ) -> PathAmounts:
+    ) -> CompositePaths:
         """Parts of the legs of one column (Z x N,): for each zenith angle the first layer, the first two, ...
 
-        From the near end; one of no length where there is no layer.
+        Counted from the near end; one part of no length where there is no layer.
         """
         count = len(edges) - 1
         if count < 1:
@@ -219,11 +219,11 @@ class Air:
         inner = levels[(levels > lower_m) & (levels < top)]
         return (lower_m, *(float(level) for level in inner), top)
 
-    def _make_sources(self, edges: tuple[float, ...]) -> Array:
+    def _new_sources(self, edges: tuple[float, ...]) -> Array:
         """Planck radiance (N, V) of each layer between edges at its pressure-weighted mean temperature.
 
-        For a temperature linear in height and a density exponential in it, that is the mean of the ends plus a
-        twelfth of their difference times ln(p below / p above), to first order. 0 where there is no layer.
+        For a temperature linear in height and a density exponential in it, that is the mean of the ends plus a twelfth
+        of their difference times ln(p below / p above), to first order. 0 where there is no layer.
         """
         altitude = np.asarray(edges)
         temperature = self._profile.temperature_at(altitude)
@@ -235,11 +235,11 @@ class Air:
 
 
 def _coarse_levels(profile: Profile) -> Array:
-    """Levels of a profile without those between which there is next to no air."""
+    """Levels of a profile, without those high up between which there is hardly any air."""
     altitude, pressure = profile.altitude_m, profile.pressure_Pa
-    kept = [0]
+    chosen = [0]
     for index in range(1, altitude.size - 1):
-        mass = (pressure[kept[-1]] - pressure[index]) / pressure[0]
-        if mass >= _COARSE_MASS or altitude[index] - altitude[kept[-1]] >= _COARSE_STEP_M:
-            kept.append(index)
-    return altitude[[*kept, altitude.size - 1]]
+        mass = (pressure[chosen[-1]] - pressure[index]) / pressure[0]
+        if mass >= _COARSE_MASS or altitude[index] - altitude[chosen[-1]] >= _COARSE_STEP_M:
+            chosen.append(index)
+    return altitude[[*chosen, altitude.size - 1]]

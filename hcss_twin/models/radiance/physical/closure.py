@@ -1,8 +1,9 @@
-"""Multiple reflections between interfaces, with the gas in front of them frozen: one linear solve.
+"""Multiple reflections between interfaces, with the gas in front of them fixed: one linear solve.
 
-Legs count with the transmittance they have behind the view's path to the lower end of their gap, because
-transmittances of a spectral interval do not multiply. Rows of the matrix and the weights of the sources still sum
-to one, so that an isothermal enclosure closes exactly.
+Why a closure: following every reflection exactly (:mod:`~hcss_twin.models.radiance.physical.tracing`) multiplies the
+paths at each change of direction. The rest is summed here in one matrix, whose legs have the transmittance they have
+behind the view's path to the lower end of their gap, because transmittances of a spectral interval do not multiply.
+Rows of the matrix and the weights of the sources sum to one, so that an isothermal enclosure closes exactly.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights, LegView
-from hcss_twin.models.radiance.physical.columns import Columns
-from hcss_twin.models.radiance.physical.crossed import PathAmounts
+from hcss_twin.models.radiance.physical.columns import CloudColumns
+from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
 from hcss_twin.models.radiance.physical.directions import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS, VIEW
 from hcss_twin.physics.paths import Leg, Path
 
@@ -42,10 +43,10 @@ class Closure:
 
 @dataclass(frozen=True)
 class FrozenLegs:
-    """Legs of all streams behind the view's path: gaps downward and upward, insides of clouds likewise.
+    """Legs of all streams behind the view's path: through gaps and through the insides of clouds, down and up.
 
-    ``sun_*``: transmittance (S,) of the sun's path behind the same paths, to the interface that is looked at. ``down``
-    and ``sun_top`` are without the uppermost gap, into which nobody looks down.
+    ``sun_*``: transmittance (S,) of the sun's path to an interface, behind the same paths. ``down`` and ``sun_top``
+    omit the uppermost gap, into which no stream looks down.
     """
 
     down: list[LegView]
@@ -57,7 +58,7 @@ class FrozenLegs:
     sun_sea: Array
 
 
-def close(columns: Columns) -> Closure:
+def close(columns: CloudColumns) -> Closure:
     """Solve u = P u + S for the radiances along the streams in all gaps."""
     frozen = _freeze(columns)
     gaps, count = len(columns.slabs) + 1, columns.directions.count
@@ -75,18 +76,18 @@ def close(columns: Columns) -> Closure:
     kernel = np.ascontiguousarray(np.moveaxis(matrix.reshape(flat, flat, size), -1, 0))
     right = np.ascontiguousarray(np.moveaxis(source.reshape(flat, len(TERMS), size), -1, 0))
     solved = _solve(kernel, right, count)
-    found = np.moveaxis(solved.reshape(size, rows, count, len(TERMS)), (0, 3), (3, 1))
-    down = tuple(found[2 * gap - 1] for gap in range(1, gaps))
-    up = tuple(found[2 * gap] for gap in range(gaps))
+    radiance = np.moveaxis(solved.reshape(size, rows, count, len(TERMS)), (0, 3), (3, 1))
+    down = tuple(radiance[2 * gap - 1] for gap in range(1, gaps))
+    up = tuple(radiance[2 * gap] for gap in range(gaps))
     below = tuple(_behind(leg, down[i]) for i, leg in enumerate(frozen.inside_down))
     above = tuple(_behind(leg, up[i]) for i, leg in enumerate(frozen.inside_up))
     return Closure(down, up, below, above)
 
 
 def _solve(kernel: Array, source: Array, above: int) -> Array:
-    """Solve u = P u + S, (V, F, F) and (V, F, N), of which the first ``above`` look up in the uppermost gap.
+    """Solve u = P u + S, (V, F, F) and (V, F, N).
 
-    Nothing but space is seen from there: they need no inversion.
+    The first ``above`` rows look up from the uppermost gap and see only space: they need no inversion.
     """
     result = np.empty_like(source)
     sky, inner = source[:, :above], kernel[:, above:, above:]
@@ -105,7 +106,7 @@ def _behind(leg: LegView, beyond: Array) -> Array:
 
 
 def _looking_down(
-    columns: Columns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
+    columns: CloudColumns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
     leg = frozen.down[gap - 1]
     row = 2 * gap - 1
@@ -124,7 +125,7 @@ def _looking_down(
 
 
 def _looking_up(
-    columns: Columns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
+    columns: CloudColumns, frozen: FrozenLegs, gap: int, streams: list[int], matrix: Array, source: Array
 ) -> None:
     leg = frozen.up[gap]
     row = 2 * gap
@@ -141,7 +142,7 @@ def _looking_up(
 
 
 def _pass_through(
-    columns: Columns,
+    columns: CloudColumns,
     index: int,
     streams: list[int],
     leg: LegView,
@@ -159,12 +160,12 @@ def _pass_through(
     source[:, SCATTERED_AIR] += leg.transmittance * np.einsum("kjv,jv->kv", kernel, inside.emission)
 
 
-def _freeze(columns: Columns) -> FrozenLegs:
+def _freeze(columns: CloudColumns) -> FrozenLegs:
     air, where = columns.air, columns.directions
     view = where.zenith_deg[VIEW]
     zeniths = [where.zenith_deg[index] for index in where.stream_indices]
     gaps = len(columns.slabs) + 1
-    front: list[PathAmounts] = []
+    front: list[CompositePaths] = []
     paths = [Path()] * columns.count
     for gap in range(gaps):
         ends = zip(*columns.gap_m(gap), strict=True)
@@ -176,17 +177,17 @@ def _freeze(columns: Columns) -> FrozenLegs:
 
     def legs(gap: int, lower: Heights, upper: Heights, downward: bool) -> LegView:
         rows = np.zeros(len(zeniths), dtype=np.intp)
-        many = seen[gap][rows]
-        found = air.leg(front[gap].take(rows), many, zeniths, lower, upper, downward, coarse=True)
-        return found.conditional(many, air.near_source(lower, upper, downward))
+        through = seen[gap][rows]
+        view = air.leg(front[gap].take(rows), through, zeniths, lower, upper, downward, coarse=True)
+        return view.conditional(through, air.near_source(lower, upper, downward))
 
-    def sun(gap: int, to_sun: PathAmounts) -> Array:
+    def sun(gap: int, to_sun: CompositePaths) -> Array:
         if where.sun is None:
             return np.zeros_like(columns.received)
         crossed = front[gap] + to_sun
         through = air.transmittance(crossed)
-        found = LegView(np.zeros_like(through), through, crossed)
-        result: Array = found.conditional(seen[gap], np.zeros_like(through)).transmittance[0]
+        whole = LegView(np.zeros_like(through), through, crossed)
+        result: Array = whole.conditional(seen[gap], np.zeros_like(through)).transmittance[0]
         return result
 
     clouds = range(len(columns.slabs))

@@ -1,6 +1,6 @@
-"""Operators of a cloud layer against its thickness, interpolated between thicknesses that double.
+"""What a cloud layer emits, reflects and transmits: operators that sum to one in every direction.
 
-What one cloud layer does: rows of emission, reflection and transmission that sum to one.
+They are solved on a grid of thicknesses, and interpolated between.
 """
 
 from __future__ import annotations
@@ -14,20 +14,19 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.parameters import PhysicalParameters
+from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Heights
-from hcss_twin.models.radiance.physical.directions import VIEW, Directions
+from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, solve_layers
-from hcss_twin.physics.multiple_scattering.sun import solve_sun
-from hcss_twin.physics.multiple_scattering.sunlit_layers import solve_sunlit_layers, transmit_beams
+from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers, transmit_beams
 from hcss_twin.physics.multiple_scattering.two_stream import solve_layers_two_stream, solve_sun_two_stream
 from hcss_twin.providers import CloudLayer, Optics
 
 PER_OCTAVE = 3
-"""Nodes in each doubling of thickness, each of which costs a chain of doublings of its own."""
+"""Nodes in each doubling of thickness; each costs a chain of doublings."""
 
 _WINDOW = 10
-"""Nodes of the polynomial: with 3 in each doubling it errs by 1e-6 of full reflection, as 6 with a window of 6 do."""
+"""Nodes of the interpolating polynomial: its error is 1e-6 of full reflection, as with 6 per doubling and 6 nodes."""
 
 
 def thickness_grid(least_m: float, most_m: float) -> Array:
@@ -59,7 +58,7 @@ class OperatorTable:
 
     @cached_property
     def floors(self) -> tuple[Array, ...]:
-        """The least of each operator, at most 0: polynomials swing below where a cloud turns opaque."""
+        """Minimum of each operator, at most 0: polynomials undershoot where a cloud turns opaque."""
         return tuple(np.minimum(np.min(each, axis=0), 0.0) for each in self.operators)
 
     @property
@@ -95,14 +94,14 @@ def _lagrange(position: float) -> Array:
 
 
 MAX_MODES = 8
-"""Azimuth modes in which sunlight between cloud and sea is followed."""
+"""Azimuth modes of sunlight between cloud and sea, at most."""
 
 _FAINT_SUN = 0.015
-"""Share below which sunlight is solved in closed form: clouds reflect a twentieth where it is so faint."""
+"""Sunlight over the sea's emission below which the closed form, good to 15 %, suffices: little of it is reflected."""
 
 
 def turned_modes(parameters: PhysicalParameters) -> int:
-    """Return how many azimuth modes of sunlight between cloud and sea are followed, the mean among them."""
+    """Return the number of azimuth modes of sunlight between cloud and sea, the mean included."""
     return min(parameters.azimuth_modes, 2 * parameters.streams, MAX_MODES)
 
 
@@ -142,8 +141,8 @@ class CloudSlab:
     beam_transmission: Array
 
 
-def stacked(slabs: Sequence[CloudSlab]) -> CloudSlab:
-    """Put columns beside each other."""
+def side_by_side(slabs: Sequence[CloudSlab]) -> CloudSlab:
+    """Join the columns of several slabs into one."""
     first, *others = slabs
     if not others:
         return first
@@ -155,7 +154,7 @@ def stacked(slabs: Sequence[CloudSlab]) -> CloudSlab:
     return CloudSlab(**together)
 
 
-class SlabMaker:
+class SlabSolver:
     """Solves layers of one optics provider for one set of directions.
 
     Parameters
@@ -164,7 +163,7 @@ class SlabMaker:
     parameters : PhysicalParameters
         Streams and azimuth modes.
     wavenumber_cm1 : ndarray (V,)
-    directions : Directions
+    directions : ColumnDirections
     sun_share : ndarray (V,)
         Sunlight on a white plane over the Planck radiance of the sea.
     closed_form : bool
@@ -176,7 +175,7 @@ class SlabMaker:
         optics: Optics,
         parameters: PhysicalParameters,
         wavenumber_cm1: Array,
-        directions: Directions,
+        directions: ColumnDirections,
         sun_share: Array,
         closed_form: bool,
     ) -> None:
@@ -189,7 +188,7 @@ class SlabMaker:
         self._wavenumber = wavenumber_cm1
         self._directions = directions
 
-    def make(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
+    def solve(self, layer: CloudLayer, thickness_m: Array, top_K: Array, base_K: Array) -> list[CloudSlab]:
         """Return ``layer`` at every thickness, each a column by itself.
 
         Operators are solved once, on a grid of thicknesses that double, and interpolated in ln(thickness); rows
@@ -211,7 +210,7 @@ class SlabMaker:
         for t, thickness in enumerate(thickness_m.tolist()):
             if table.least_m <= thickness <= table.most_m:
                 operators = table.at(thickness)
-            else:  # outside the layer's range: without a table
+            else:  # outside the range of the layer's table
                 operators = tuple(each[0] for each in self._solve(layer, np.array([thickness])))
             *rows, back, through, beam, turned = operators
             emissivity, far, direct, reflection, transmission = _closed(*rows)
@@ -242,15 +241,15 @@ class SlabMaker:
         solved, brdf, btdf, turned = self._solved(depth, scattering.albedo, scattering.moments)
         back, through, beam = self._sunlight(solved, brdf, btdf)
         extras = solved.mu.size - where.count
-        kept = [VIEW, *range(extras, solved.mu.size)]
+        view_and_streams = [VIEW, *range(extras, solved.mu.size)]
         factor = 2.0 * np.pi * where.streams.mu * where.streams.weight
         # (T, V, D, N) -> (T, D, N, V)
         reflection, transmission = (
-            np.ascontiguousarray(np.moveaxis(each[:, :, kept, extras:] * factor, 1, -1))
+            np.ascontiguousarray(np.moveaxis(each[:, :, view_and_streams, extras:] * factor, 1, -1))
             for each in (solved.reflection, solved.transmission)
         )
         emissivity, far, direct = (
-            np.ascontiguousarray(np.moveaxis(each[:, :, kept], 1, -1))
+            np.ascontiguousarray(np.moveaxis(each[:, :, view_and_streams], 1, -1))
             for each in (solved.emissivity, solved.far_share, solved.direct)
         )
         return emissivity, far, direct, reflection, transmission, back, through, beam, turned
@@ -258,22 +257,22 @@ class SlabMaker:
     def _solved(self, depth: Array, albedo: Array, moments: Array) -> tuple[LayerOperators, Array, Array, Array]:
         """Diffuse light; brdf and btdf (T, V) toward the view; and modes (T, M, 2, N, V).
 
-        The latter are what view and sun become along the streams. Sunlight is 0 without a sun, and its modes where
-        it is faint.
+        The latter are what view and sun become along the streams. Sunlight is 0 without a sun, and its modes where it
+        is faint.
         """
         where, parameters, closed = self._directions, self._parameters, self._closed_form
         brdf, btdf = np.zeros((2, *depth.shape))
         turned = np.zeros((depth.shape[0], self._modes - 1, 2, where.count, albedo.size))
         if where.sun is None:
             return self._layers(depth, albedo, moments), brdf, btdf, turned
-        # Where the sun gives little the closed form, good to some 15 %, does.
+        # Where the sun contributes little, the closed form, good to some 15 %, suffices.
         bright = (self._sun_share > _FAINT_SUN) & (not closed)
         faint = ~bright
         view, sun, azimuth = where.mu[VIEW], where.mu_sun, where.relative_azimuth
         if np.any(faint):
             own = depth[:, faint], albedo[faint], moments[:, faint]
-            found = solve_sun_two_stream(*own, np.array([view]), sun, np.array([azimuth]), streams=where.count)
-            brdf[:, faint], btdf[:, faint] = (each[..., 0] for each in found)
+            both = solve_sun_two_stream(*own, np.array([view]), sun, np.array([azimuth]), streams=where.count)
+            brdf[:, faint], btdf[:, faint] = (each[..., 0] for each in both)
         if not np.any(bright):
             return self._layers(depth, albedo, moments), brdf, btdf, turned
         own = depth[:, bright], albedo[bright], moments[:, bright]
@@ -315,7 +314,7 @@ class SlabMaker:
 def _closed(
     emissivity: Array, far: Array, direct: Array, reflection: Array, transmission: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Rows that sum to one again, from which the table took what polynomials leave below nothing: some 1e-7."""
+    """Normalise rows to one, from which clipping negative values of the interpolation took some 1e-7."""
     whole = emissivity + direct + np.sum(reflection, axis=1) + np.sum(transmission, axis=1)
     emissivity, far, direct = (each / whole for each in (emissivity, far, direct))
     reflection, transmission = (each / whole[:, None] for each in (reflection, transmission))

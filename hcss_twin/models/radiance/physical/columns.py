@@ -1,8 +1,8 @@
 """Columns of air, clouds and sea, each a stack of gaps between interfaces.
 
-Columns of one scene have sea, air and sun in common and differ in their clouds. Those with the same layers are computed
-together, because the arrays of one are so small that calls take longer than what they compute: arrays end with an axis
-S = C x V, all V wavenumbers of the first of C columns, then of the second, and so on.
+Columns of one scene share sea, air and sun and differ in their clouds. Those with the same layers are computed
+together, because the arrays of a single column are so small that calls take longer than the arithmetic in them: arrays
+end with an axis S = C x V, all V wavenumbers of the first of C columns, then of the second, and so on.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Air, Heights
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab
-from hcss_twin.models.radiance.physical.crossed import PathAmounts
-from hcss_twin.models.radiance.physical.directions import Directions
+from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
+from hcss_twin.models.radiance.physical.directions import ColumnDirections
 from hcss_twin.models.radiance.physical.sea_surface import SeaSurface
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 
 
 @dataclass(frozen=True)
-class Columns:
-    """Everything that sends light in C columns with the same layers.
+class CloudColumns:
+    """C columns with the same layers: everything that emits, reflects and transmits.
 
     Gap m is the air above cloud m (counted from the top, from 0) or above the sea.
 
@@ -32,7 +32,7 @@ class Columns:
     count : int
         C.
     air : Air
-    directions : Directions
+    directions : ColumnDirections
     slabs : tuple of CloudSlab
         From the highest to the lowest.
     sea : SeaSurface
@@ -46,7 +46,7 @@ class Columns:
 
     count: int
     air: Air
-    directions: Directions
+    directions: ColumnDirections
     slabs: tuple[CloudSlab, ...]
     sea: SeaSurface
     sea_source: Array
@@ -61,10 +61,10 @@ class Columns:
 
     @property
     def sea_level_m(self) -> Heights:
-        """That of each column: 0."""
+        """Altitude of the sea in each column: 0."""
         return (0.0,) * self.count
 
-    def crossed(self, path: Callable[[int], Path]) -> PathAmounts:
+    def crossed(self, path: Callable[[int], Path]) -> CompositePaths:
         """Return one composite path in each column, given its number."""
         return self.air.crossed([[path(number) for number in range(self.count)]])
 
@@ -78,17 +78,17 @@ class Columns:
         result: Array = (slab.emissivity - slab.far_share) * black(near) + slab.far_share * black(far)
         return result
 
-    def sun_on_slab(self, index: int, from_above: bool) -> tuple[Array, PathAmounts]:
+    def sun_on_slab(self, index: int, from_above: bool) -> tuple[Array, CompositePaths]:
         """Return sunlight that a cloud sends toward each direction, (D, S), and the path of the sun to it.
 
-        The direct transmittances of the clouds above are in it, the air is not.
+        Includes the direct transmittance of the clouds above, not that of the air.
         """
         slab = self.slabs[index]
         kernel = slab.sun_reflection if from_above else slab.sun_transmission
         lower = slab.top_m if from_above else slab.base_m
         return kernel * (self.received * self._sun_through(index)), self._sun_path(lower)
 
-    def sun_on_sea(self) -> tuple[Array, PathAmounts]:
+    def sun_on_sea(self) -> tuple[Array, CompositePaths]:
         """Return sunlight that the sea sends toward each direction, (D, S), and the path of the sun to it."""
         return self.sea.sun * (self.received * self._sun_through(len(self.slabs))), self._sun_path(self.sea_level_m)
 
@@ -104,7 +104,7 @@ class Columns:
             result = result * slab.sun_direct
         return result
 
-    def _sun_path(self, lower_m: Heights) -> PathAmounts:
+    def _sun_path(self, lower_m: Heights) -> CompositePaths:
         sun = self.directions.sun
         if sun is None:
             return self.crossed(lambda _: Path())

@@ -1,6 +1,6 @@
-"""Terms of the physical radiance: where the light that reaches the sensor was emitted, or last met the sun.
+"""Directions of the view, the sun and the Gauss streams, and the terms of the physical radiance.
 
-Directions of one column: the view, the sun, and the Gauss streams that carry diffuse light.
+A term says where the light that reaches the sensor was emitted, or last scattered or reflected if it is sunlight.
 """
 
 from __future__ import annotations
@@ -31,15 +31,14 @@ TERMS: Mapping[str, str] = {
 SOLAR_TERMS = frozenset({"cloud_reflected_sun", "sea_reflected_sun", "path_scattered_sun"})
 
 SEA_SUN_TERMS = frozenset({"sea_reflected_sun"})
-"""Those that in a clear column are direct sunlight reflected by the sea."""
-
+"""Terms that in a clear column are direct sunlight reflected by the sea."""
 
 VIEW = 0
 """Index of the view among the directions."""
 
 
 @dataclass(frozen=True)
-class Directions:
+class ColumnDirections:
     """The view first, then the streams.
 
     Attributes
@@ -75,11 +74,11 @@ class Directions:
 
     @property
     def stream_indices(self) -> range:
-        """Where the streams are among the directions."""
+        """Indices of the streams among the directions."""
         return range(1, 1 + self.count)
 
 
-def make_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: int) -> Directions:
+def column_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: int) -> ColumnDirections:
     """Return the directions of a column; a sun below the horizon is none."""
     gauss = gauss_streams(streams)
     mu_view = math.cos(math.radians(view.zenith_deg))
@@ -87,7 +86,7 @@ def make_directions(view: View, sun: Sun | None, wind_from_deg: float, streams: 
     up = sun if sun is not None and sun.is_up else None
     sun_azimuth_deg = view.azimuth_deg if up is None else up.azimuth_deg
     relative, wind = wind_azimuths(view.azimuth_deg, sun_azimuth_deg, wind_from_deg)
-    return Directions(
+    return ColumnDirections(
         mu=np.concatenate(([mu_view], gauss.mu)),
         zenith_deg=zenith,
         streams=gauss,

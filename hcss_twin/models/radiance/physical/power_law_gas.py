@@ -1,10 +1,13 @@
-"""Transmittance of any path from a provider that knows only those from a height to space.
+"""Transmittance of any path from a provider that knows only paths from an altitude to space.
 
 At each wavenumber -ln T = (sum over layers of air mass x w)^a. The layers' amounts w follow from vertical paths to
-space, so that these are reproduced; the exponent a, from a vertical and a slant path at the surface, tells how far
-absorption saturates. Errors of slant paths are below those of the product of legs, but stay a few percent of band
-means for paths up and down again; a provider with any path is better. What the provider says of the path from the sun
-down to a target and up again is taken from it, and continued by the law where the sun is too low for it.
+space, which are reproduced. The exponent a follows from a vertical and a slant path at the surface: 1 for weak
+absorption, 0.5 for a strong Lorentz line, where absorption is saturated at the line's centre and grows only in its
+wings. Why not products of leg transmittances: they ignore that saturation, and their errors are larger.
+
+Errors of band means stay a few percent for paths up and down again; a provider for any path is better. Where the
+provider itself knows the path from the sun down to a target and up again, its answer is used, continued by the law
+where the sun is too low for it.
 """
 
 from __future__ import annotations
@@ -23,13 +26,13 @@ from hcss_twin.providers import Declares, TransmittanceProvider
 _SLANT_DEG = 60.0
 _MIN_DEPTH, _MAX_DEPTH = 1e-12, 700.0
 _EXPONENTS = (0.2, 1.0)
-"""Between a strong Lorentz line (.5) with room for tables that fall off more slowly, and weak absorption."""
+"""Range of a: below 0.5 for tables that fall off more slowly than a strong Lorentz line, up to weak absorption."""
 
-_KEPT_OWN = 512
-"""Paths from the sun to a target and up again that are kept: columns with the same cloud share them."""
+_MAX_SUN_PATHS = 512
+"""Paths from the sun to a target and up again in memory: columns with the same cloud share them."""
 
 _SURELY_WITHIN = 0.99
-"""Share of the greatest air mass up to which a provider that refuses a path does not do so for its air mass."""
+"""Share of the greatest air mass below which a refused path must have been refused for another reason."""
 
 
 class PowerLawGas:
@@ -52,7 +55,7 @@ class PowerLawGas:
         self._targets = [float(z) for z in levels[:-1] if low <= z <= high]
         self._known: dict[bytes, tuple[Array, Array]] = {}
         self._airmass = LegSums(levels.size - 1, self._add_airmass)
-        self._own_of = lru_cache(maxsize=_KEPT_OWN)(self._ask)
+        self._own_of = lru_cache(maxsize=_MAX_SUN_PATHS)(self._ask)
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V) of composite paths."""
@@ -70,9 +73,9 @@ class PowerLawGas:
         known.update(zip(new, airmass_of_legs(self._profile, new), strict=True))
 
     def _own(self, wavenumber_cm1: Array, path: Path) -> Array | None:
-        """What the provider itself says of the path down to a target from the sun and up again, (V,).
+        """The provider's own transmittance (V,) from the sun down to a target and up again; None for other paths.
 
-        No emission is weighted with differences of these, so that they need not fit the law.
+        No emission is weighted with differences of these, so that they need not agree with the law.
         """
         if sum(leg.upper_m == SPACE for leg in path.legs) != 2:
             return None
@@ -84,15 +87,15 @@ class PowerLawGas:
     def _ask(self, wavenumbers: bytes, legs: tuple[Leg, ...]) -> Array | None:
         wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
         try:
-            found: Array = self._provider.transmittance(wavenumber, [Path(legs)])[0]
+            own: Array = self._provider.transmittance(wavenumber, [Path(legs)])[0]
         except ProviderError:
             return self._beyond(wavenumber, legs)
-        return found
+        return own
 
     def _beyond(self, wavenumber_cm1: Array, legs: tuple[Leg, ...]) -> Array | None:
         """Transmittance (V,) of a path with more air than the provider's angles reach, from its longest by the law.
 
-        The fit itself is some percent off there, and light of a low sun would jump where clouds rise out of that reach.
+        The fit alone is some percent off there, and light of a low sun would jump where clouds rise out of that range.
         None where the provider refuses the path for another reason.
         """
         target, angles = legs[0].lower_m, self.declares.valid.get("view_zenith")
@@ -119,7 +122,7 @@ class PowerLawGas:
             mass = float(self._profile.mean_airmass(self._targets[0], np.array([_SLANT_DEG]))[0])
             exponent = np.clip(np.log(slant / vertical[0]) / np.log(mass), *_EXPONENTS)
             above = vertical ** (1.0 / exponent)
-            # Amounts fall with height; a table's rounding may say otherwise.
+            # Amounts fall with height, but for a table's rounding.
             above = np.minimum.accumulate(above, axis=0)
             amount = np.zeros((self._profile.altitude_m.size - 1, wavenumber_cm1.size))
             amount[: len(self._targets)] = above - np.concatenate((above[1:], np.zeros_like(above[:1])))

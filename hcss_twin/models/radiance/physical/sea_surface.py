@@ -1,4 +1,4 @@
-"""What the sea does: emission, reflected sky by streams, and glint."""
+"""The sea as an interface: emission, reflection of the sky by streams, and glint."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.models.radiance.physical.directions import VIEW, Directions
+from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.providers import SeaModel
 
-LARGEST_DEFECT = 0.1
-"""How much the integral of a BRDF may differ from 1 - emissivity before it is refused."""
+MAX_DEFECT = 0.1
+"""Largest allowed difference between the integral of a BRDF and 1 - emissivity."""
 
 _COSINES, _AZIMUTHS = 64, 48
 
@@ -52,13 +52,13 @@ class SeaSurface:
         )
 
 
-def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
+def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaSurface:
     """Return a surface with the sunlight that it sends under the sun of ``directions``."""
     return replace(surface, sun=_sunlight(sea, wavenumber_cm1, directions))
 
 
-def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaSurface:
-    """Ask a sea model for what it emits and reflects of the sky, whatever the sun; sunlight is left 0.
+def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaSurface:
+    """Return what a sea model emits and reflects of the sky, whatever the sun; sunlight stays 0.
 
     A provider may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes) -> (M, N, V)``, the share of the light
     seen in each direction that came from the sky at each node. Otherwise its BRDF is integrated over a fine grid of
@@ -71,11 +71,11 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directio
     """
     own = getattr(sea, "reflection_weights", None)
     wind = _wind(sea, directions)
-    # Only the view has a bearing to the wind; what the streams see is a mean over all.
+    # Only the view has a bearing to the wind; streams are means over all bearings.
     others = slice(VIEW + 1, None) if wind else slice(None)
     weights = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
     if own is not None:
-        # Before the emissivity, which some providers then know.
+        # Before the emissivity, which some providers then have in memory.
         weights[others] = own(wavenumber_cm1, directions.mu[others], directions.streams.mu)
         if wind:
             weights[VIEW] = own(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], directions.streams.mu, **wind)[0]
@@ -88,14 +88,14 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directio
     if own is None:
         weights = _integrated(sea, wavenumber_cm1, directions)
         defect = float(np.max(np.abs(emissivity[0] + weights[0].sum(axis=0) - 1.0)))
-        if defect > LARGEST_DEFECT:
+        if defect > MAX_DEFECT:
             raise ProviderError(
                 f"sea: emissivity and integrated BRDF sum to 1 +- {defect:.3g} toward the view; allowed 1 +- "
-                f"{LARGEST_DEFECT:g}"
+                f"{MAX_DEFECT:g}"
             )
     total = weights.sum(axis=1)
     nothing = total <= 0.0
-    # Where a BRDF leaves nothing that could be scaled, the mirror direction does.
+    # Where the BRDF is 0 everywhere, there is nothing to scale: all light comes from the mirror direction.
     if np.any(nothing & (left > 0.0)):
         nearest = np.argmin(np.abs(directions.mu[:, None] - directions.streams.mu), axis=1)
         for row, node in enumerate(nearest):
@@ -105,7 +105,7 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: Directio
     return SeaSurface(emissivity, weights, np.zeros_like(emissivity), defect)
 
 
-def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> Array:
+def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> Array:
     """Integral of BRDF x cosine over the sky, folded onto the streams by linear weights, (D, N, V)."""
     nodes, node_weights = np.polynomial.legendre.leggauss(_COSINES)
     mu_in, d_mu = 0.5 * (nodes + 1.0), 0.5 * node_weights
@@ -132,7 +132,7 @@ def _hats(mu: Array, nodes: Array) -> Array:
     return weights
 
 
-def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> Array:
+def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> Array:
     result = np.zeros((directions.mu.size, wavenumber_cm1.size))
     if directions.sun is None:
         return result
@@ -152,6 +152,6 @@ def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> A
     return result
 
 
-def _wind(sea: SeaModel, directions: Directions) -> dict[str, Array]:
+def _wind(sea: SeaModel, directions: ColumnDirections) -> dict[str, Array]:
     """Return the view's bearing to the wind for a sea that depends on it; streams get the mean over bearings."""
     return {"wind_azimuth": np.array([directions.wind_azimuth])} if getattr(sea, "anisotropic", False) else {}

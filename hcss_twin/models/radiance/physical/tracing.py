@@ -1,8 +1,8 @@
-"""From the sensor into the scene: gas exact along every path with a given number of changes of direction.
+"""Rays from the sensor into the scene: gas exact along every path with a given number of changes of direction.
 
-A ray is followed through the gaps. Where an interface scatters, it goes on along every stream, with the whole
-composite path behind it; after ``order`` changes of direction the closure stands for the rest. Light that crosses a
-cloud directly does not change direction.
+A ray is followed through the gaps. Where an interface scatters, it continues along every stream, with the whole
+composite path behind it; after ``order`` changes of direction the closure provides the rest. Light that crosses a cloud
+directly does not change direction.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.closure import Closure, close
-from hcss_twin.models.radiance.physical.columns import Columns
-from hcss_twin.models.radiance.physical.crossed import PathAmounts
+from hcss_twin.models.radiance.physical.columns import CloudColumns
+from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
 from hcss_twin.models.radiance.physical.directions import (
     AIR,
     CLOUD,
@@ -32,11 +32,11 @@ from hcss_twin.physics.paths import Path
 
 
 class Rays:
-    """Rays on their way into the scene.
+    """P rays on their way into the scene.
 
     Parameters
     ----------
-    crossed : PathAmounts (P,)
+    crossed : CompositePaths (P,)
         What lies between each ray's front and the sensor.
     transmittance : ndarray (P, S)
         Of these paths.
@@ -46,7 +46,9 @@ class Rays:
         Where the emission of air counts: ``AIR`` before the first scattering, ``SCATTERED_AIR`` behind it.
     """
 
-    def __init__(self, crossed: PathAmounts, transmittance: Array, directions: NDArray[np.int64], source: int) -> None:
+    def __init__(
+        self, crossed: CompositePaths, transmittance: Array, directions: NDArray[np.int64], source: int
+    ) -> None:
         self.crossed = crossed
         self.transmittance = transmittance
         self.directions = directions
@@ -58,12 +60,12 @@ class Tracer:
 
     Parameters
     ----------
-    columns : Columns
+    columns : CloudColumns
     order : int
         Changes of direction with exact gas, 0 or more.
     """
 
-    def __init__(self, columns: Columns, order: int) -> None:
+    def __init__(self, columns: CloudColumns, order: int) -> None:
         self._columns = columns
         self._order = order
 
@@ -148,7 +150,7 @@ class Tracer:
         result += slab.direct[rays.directions] * through(rays, order)
         return result
 
-    def _add_sun(self, target: Array, rays: Rays, sunlight: Array, to_sun: PathAmounts) -> None:
+    def _add_sun(self, target: Array, rays: Rays, sunlight: Array, to_sun: CompositePaths) -> None:
         """Add sunlight (D, S) that leaves an interface; the sun's and the ray's air are one composite path."""
         if self._columns.directions.sun is None:
             return
@@ -182,5 +184,5 @@ class Tracer:
             SCATTERED_AIR,
         )
         seen = look(after, order - 1).reshape(len(TERMS), len(rays.crossed), streams.size, -1)
-        found: Array = np.einsum("pjv,spjv->spv", rows, seen)
-        return found
+        reflected: Array = np.einsum("pjv,spjv->spv", rows, seen)
+        return reflected

@@ -1,8 +1,8 @@
-"""Sunlight that clouds scatter on its way to or from the sea keeps its bearing: azimuth modes from 1 on.
+"""Azimuth modes of sunlight between one cloud and the sea: the glint seen through a thin cloud.
 
 Diffuse light along the streams is a mean over azimuth. Sunlight that a thin cloud scatters forward is not: it still
 comes from near the sun, and the sea mirrors it into the glint. With T_m and R_m the modes of the cloud's transmission
-and of the sea's BRDF, what the mean over azimuth leaves out is, for one reflection by the sea,
+and of the sea's BRDF, the mean over azimuth omits, for one reflection by the sea,
 
     sum over m of 2 cos(m phi) [t_view R_m(view, k) T_m(k, sun) + T_m(view, j) R_m(j, sun) t_sun
                                 + T_m(view, j) R_m(j, k) T_m(k, sun)]
@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.physical.columns import Columns
-from hcss_twin.models.radiance.physical.directions import VIEW, Directions
+from hcss_twin.models.radiance.physical.columns import CloudColumns
+from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.providers import SeaModel
 
@@ -50,8 +50,8 @@ class SeaModes:
         return SeaModes(*(np.tile(each, columns) for each in (self.view, self.sun, self.between)))
 
 
-def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: Directions, modes: int) -> SeaModes:
-    """Ask a sea model for the modes of its BRDF from 1 to ``modes`` - 1, whatever the sun; its own are left 0."""
+def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections, modes: int) -> SeaModes:
+    """Return the modes of a sea model's BRDF from 1 to ``modes`` - 1; those of the sun stay 0."""
     streams = directions.streams.mu
     count = streams.size
     first, second = (each.ravel() for each in np.meshgrid(streams, streams, indexing="ij"))
@@ -60,7 +60,7 @@ def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: Directions
     return SeaModes(view, np.zeros_like(view), between.reshape(modes - 1, count, count, -1))
 
 
-def sunlit_modes(unlit: SeaModes, sea: SeaModel, wavenumber_cm1: Array, directions: Directions) -> SeaModes:
+def sunlit_modes(unlit: SeaModes, sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaModes:
     """Return modes with those toward the streams from the sun of ``directions``."""
     streams = directions.streams.mu
     toward_sun = np.full(streams.size, directions.mu_sun)
@@ -78,8 +78,8 @@ def _expanded(sea: SeaModel, wavenumber_cm1: Array, mu_out: Array, mu_in: Array,
     return result
 
 
-def turned_glint(columns: Columns, modes: SeaModes) -> tuple[Array, Array]:
-    """Return what is to be added to sunlight sent by the cloud and by the sea, both (S,), in columns with one cloud.
+def turned_glint(columns: CloudColumns, modes: SeaModes) -> tuple[Array, Array]:
+    """Return the sunlight to be added to that of the cloud and of the sea, both (S,), in columns with one cloud.
 
     By the cloud: what it scatters on the way down; by the sea: what reaches it directly. ``modes`` (..., S) are those
     of each column.

@@ -1,1 +1,0 @@
-"""Estimators of the fractal dimension of a grey-level surface or of a mask's boundary."""

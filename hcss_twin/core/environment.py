@@ -1,0 +1,61 @@
+"""The software environment: versions of the libraries, and compilation of kernels."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib import metadata
+from typing import Any
+
+LIBRARIES = ("numpy", "numba", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of this package, of Python and of the libraries that affect the numbers."""
+    result = {"hcss-twin": _loaded("hcss-twin"), "python": platform.python_version()}
+    result.update((name, _loaded(name)) for name in LIBRARIES)
+    return result
+
+
+def installed_version(distribution: str) -> str:
+    """Return the version of a distribution, or ``not installed``."""
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+@cache
+def _loaded(distribution: str) -> str:
+    """Return the version that this process has loaded, whatever is installed later; reading it takes a millisecond."""
+    return installed_version(distribution)
+
+
+COMPILING = "compiling kernels, once on this machine (up to half a minute) ..."
+
+
+@contextmanager
+def announce_compilation(report: Callable[[str], object]) -> Iterator[None]:
+    """Call ``report`` with one line when the first of our kernels is compiled in this block.
+
+    A user would take the pause for a hang. The compiler reports it, so that kernels from its cache do not count,
+    whichever folder that is in, and those for another version or processor do.
+    """
+    from numba.core import event
+
+    class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
+        announced = False
+
+        def on_start(self, event: Any) -> None:
+            module = event.data["dispatcher"].py_func.__module__
+            if not self.announced and module.partition(".")[0] == __name__.partition(".")[0]:
+                self.announced = True
+                report(COMPILING)
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Listener()):
+        yield

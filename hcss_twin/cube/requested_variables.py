@@ -1,0 +1,88 @@
+"""The variables that a scenario requests, by name or by group."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from hcss_twin.core.errors import choose_from
+from hcss_twin.cube.variables import (
+    DIRECTION,
+    LOCATION,
+    MOVING_LOCATION,
+    TERM_PREFIX,
+    VARIABLES,
+    VariableSpec,
+    term_variable,
+)
+
+_LACKING = {
+    "layers": "the scene has no cloud layer; allowed: with one or two layers",
+    "shadows": "clouds cast no shadows; allowed: with slant.shadows = true",
+    "waves": 'the scene has no resolved waves; allowed: with sea.waves = "resolved"',
+    "altitude": "the altitude of the sensor is not known; allowed: with platform.altitude",
+}
+"""Why a scene has no variable that needs a feature."""
+
+
+def expand(
+    requested: Iterable[str],
+    terms: Mapping[str, str],
+    layer_count: int = 1,
+    shadows: bool = False,
+    waves: bool = True,
+    altitude: bool = True,
+    moves: bool = False,
+) -> list[VariableSpec]:
+    """Return the requested variables, in the order of the table, then terms and viewing geometry.
+
+    Parameters
+    ----------
+    requested : iterable of str
+        Names of variables, or groups: ``all`` (without viewing geometry), ``terms`` (of the radiance), ``truth``
+        (every variable of that kind), ``geometry`` (coordinates of the pixels). Groups have the variables that the
+        scene has; those by layer only with two layers, because with one they repeat others.
+    terms : mapping of str to str
+        Description of each term of the radiance model in use, by its name.
+    layer_count : int
+        Number of cloud layers of the scene.
+    shadows, waves : bool
+        Whether clouds cast shadows, and whether waves are resolved.
+    altitude : bool
+        Whether that of the sensor is known; without it there are no directions toward it.
+    moves : bool
+        Whether the image moves over the ground; latitude and longitude then have a time.
+
+    Raises
+    ------
+    ValueError
+        If nothing is requested, a name is unknown (with the allowed names and the closest one), or the scene lacks
+        what a variable needs.
+    """
+    present = {"layers": layer_count > 0, "shadows": shadows, "waves": waves, "altitude": altitude}
+    lacking = {feature for feature, exists in present.items() if not exists}
+    specs = (
+        *VARIABLES,
+        *(term_variable(name, text) for name, text in terms.items()),
+        *(MOVING_LOCATION if moves else LOCATION),
+        *DIRECTION,
+    )
+    known = {spec.name: spec for spec in specs}
+    not_in_groups = lacking | ({"layers"} if layer_count < 2 else set())
+    grouped = [spec for spec in specs if spec.needs not in not_in_groups]
+    groups = {
+        "all": {spec.name for spec in grouped if spec.kind != "geometry"},
+        "terms": {TERM_PREFIX + name for name in terms},
+        "truth": {spec.name for spec in grouped if spec.kind == "truth"},
+        "geometry": {spec.name for spec in grouped if spec.kind == "geometry"},
+    }
+    wanted: set[str] = set()
+    for name in requested:
+        if name not in groups and name not in known:
+            raise ValueError(f"unknown output variable '{name}'; {choose_from(name, [*groups, *known])}")
+        needs = known[name].needs if name in known else None
+        if needs in lacking:
+            raise ValueError(f"'{name}': {_LACKING[needs]}")
+        wanted |= groups.get(name, {name})
+    if not wanted:
+        raise ValueError(f"no output variable is requested; {choose_from('', [*groups, *known])}")
+    return [spec for name, spec in known.items() if name in wanted]

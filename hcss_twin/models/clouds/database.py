@@ -1,0 +1,353 @@
+"""The cloud database: clouds that were cut out of images beforehand, one NetCDF file for each image.
+
+An entry is a file of the format ``hcss-cloud-entry`` (NetCDF-4, CF-1.11): grey levels, mask and labels of the single
+clouds, and where they come from. A folder of such files is the database. ``hcss import`` writes entries, so that a
+person can look at the clouds before a scenario uses them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.core.files import atomic_write, open_format
+
+FOLDER = "clouds"
+"""Name of the folder of entries: in the catalog, beside a scenario, and where ``hcss import`` writes."""
+
+SUFFIX = ".nc"
+
+NOT_STATED = "not stated"
+"""Value of a text that neither the image nor the user gives."""
+
+FORMAT, FORMAT_VERSION = "hcss-cloud-entry", 1
+
+_CLEAR, _CLOUD, _MISSING = 0, 1, 2
+
+_YES_NO = {"yes": True, "no": False}
+
+_LONG_NAMES = {
+    "image": "image, cloud bright, 0 where missing: for people to look at",
+    "grey": "grey level of cloud: 0 clear, 1 to 255 from the threshold to the brightest cloud",
+    "mask": "cloud mask",
+    "label": "number of the single cloud; 0 is clear",
+}
+
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
+
+
+@dataclass(frozen=True)
+class EntryFacts:
+    """Source and processing of an entry; each is an attribute of its file.
+
+    Attributes
+    ----------
+    source_file, source_sha256 : str
+        Name and hash of the image file.
+    variable, band, observed, source, licence : str
+        Plane of the file, spectral band, time of observation, origin, and terms of use.
+    pixel_size_m : float
+        Side of a pixel on the ground.
+    pixel_size_is_nominal : bool
+        True where it holds below a geostationary satellite only; elsewhere pixels are larger.
+    pixel_size_from : str
+        ``file`` or ``user``.
+    units, cloud_is : str
+        Units of the image's values, and whether ``bright`` or ``dark`` ones are cloud.
+    method : str
+        Threshold method.
+    window_pixels : int
+        Side of the averaging window of method ``local``; 0 for the others.
+    threshold_lowest, threshold_highest : float
+        Thresholds in the image's units; they differ for method ``local`` only. Lowest means least cloudy.
+    closing, opening, largest_hole, min_area : int
+        Sizes of the cleaning in pixels (:class:`hcss_twin.models.clouds.segmentation.Cleaning`).
+    holes_filled, hole_pixels, clouds_dropped : int
+        Counts of what the cleaning changed.
+    coverage : float
+        Fraction of cloudy pixels.
+    clouds : int
+        Number of single clouds.
+    missing_pixels : int
+        Pixels without a value.
+    fractal_dimension, fractal_dimension_error : float
+        Of the image's values in the cloudy pixels, and its standard error; NaN where not known.
+    box_counting_dimension, box_counting_error : float
+        Of the grey levels of the whole scene, clear sky being 0.
+    fractal_dimension_method, box_counting_method : str
+        How each was estimated, or why it was not.
+    created, created_with : str
+        Time of the import, and version of this package.
+    """
+
+    source_file: str
+    source_sha256: str
+    variable: str
+    band: str
+    observed: str
+    source: str
+    licence: str
+    pixel_size_m: float
+    pixel_size_is_nominal: bool
+    pixel_size_from: str
+    units: str
+    cloud_is: str
+    method: str
+    window_pixels: int
+    threshold_lowest: float
+    threshold_highest: float
+    closing: int
+    opening: int
+    largest_hole: int
+    min_area: int
+    holes_filled: int
+    hole_pixels: int
+    clouds_dropped: int
+    coverage: float
+    clouds: int
+    missing_pixels: int
+    fractal_dimension: float = math.nan
+    fractal_dimension_error: float = math.nan
+    fractal_dimension_method: str = NOT_STATED
+    box_counting_dimension: float = math.nan
+    box_counting_error: float = math.nan
+    box_counting_method: str = NOT_STATED
+    created: str = NOT_STATED
+    created_with: str = NOT_STATED
+
+
+@dataclass(frozen=True)
+class CloudEntry:
+    """Clouds of one image, north in the first row and west in the first column.
+
+    Attributes
+    ----------
+    grey : ndarray of uint8 (rows, columns)
+        0 clear, 1 to 255 from the threshold to the brightest cloud.
+    labels : ndarray of int32 (rows, columns)
+        0 clear, else the number of the single cloud, from 1.
+    missing : ndarray of bool (rows, columns)
+        Where the image has no value.
+    image : ndarray of uint8 (rows, columns)
+        The whole image for people to look at, cloud bright; 0 where missing.
+    facts : EntryFacts
+        Source and processing.
+    """
+
+    grey: NDArray[np.uint8]
+    labels: NDArray[np.int32]
+    missing: NDArray[np.bool_]
+    image: NDArray[np.uint8]
+    facts: EntryFacts
+
+    @property
+    def mask(self) -> NDArray[np.bool_]:
+        """Cloudy pixels (rows, columns)."""
+        return self.labels > 0
+
+
+def write_entry(path: Path, entry: CloudEntry) -> None:
+    """Write an entry; an interrupted write leaves ``path`` as it was.
+
+    Raises
+    ------
+    CatalogError
+        If the file cannot be written.
+    """
+    import netCDF4
+
+    mask = np.where(entry.mask, _CLOUD, np.where(entry.missing, _MISSING, _CLEAR)).astype(np.int8)
+    planes: dict[str, NDArray[Any]] = {"image": entry.image, "grey": entry.grey, "mask": mask, "label": entry.labels}
+    create: Callable[..., Any] = netCDF4.Dataset
+    with atomic_write(path, CatalogError) as draft, create(draft, "w", format="NETCDF4") as file:
+        file.setncatts({"Conventions": "CF-1.11", "format": FORMAT, "format_version": np.int32(FORMAT_VERSION)})
+        file.setncatts({name: _attribute(value) for name, value in dataclasses.asdict(entry.facts).items()})
+        rows, columns = entry.grey.shape
+        size = entry.facts.pixel_size_m
+        for axis, count, positions, direction in (
+            ("y", rows, (rows - 0.5 - np.arange(rows)) * size, "north"),
+            ("x", columns, (np.arange(columns) + 0.5) * size, "east"),
+        ):
+            file.createDimension(axis, count)
+            coordinate = file.createVariable(axis, "f8", (axis,))
+            coordinate.setncatts(
+                {"standard_name": f"projection_{axis}_coordinate", "long_name": f"distance to the {direction}"}
+            )
+            coordinate.setncatts({"units": "m", "axis": axis.upper()})
+            coordinate[:] = positions
+        for name, values in planes.items():
+            variable = file.createVariable(
+                name, values.dtype, ("y", "x"), compression="zlib", shuffle=True, fill_value=False
+            )
+            variable.setncatts({"long_name": _LONG_NAMES[name], "units": "1"})
+            if name == "mask":
+                flags = np.array([_CLEAR, _CLOUD, _MISSING], dtype=np.int8)
+                variable.setncatts({"flag_values": flags, "flag_meanings": "clear cloud missing"})
+                del variable.units
+            variable[:] = values
+
+
+def read_entry(path: Path) -> CloudEntry:
+    """Read an entry and check that its variables agree with each other.
+
+    Raises
+    ------
+    CatalogError
+        If the file is not of this format, or its variables contradict each other.
+    """
+    with open_format(path, FORMAT, FORMAT_VERSION) as file:
+        facts = _facts(path, file)
+        try:
+            planes = {name: np.ma.getdata(file.variables[name][...]) for name in _LONG_NAMES}
+        except (KeyError, OSError, RuntimeError) as error:
+            raise CatalogError(f"{path}: damaged or incomplete entry: {error}") from error
+    mask = planes["mask"]
+    entry = CloudEntry(
+        grey=_typed(path, "grey", planes["grey"], np.uint8),
+        labels=_typed(path, "label", planes["label"], np.int32),
+        missing=np.asarray(mask == _MISSING),
+        image=_typed(path, "image", planes["image"], np.uint8),
+        facts=facts,
+    )
+    _check(path, entry, mask)
+    return entry
+
+
+def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
+    """Return the facts of an entry and its (rows, columns), without reading its planes.
+
+    Raises
+    ------
+    CatalogError
+        If the file is not of this format.
+    """
+    with open_format(path, FORMAT, FORMAT_VERSION) as file:
+        facts = _facts(path, file)
+        try:
+            return facts, (file.dimensions["y"].size, file.dimensions["x"].size)
+        except KeyError as error:
+            raise CatalogError(f"{path}: damaged or incomplete entry: no dimension {error}") from error
+
+
+def _attribute(value: Any) -> Any:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return np.int32(value) if isinstance(value, int) else value
+
+
+def _facts(path: Path, file: Any) -> EntryFacts:
+    parse: dict[str, Callable[[Any], Any]] = {"str": str, "float": float, "int": int, "bool": _YES_NO.__getitem__}
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(EntryFacts):
+        try:
+            values[field.name] = parse[str(field.type)](getattr(file, field.name))
+        except (AttributeError, ValueError, TypeError, KeyError) as error:
+            raise CatalogError(f"{path}: attribute '{field.name}' is missing or malformed: {error}") from error
+    facts = EntryFacts(**values)
+    if not 0.0 < facts.pixel_size_m < np.inf:
+        raise CatalogError(f"{path}: pixel_size_m: {facts.pixel_size_m} given, allowed: greater than 0")
+    return facts
+
+
+def _typed(path: Path, name: str, values: NDArray[Any], dtype: type[Any]) -> NDArray[Any]:
+    if values.dtype != dtype or values.ndim != 2:
+        raise CatalogError(
+            f"{path}: '{name}' is {values.dtype} with shape {values.shape}; allowed: {np.dtype(dtype)}, (rows, columns)"
+        )
+    return values
+
+
+def _check(path: Path, entry: CloudEntry, mask: NDArray[Any]) -> None:
+    shapes = {plane.shape for plane in (entry.grey, entry.labels, entry.image, mask)}
+    if len(shapes) != 1:
+        raise CatalogError(f"{path}: variables of different shapes: {sorted(shapes)}")
+    numbers = np.unique(entry.labels)
+    if not np.array_equal(numbers[numbers != 0], np.arange(1, entry.facts.clouds + 1)):
+        raise CatalogError(
+            f"{path}: label: {np.count_nonzero(numbers)} clouds from {numbers.min()} to {numbers.max()}; allowed: "
+            f"each number from 1 to {entry.facts.clouds}"
+        )
+    for name, cloudy in (("grey", entry.grey > 0), ("mask", mask == _CLOUD)):
+        if not np.array_equal(cloudy, entry.mask):
+            count = int(np.count_nonzero(cloudy != entry.mask))
+            raise CatalogError(f"{path}: {name} and label disagree about cloud in {count} pixels")
+
+
+@dataclass(frozen=True)
+class ListedEntry:
+    """One file of a folder of entries.
+
+    Attributes
+    ----------
+    name : str
+        File name without its suffix.
+    path : Path
+        The file.
+    facts : EntryFacts or None
+        None where the file is not an entry.
+    shape : (int, int)
+        Rows and columns; (0, 0) without facts.
+    trouble : str
+        Why there are no facts, else empty.
+    """
+
+    name: str
+    path: Path
+    facts: EntryFacts | None
+    shape: tuple[int, int]
+    trouble: str = ""
+
+
+def valid_entry_name(text: str) -> str:
+    """Return ``text`` where it can be the name of an entry, in file names and in scenarios.
+
+    Raises
+    ------
+    CatalogError
+        If it holds other characters.
+    """
+    if not _NAME.fullmatch(text):
+        closest = re.sub(r"[^A-Za-z0-9._-]+", "-", text).lstrip(".-") or "clouds"
+        raise CatalogError(
+            f"name: '{text}' given, allowed: letters, digits, '_', '.' and '-', not starting with '.' or '-'; "
+            f"closest is '{closest}'"
+        )
+    return text
+
+
+def list_entries(folder: Path) -> list[ListedEntry]:
+    """List the entries of a folder by name, with the reason for files that are none; empty for a missing folder."""
+    entries = []
+    for path in sorted(folder.glob(f"*{SUFFIX}")):
+        if path.name.startswith("."):
+            continue
+        name = path.name.removesuffix(SUFFIX)
+        try:
+            entries.append(ListedEntry(name, path, *read_facts(path)))
+        except CatalogError as error:
+            entries.append(ListedEntry(name, path, None, (0, 0), str(error)))
+    return entries
+
+
+def entry_path(folder: Path, name: str) -> Path:
+    """Return the file of an entry that exists.
+
+    Raises
+    ------
+    CatalogError
+        If there is none; the message lists the names in the folder.
+    """
+    path = folder / f"{name}{SUFFIX}"
+    if not path.is_file():
+        known = [each.name.removesuffix(SUFFIX) for each in folder.glob(f"*{SUFFIX}")]
+        raise CatalogError(f"no entry '{name}' in {folder}; {choose_from(name, known)}")
+    return path

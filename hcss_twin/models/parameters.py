@@ -1,0 +1,244 @@
+"""Parameters of the atmosphere, sea, optics and radiance providers: what a scenario can set under ``parameters``.
+
+Imports nothing heavy, so that listing the providers stays fast.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+
+class TableParameters(BaseModel):
+    """Parameters of the ``table`` provider."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    file: str = Field(
+        "us-standard-1976-lowtran7",
+        description="Atmosphere table: a catalog name or a NetCDF file in the documented format.",
+    )
+
+
+Aerosol = Literal["none", "maritime", "rural", "urban"]
+Season = Literal["spring-summer", "fall-winter"]
+
+
+class BandModelParameters(BaseModel):
+    """Parameters of the ``band-model`` provider."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    aerosol: Aerosol = Field(
+        "maritime",
+        description="Aerosol of the lowest 2 km, with LOWTRAN7's background aerosol above; 'none' leaves all out.",
+    )
+    visibility_km: float = Field(
+        23.0, ge=2.0, le=50.0, description="Meteorological range at the surface in km, 2 to 50."
+    )
+    season: Season = Field(
+        "spring-summer", description="Season of the aerosol above 2 km: spring-summer or fall-winter."
+    )
+    earth_radius_m: float = Field(
+        6_371_230.0,
+        ge=6.3e6,
+        le=6.4e6,
+        description="Radius of the Earth in m; LOWTRAN7 takes 6378390 for tropical and 6356910 for subarctic air.",
+    )
+    file: str = Field(
+        "lowtran7-band-model", description="Coefficients: a catalog name or a NetCDF file of the same format."
+    )
+
+
+class CoxMunkParameters(BaseModel):
+    """What a scenario can choose for the Cox-Munk sea."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    water_index: str = Field(
+        default="water",
+        min_length=1,
+        description="Refractive index of the water: a name in catalogs/optical_constants, or a CSV file "
+        "with the columns wavelength_um, n and k.",
+    )
+
+
+class RoughSeaParameters(BaseModel):
+    """What a scenario can choose for the rough sea."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    water_index: str = Field(
+        default="water",
+        min_length=1,
+        description="Refractive index of pure water at 25 degC: a name in catalogs/optical_constants, or a CSV "
+        "file with the columns wavelength_um, n and k.",
+    )
+    water_temperature: bool = Field(
+        default=True,
+        description="Whether the refractive index follows the sea's temperature (-10 to 45 degC, from 0.67 um).",
+    )
+    salinity_psu: float = Field(default=35.0, ge=0.0, le=45.0, description="Salinity; 0 is fresh water.")
+    slopes: Literal["isotropic", "upwind-crosswind", "gram-charlier"] = Field(
+        default="isotropic",
+        description="Statistics of slopes (Cox and Munk): the same in all directions, wider along the wind, or "
+        "also skewed and peaked (to 20 m/s). The latter two depend on the bearing of view and sun to the wind.",
+    )
+    shadowing: Literal["none", "separable", "height-correlated"] = Field(
+        default="height-correlated", description="How waves hide facets from sensor and source (Smith)."
+    )
+    re_reflection: bool = Field(
+        default=True,
+        description="Whether light that one facet reflects can come from another facet; it raises emissivity "
+        "toward the horizon.",
+    )
+    foam: bool = Field(default=True, description="Whether part of the sea is under foam.")
+    foam_law: Literal["monahan-1980", "monahan-1980-least-squares", "monahan-1986"] = Field(
+        default="monahan-1980-least-squares",
+        description="Foam coverage by wind: 3.84e-6 U^3.41, 2.95e-6 U^3.52 or 1.95e-5 U^2.55, at most 1.",
+    )
+    foam_emissivity: float = Field(
+        default=0.98, ge=0.0, le=1.0, description="Emissivity of foam in the thermal infrared, all directions."
+    )
+    spectrum: Literal["pierson-moskowitz", "jonswap"] = Field(
+        default="pierson-moskowitz",
+        description="Spectrum of the waves, from which the significant wave height follows.",
+    )
+    fetch_m: float = Field(
+        default=100e3, ge=1e3, le=2e6, description="Fetch of the JONSWAP spectrum, upwind distance to the coast."
+    )
+
+
+class MieParameters(BaseModel):
+    """Parameters of :class:`hcss_twin.models.optics.mie.MieOptics`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    water_index: str = Field(
+        default="water",
+        min_length=1,
+        description="Refractive index of water clouds: a name in catalogs/optical_constants or a CSV file",
+    )
+    water_temperature_K: float | None = Field(
+        default=None,
+        ge=200.0,
+        le=330.0,
+        description="Temperature of the droplets, interpolated between the tables water-<T>K; instead of water_index",
+    )
+    ice_index: str = Field(
+        default="ice",
+        min_length=1,
+        description="Refractive index of ice clouds: a name in catalogs/optical_constants or a CSV file",
+    )
+    phase_function: Literal["mie", "henyey-greenstein"] = Field(
+        default="mie", description="Phase function of spheres: of Mie theory, or eq 13 with the same asymmetry"
+    )
+    moments: int = Field(default=128, ge=3, le=2048, description="Legendre moments of the Mie phase function")
+    radius_nodes: int = Field(
+        default=250,
+        ge=50,
+        le=4000,
+        description="Radii of the quadrature over sizes; up to 16 times as many where absorption is weak",
+    )
+    spectral_step: float = Field(
+        default=0.01,
+        ge=0.0005,
+        le=0.1,
+        description="Widest panel of the spectral interpolation, as a fraction of the wavelength",
+    )
+
+
+class BulkParameters(MieParameters):
+    """Parameters of :class:`hcss_twin.models.optics.mie.BulkOptics`."""
+
+    water_index: str = Field(
+        default="water-273K",
+        min_length=1,
+        description="Refractive index of water clouds: a name in catalogs/optical_constants or a CSV file",
+    )
+    ice_table: str = Field(
+        default="ice-yang-2013",
+        min_length=1,
+        description="Bulk optics of ice crystals: a name in catalogs/optics or a NetCDF file of that form",
+    )
+    roughness: Literal["smooth", "moderate", "severe"] = Field(
+        default="severe", description="Roughness of the crystals' faces"
+    )
+
+
+class AsPrintedParameters(BaseModel):
+    """Parameters of the ``as-printed`` model.
+
+    The four ``literal_...`` switches restore forms of the HCSS paper that its own tables exclude.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    glint_scale: float = Field(
+        1.0,
+        ge=0,
+        le=10,
+        description="Factor on the sunlight reflected by the sea; 0.162 fits Tables II and IV, 1 is eq 18.",
+    )
+    cloud_sun_scale: float = Field(
+        1.0,
+        ge=0,
+        le=10,
+        description="Factor on the sunlight reflected by the cloud; 0 fits Tables II and IV, 1 is eq 16.",
+    )
+    literal_eq14: bool = Field(False, description="Scattering angle with the printed sign of eq 14.")
+    literal_eq18: bool = Field(False, description="Sunlight on the sea crosses the air once, from sea to sensor.")
+    literal_eq19: bool = Field(False, description="Path radiance of the full column over clouds.")
+    literal_eq20: bool = Field(False, description="Adds the sea unattenuated by the cloud as well as through it.")
+
+
+class PhysicalParameters(BaseModel):
+    """Parameters of the ``physical`` models: how accurate, and what to leave out."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    streams: int = Field(8, ge=2, le=32, description="Gauss streams per hemisphere, for diffuse light and the sky.")
+    closure_order: int = Field(
+        1,
+        ge=0,
+        le=2,
+        description="Changes of direction up to which the absorption of whole paths is exact; later ones see gas as "
+        "along the view.",
+    )
+    sun_streams: int = Field(
+        8, ge=2, le=64, description="Gauss streams for sunlight that clouds scatter toward the sensor."
+    )
+    azimuth_modes: int = Field(
+        16,
+        ge=1,
+        le=128,
+        description="Terms of the Fourier series over azimuth for sunlight; at most twice sun_streams.",
+    )
+    cloud_temperature: Literal["profile", "isothermal-top"] = Field(
+        "profile",
+        description='"profile": from the air\'s at base and top; "isothermal-top": that of the top throughout.',
+    )
+    space_temperature: float = Field(
+        2.725, ge=0.0, le=400.0, allow_inf_nan=False, description="Kelvin of the sky beyond the atmosphere."
+    )
+    leave_out: tuple[
+        Literal[
+            "cloud_emission",
+            "cloud_reflected_sun",
+            "sea_emission",
+            "sea_reflected_sun",
+            "path_emission",
+            "reflected_air_emission",
+            "path_scattered_sun",
+        ],
+        ...,
+    ] = Field((), description="Terms to set to 0, for comparisons.")
+
+    @model_validator(mode="after")
+    def _enough_streams(self) -> Self:
+        if self.azimuth_modes > 2 * self.sun_streams:
+            raise ValueError(
+                f"azimuth_modes {self.azimuth_modes}: allowed up to twice sun_streams, {2 * self.sun_streams}"
+            )
+        return self

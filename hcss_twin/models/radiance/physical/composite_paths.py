@@ -1,0 +1,135 @@
+"""Composite paths from sun, sea and clouds to the sensor, in whatever form the transmittance provider adds them.
+
+Legs are summed, never multiplied. A provider whose legs add as amounts of absorbers computes the amounts of each leg
+once, and sums of amounts represent paths from then on; for other providers a path stays the list of its legs.
+
+A row is one path in each of several columns (:mod:`hcss_twin.models.radiance.physical.columns`).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.paths import Path
+from hcss_twin.providers import TransmittanceProvider
+
+Rows = NDArray[np.intp]
+
+
+class CompositePaths(ABC):
+    """P composite paths through the air of each of C columns."""
+
+    @abstractmethod
+    def __len__(self) -> int: ...
+
+    @abstractmethod
+    def take(self, rows: Rows) -> Self:
+        """Return the paths of some rows, in their order."""
+
+    @abstractmethod
+    def __add__(self, other: Self) -> Self:
+        """Join paths row by row; a single row is joined to all."""
+
+    @abstractmethod
+    def beside(self, others: Sequence[Self]) -> Self:
+        """Put the columns of others, with as many paths, beside its own."""
+
+    @property
+    @abstractmethod
+    def key(self) -> Hashable:
+        """Hashable; equal for equal paths of one provider."""
+
+
+@dataclass(frozen=True)
+class _AbsorberPaths(CompositePaths):
+    """Paths as amounts of absorbers (P, C, K)."""
+
+    amounts: Array
+
+    def __len__(self) -> int:
+        return int(self.amounts.shape[0])
+
+    def take(self, rows: Rows) -> Self:
+        return type(self)(self.amounts[rows])
+
+    def __add__(self, other: Self) -> Self:
+        return type(self)(self.amounts + other.amounts)
+
+    def beside(self, others: Sequence[Self]) -> Self:
+        return type(self)(np.concatenate((self.amounts, *(other.amounts for other in others)), axis=1))
+
+    @property
+    def key(self) -> Hashable:
+        return self.amounts.tobytes()
+
+
+@dataclass(frozen=True)
+class _LegPaths(CompositePaths):
+    """Paths (P, C) as lists of legs."""
+
+    paths: tuple[tuple[Path, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.paths)
+
+    def take(self, rows: Rows) -> Self:
+        return type(self)(tuple(self.paths[row] for row in rows))
+
+    def __add__(self, other: Self) -> Self:
+        count = max(len(self.paths), len(other.paths))
+        mine, others = (each * count if len(each) == 1 else each for each in (self.paths, other.paths))
+        return type(self)(
+            tuple(
+                tuple(a + b for a, b in zip(row, added, strict=True)) for row, added in zip(mine, others, strict=True)
+            )
+        )
+
+    def beside(self, others: Sequence[Self]) -> Self:
+        every = zip(self.paths, *(other.paths for other in others), strict=True)
+        return type(self)(tuple(sum(rows, ()) for rows in every))
+
+    @property
+    def key(self) -> Hashable:
+        return self.paths
+
+
+class PathTransmittance:
+    """Paths of one provider, and their transmittance.
+
+    Parameters
+    ----------
+    provider : TransmittanceProvider
+        May have ``absorber_amounts`` and ``transmittance_of_amounts``.
+    wavenumber_cm1 : ndarray (V,)
+    """
+
+    def __init__(self, provider: TransmittanceProvider, wavenumber_cm1: Array) -> None:
+        self._provider = provider
+        self._wavenumber = wavenumber_cm1
+        self._amounts = getattr(provider, "absorber_amounts", None)
+        self._of_amounts = getattr(provider, "transmittance_of_amounts", None)
+
+    def of(self, paths: Sequence[Sequence[Path]]) -> CompositePaths:
+        """Return paths (P, C) as this provider adds them."""
+        if self._amounts is None or self._of_amounts is None:
+            return _LegPaths(tuple(tuple(row) for row in paths))
+        amounts = self._amounts([path for row in paths for path in row])
+        return _AbsorberPaths(amounts.reshape(len(paths), -1, amounts.shape[1]))
+
+    def transmittance(self, crossed: CompositePaths) -> Array:
+        """Return transmittance (P, C x V): that of all wavenumbers of the first column, of the second, ..."""
+        if isinstance(crossed, _AbsorberPaths) and self._of_amounts is not None:
+            amounts = crossed.amounts.reshape(-1, crossed.amounts.shape[2])
+            result: Array = self._of_amounts(self._wavenumber, amounts)
+        else:
+            assert isinstance(crossed, _LegPaths)
+            paths = [path for row in crossed.paths for path in row]
+            result = self._provider.transmittance(self._wavenumber, paths)
+        return result.reshape(len(crossed), -1)

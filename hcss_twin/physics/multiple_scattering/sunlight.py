@@ -1,0 +1,311 @@
+"""Sunlight reflected and transmitted by homogeneous layers: adding-doubling over azimuth modes.
+
+The Fourier series over azimuth of each layer ends where the remaining terms are negligible.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.physics.multiple_scattering.chains import DoublingChains, Team, chains
+from hcss_twin.physics.multiple_scattering.directions import Directions, directions, gauss_streams
+from hcss_twin.physics.multiple_scattering.doubling import solve_mode
+from hcss_twin.physics.multiple_scattering.forward_peak import once_back, once_through, path_back, path_through
+from hcss_twin.physics.multiple_scattering.layer import (
+    LayerOperators,
+    check_modes,
+    checked_cosines,
+    checked_layers,
+    checked_sun,
+    mean_over_azimuth,
+)
+from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, delta_m
+
+
+class AzimuthSeries:
+    """Layers whose Fourier series still need terms: a series ends after two small modes in succession.
+
+    Parameters
+    ----------
+    thickness : ndarray (T, V)
+        Optical thickness.
+
+    Attributes
+    ----------
+    chains : DoublingChains
+        Of the layers that still need a mode.
+    """
+
+    def __init__(self, thickness: Array) -> None:
+        self._thickness = thickness
+        self._going = np.ones(thickness.shape, dtype=np.bool_)
+        # Layers whose previous mode was small.
+        self._quiet = np.zeros(thickness.size, dtype=np.bool_)
+        self.chains = chains(thickness, self._going)
+
+    def end_where(self, small: NDArray[np.bool_]) -> bool:
+        """Record for which layers of ``chains`` (n,) this mode was small; return whether all series have ended."""
+        cells = self.chains.cell
+        ended = small & self._quiet[cells]
+        self._quiet[cells] = small
+        if np.any(ended):
+            self._going.flat[cells[ended]] = False
+            self.chains = chains(self._thickness, self._going)
+        return bool(np.all(ended))
+
+
+def solve_sun(
+    optical_thickness: ArrayLike,
+    albedo: ArrayLike,
+    moments: ArrayLike,
+    mu_view: ArrayLike,
+    mu_sun: float,
+    relative_azimuth: ArrayLike,
+    streams: int,
+    modes: int,
+    threads: int | None = None,
+    mode_tolerance: float = 1e-5,
+) -> tuple[Array, Array]:
+    """Bidirectional reflectance and transmittance, sr-1: radiance over mu_sun times the sun's irradiance.
+
+    Light scattered more than once comes from delta-M scaled adding-doubling in ``modes`` terms of the
+    Fourier series over azimuth. Reflected light scattered once is exact, with the full phase function;
+    transmitted light has its whole forward peak (:mod:`hcss_twin.physics.multiple_scattering.forward_peak`), so
+    that direct light beside it is exp(-tau / mu_sun), with the thickness as given.
+
+    Layers of one wavenumber whose thicknesses differ by powers of 2 cost little more than one, as in
+    :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`. With ``mode_tolerance`` 0 a layer differs by
+    less than 1e-9 of itself from what it is alone; with another also by a mode, where rounding decides.
+
+    Parameters
+    ----------
+    optical_thickness, albedo, moments, streams, threads
+        As for :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`.
+    mu_view : array_like (P,)
+        Cosines of the zenith angles at which the light leaves: upward from the face that the sun shines
+        on, downward from the other.
+    mu_sun : float
+        Cosine of the solar zenith angle, in (0, 1].
+    relative_azimuth : array_like (P,)
+        Angle between the bearings toward sensor and sun, radians in [0, pi]; pi is glint.
+    modes : int
+        Terms of the Fourier series, 1 to twice the streams: the most that are summed.
+    mode_tolerance : float
+        The series of a layer ends after two modes in succession whose amplitudes are both at most this
+        share of brdf and btdf so far, in every direction asked for. At least 0 and below 1; 0 sums all
+        ``modes``. The error is a few times this share (docs/development/radiance.md).
+
+    Returns
+    -------
+    brdf, btdf : ndarray (T, V, P)
+
+    Raises
+    ------
+    ValueError
+        If a value is outside its range or shapes do not fit, or if a Henyey-Greenstein function has |g| above 0.995.
+    """
+    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
+    mu, sun, azimuth = checked_sun(mu_view, mu_sun, relative_azimuth)
+    quadrature = gauss_streams(streams)
+    check_modes(modes, streams, mode_tolerance)
+    scaled = delta_m(thickness, w, chi, 2 * streams)
+    distinct, of_view = np.unique(mu, return_inverse=True)
+    flat = (thickness.size, mu.size)
+    brdf = once_back(scaled, w, chi, mu, sun, azimuth).reshape(flat)
+    btdf = once_through(scaled, w, chi, mu, sun, azimuth).reshape(flat)
+    where = directions(np.array([sun]), quadrature, distinct)
+    series = AzimuthSeries(scaled.thickness)
+    with Team(threads) as team:
+        for mode in range(modes):
+            ordered = series.chains
+            back, through = _more_than_once(where, scaled, mode, ordered, team)
+            # The sunbeam travels away from the sun: its azimuth difference is the supplement.
+            term = np.cos(mode * (np.pi - azimuth))
+            small = np.full(ordered.cell.size, mode_tolerance > 0.0)
+            for total, part in ((brdf, back), (btdf, through)):
+                amplitude = ((1.0 if mode == 0 else 2.0) * part)[:, of_view]
+                total[ordered.cell] += amplitude * term
+                small &= np.all(np.abs(amplitude) <= mode_tolerance * np.abs(total[ordered.cell]), axis=1)
+            if series.end_where(small):
+                break
+    shape = (*thickness.shape, mu.size)
+    return brdf.reshape(shape), btdf.reshape(shape)
+
+
+def _more_than_once(
+    where: Directions, scaled: ScaledScattering, mode: int, ordered: DoublingChains, team: Team
+) -> tuple[Array, Array]:
+    """Solve one mode of ``ordered`` layers (n,).
+
+    Returns
+    -------
+    back, through : ndarray (n, views)
+        Kernels from the sun, without light scattered once.
+    """
+    views = where.mu.size - where.columns
+    solved = solve_mode(where, scaled, ordered, mode, team, toward=views, sources=1)
+    tau, sun, view = ordered.thickness[:, np.newaxis], where.mu[0], where.mu[where.columns :]
+    once = np.s_[ordered.column, where.columns :, 0]
+    return (
+        solved.reflection[:, :, 0] - solved.other[once] * path_back(tau, view, sun),
+        solved.transmission[:, :, 0] - solved.same[once] * path_through(tau, view, sun),
+    )
+
+
+def transmit_beams(
+    optical_thickness: ArrayLike,
+    albedo: ArrayLike,
+    moments: ArrayLike,
+    mu_beams: ArrayLike,
+    streams: int,
+    modes: int,
+    threads: int | None = None,
+) -> Array:
+    """Diffuse transmission of beams toward the streams in the azimuth modes from 1 on.
+
+    With T_m the mode m (0 is that of :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers`), a beam of
+    irradiance E across the layer leaves on the other side as E [T_0 + 2 sum T_m cos(m psi)], psi being the azimuth from
+    the beam's own direction. Light in the forward peak taken off by delta-M counts as direct. By reciprocity it is also
+    what streams send into the beam's direction.
+
+    Parameters
+    ----------
+    optical_thickness, albedo, moments, streams, threads
+        As for ``solve_layers``.
+    mu_beams : array_like (B,)
+        Cosines of the beams' zenith angles, in (0, 1].
+    modes : int
+        Modes up to this one, not included; 1 to twice the streams.
+
+    Returns
+    -------
+    ndarray (modes - 1, T, V, N, B)
+        sr-1.
+
+    Raises
+    ------
+    ValueError
+        If a value is outside its range or shapes do not fit.
+    """
+    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
+    beams = checked_cosines("mu_beams", mu_beams)
+    if not 1 <= modes <= 2 * streams:
+        raise ValueError(f"modes {modes}: allowed 1 to {2 * streams}, twice the streams")
+    where = directions(beams, gauss_streams(streams), np.empty(0))
+    scaled = delta_m(thickness, w, chi, 2 * streams)
+    ordered = chains(scaled.thickness, np.ones(thickness.shape, dtype=np.bool_))
+    result = np.empty((modes - 1, thickness.size, streams, beams.size))
+    with Team(threads) as team:
+        for mode in range(1, modes):
+            solved = solve_mode(where, scaled, ordered, mode, team, toward=streams, sources=beams.size)
+            result[mode - 1, ordered.cell] = solved.transmission
+    return result.reshape(modes - 1, *thickness.shape, streams, beams.size)
+
+
+VIEW, SUN = 0, 1
+
+
+@dataclass(frozen=True)
+class SunlitLayers:
+    """Layers solved for diffuse light, sunlight and beams: T thicknesses, V wavenumbers, N streams.
+
+    Attributes
+    ----------
+    layers : LayerOperators
+        As :func:`hcss_twin.physics.multiple_scattering.layer.solve_layers` with view and sun as extra directions.
+    brdf, btdf : ndarray (T, V)
+        As :func:`solve_sun` for the view.
+    beams : ndarray (M - 1, T, V, N, 2)
+        As :func:`transmit_beams` for beams of view and sun.
+    """
+
+    layers: LayerOperators
+    brdf: Array
+    btdf: Array
+    beams: Array
+
+
+def solve_sunlit_layers(
+    optical_thickness: ArrayLike,
+    albedo: ArrayLike,
+    moments: ArrayLike,
+    mu_view: float,
+    mu_sun: float,
+    relative_azimuth: float,
+    streams: int,
+    modes: int,
+    beam_modes: int,
+    threads: int | None = None,
+    mode_tolerance: float = 1e-5,
+) -> SunlitLayers:
+    """Solve layers for diffuse light, for sunlight toward one view, and for both beams, from the same modes.
+
+    Each azimuth mode is solved once, while ``solve_layers``, ``solve_sun`` and ``transmit_beams`` would each solve some
+    of them. Results equal theirs, except that the series of a layer may end at another mode.
+
+    Parameters
+    ----------
+    optical_thickness, albedo, moments, streams, threads
+        As for ``solve_layers``.
+    mu_view, mu_sun : float
+        Cosines of the zenith angles, in (0, 1].
+    relative_azimuth : float
+        Angle between the bearings toward sensor and sun, radians in [0, pi]; pi is glint.
+    modes : int
+        Terms of the Fourier series toward the view, 1 to twice the streams.
+    beam_modes : int
+        Modes of the beams up to this one, not included; 1 to ``modes``.
+    mode_tolerance : float
+        As for ``solve_sun``; modes of beams have ended, too, and are 0, where two in succession are at most this
+        share of their mode 0 along every stream.
+
+    Raises
+    ------
+    ValueError
+        If a value is outside its range or shapes do not fit.
+    """
+    thickness, w, chi = checked_layers(optical_thickness, albedo, moments)
+    view, sun, azimuth = checked_sun([mu_view], mu_sun, [relative_azimuth])
+    check_modes(modes, streams, mode_tolerance)
+    if not 1 <= beam_modes <= modes:
+        raise ValueError(f"beam_modes {beam_modes}: allowed 1 to {modes}, those of the sun")
+    where = directions(np.array([view[0], sun]), gauss_streams(streams), np.empty(0))
+    scaled = delta_m(thickness, w, chi, 2 * streams)
+    brdf = once_back(scaled, w, chi, view, sun, azimuth).ravel()
+    btdf = once_through(scaled, w, chi, view, sun, azimuth).ravel()
+    beams = np.zeros((beam_modes - 1, thickness.size, streams, 2))
+    series = AzimuthSeries(scaled.thickness)
+    with Team(threads) as team:
+        solved = solve_mode(where, scaled, series.chains, 0, team)
+        layers = mean_over_azimuth(where, scaled, series.chains, solved)
+        onward = np.max(np.abs(layers.transmission[..., 2:, :2]), axis=(2, 3)).ravel()
+        for mode in range(modes):
+            ordered = series.chains
+            if mode > 0:
+                solved = solve_mode(where, scaled, ordered, mode, team)
+            cells, tau = ordered.cell, ordered.thickness
+            small = np.full(cells.size, mode_tolerance > 0.0)
+            once = np.s_[ordered.column, VIEW, SUN]
+            # The sunbeam travels away from the sun: its azimuth difference is the supplement.
+            term = np.cos(mode * (np.pi - azimuth[0]))
+            for total, all_orders, once_scattered in (
+                (brdf, solved.reflection, solved.other[once] * path_back(tau, view[0], sun)),
+                (btdf, solved.transmission, solved.same[once] * path_through(tau, view[0], sun)),
+            ):
+                amplitude = (1.0 if mode == 0 else 2.0) * (all_orders[:, VIEW, SUN] - once_scattered)
+                total[cells] += amplitude * term
+                small &= np.abs(amplitude) <= mode_tolerance * np.abs(total[cells])
+            if 0 < mode < beam_modes:
+                beams[mode - 1, cells] = solved.transmission[:, 2:, :2]
+                largest = np.max(np.abs(solved.transmission[:, 2:, :2]), axis=(1, 2))
+                small &= largest <= mode_tolerance * onward[cells]
+            if series.end_where(small):
+                break
+    shape = thickness.shape
+    return SunlitLayers(
+        layers, brdf.reshape(shape), btdf.reshape(shape), beams.reshape(beam_modes - 1, *shape, streams, 2)
+    )
