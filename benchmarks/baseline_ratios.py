@@ -43,7 +43,7 @@ def look_up(rounds: int, folder: Path) -> Measured:
     for model, together in (("physical", 1), ("as-printed", POINTS)):
         plan = make_plan(scenario({"radiance.model": model}))
         whole = slice(0, plan.grid.rows), slice(0, plan.grid.columns)
-        thickness = [generator.thickness_m(0.0, *whole) for generator in plan.generators]
+        thickness = [generator.thickness_m(0.0, *whole) for generator in plan.assembly.generators]
         dense = LookUp(TableReader(tables_of(plan)).at(0.0))
         radiance = np.empty((len(plan.bands), plan.grid.rows, plan.grid.columns), dtype=np.float32)
         columns = random_columns(plan, POINTS)

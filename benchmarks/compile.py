@@ -43,7 +43,7 @@ def error_over_tolerance(plan: Plan, spectrum: Spectrum, tolerance: float) -> fl
     kept = np.searchsorted(grid.wavenumber_cm1, spectrum.nodes.wavenumber_cm1)
     for frame in random.integers(0, plan.frame_times_s.size, 2):
         sun = plan.sun_at(float(plan.frame_times_s[frame]))
-        terms = plan.model.cloudy(grid.wavenumber_cm1, random_thickness(plan, random), sun)
+        terms = plan.assembly.model.cloudy(grid.wavenumber_cm1, random_thickness(plan, random), sun)
         total = np.sum([np.asarray(each) for each in terms.values()], axis=0)
         exact = total @ grid.weights_cm1.T
         worst = max(worst, float(np.max(np.abs(total[:, kept] @ spectrum.nodes.weights_cm1.T / exact - 1.0))))
@@ -69,7 +69,7 @@ def row(name: str, model: str, accuracy: float, all_times: bool) -> str:
         overrides["radiance.model"] = model
     plan = make_plan(Scenario.load(name, overrides))
     tolerance = plan.budget.wavenumbers
-    plan.model.clear(plan.spectral_grid.wavenumber_cm1, None)  # what is read and compiled once
+    plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, None)  # what is read and compiled once
     start = time.perf_counter()
     spectrum = choose_spectrum(plan, tolerance)
     choosing = time.perf_counter() - start

@@ -32,7 +32,7 @@ SCENE = {"bands": ["lwir"], "output.variables": ["radiance", "cloud_mask"], "clo
 def child(path: Path, overrides: dict[str, object], workers: int, least_bytes: int) -> None:
     """Run and print what it took: peak memory in MB of this process and of its largest worker, and seconds."""
     from hcss_twin import Scenario, make_plan
-    from hcss_twin.engine import tiles as tiles_module
+    from hcss_twin.engine import parts as tiles_module
     from hcss_twin.engine.parts import parts_of
     from hcss_twin.engine.simulate import run
 

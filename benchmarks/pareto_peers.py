@@ -50,7 +50,7 @@ def pixel_classes(plan: Plan) -> list[dict[str, float]]:
     columns = random_columns(plan, ERROR_POINTS)
     exact = integrate(plan, plan.spectral_grid, columns, ERROR_POINTS)
     frames, whole = plan.frame_times_s.size, (slice(0, plan.grid.rows), slice(0, plan.grid.columns))
-    thickness = plan.generators[0].thickness_m(0.0, *whole)
+    thickness = plan.assembly.generators[0].thickness_m(0.0, *whole)
     found = []
     for count in CLASSES:
         edges = np.geomspace(low, high, count + 1)

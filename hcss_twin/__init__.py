@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     )
     from hcss_twin.cube.export.cube_export import export_cube
     from hcss_twin.cube.reader import open_cube
-    from hcss_twin.engine.sensing.sense import sense
+    from hcss_twin.engine.sense import sense
     from hcss_twin.engine.simulate import simulate
     from hcss_twin.plan.make_plan import make_plan
     from hcss_twin.providers.registry.specs import ProviderSpec, hookimpl
@@ -102,7 +102,7 @@ def __getattr__(name: str) -> Any:
         "open_sweep": "sweeps.dataset",
         "report": "report.report",
         "propagate": "sweeps.propagation.propagate",
-        "sense": "engine.sensing.sense",
+        "sense": "engine.sense",
         "simulate": "engine.simulate",
         "sweep": "sweeps.run",
     }

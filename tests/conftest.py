@@ -27,6 +27,6 @@ def _own_cache(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def _found_out_anew(monkeypatch, tmp_path_factory):
     """What a test changes in the code is in no name of what was kept."""
-    monkeypatch.setattr("hcss_twin.plan.make_plan.kept_findings", lambda *_: None)
+    monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", lambda *each: each[3]())
     own = tmp_path_factory.mktemp("references").name
     monkeypatch.setattr("hcss_twin.engine.certificate.certify.REFERENCES", (own, ".npz"))

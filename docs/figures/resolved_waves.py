@@ -56,7 +56,7 @@ def main() -> None:
             pixel = {"image.pixel_size": size}
             values = simulate(scene(band, azimuth, **pixel)).radiance.values[0, 0].astype(float)
             plan = make_plan(scene(band, azimuth, **pixel, **{"sea.waves": "averaged"}))
-            bound = next(item.bound for item in plan.skipped if item.what == "waves as shapes")
+            bound = next(item.bound for item in plan.omissions if item.what == "waves as shapes")
             change = np.abs(values / values.mean() - 1.0)
             spread, most = values.std() / values.mean(), np.quantile(change, 0.989)
             print(f"| {band} | {size:g} | {spread:.1e} | {most:.1e} | {bound:.1e} |")
@@ -75,7 +75,7 @@ def main() -> None:
             tables = compile_tables(plan)
             took = time.perf_counter() - started
             assert tables.waves is not None
-            factors = zip(plan.model.terms, tables.waves.level[0][:, 0], strict=True)
+            factors = zip(plan.assembly.model.terms, tables.waves.level[0][:, 0], strict=True)
             changed = ", ".join(f"{name} {factor:.4f}" for name, factor in factors if abs(factor - 1.0) > 5e-5)
             print(f"{band} {size:g} m, compiled in {took:.0f} s, {tables.estimated_error:.0e} off: {changed}")
 

@@ -118,7 +118,7 @@ def sense(
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
-    from hcss_twin.engine.sensing.sense import measured_path, section_of, sense_file
+    from hcss_twin.engine.sense import measured_path, section_of, sense_file
 
     output = output or measured_path(cube)
     require_writable([output], force)
@@ -143,7 +143,7 @@ def measured_beside(clean: Path, scenario: Any, force: bool) -> Path | None:
     """Return the measured cube that a run writes beside its clean one, or None; refuses one that exists."""
     if scenario.sensor is None:
         return None
-    from hcss_twin.engine.sensing.sense import measured_path
+    from hcss_twin.engine.sense import measured_path
 
     path = measured_path(clean)
     require_writable([path], force)
@@ -176,7 +176,7 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
     Exit code 0: identical bits, or equal within 1e-6. 1: different (where, and the likely cause), or not computable.
     """
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.engine.verification.verify import verify_cube
+    from hcss_twin.engine.verification import verify_cube
     from hcss_twin.report.verification_text import verification_text
 
     if sys.stderr.isatty():

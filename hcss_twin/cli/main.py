@@ -57,6 +57,7 @@ def cli() -> None:
 @force_option
 @click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the cube is the same.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask cluster to use instead, for example tcp://host:8786.")
+@click.option("--verbose", is_flag=True, help="Print the whole certificate.")
 @propagation_options
 @json_option
 @click.pass_context
@@ -69,6 +70,7 @@ def run(
     force: bool,
     workers: int,
     scheduler: str | None,
+    verbose: bool,
     as_json: bool,
     **propagation: Any,
 ) -> None:
@@ -88,6 +90,7 @@ def run(
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.cube.zarr_writer import cube_bytes
     from hcss_twin.engine.simulate import run as run_plan
+    from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
 
     found: list[Any] = []
@@ -100,7 +103,7 @@ def run(
             "certificate": {name: value for each in found for name, value in each.as_dict().items()} or None,
             **({} if measured is None else {"sensor_cube": str(measured)}),
         }
-        click.echo(json.dumps({"cube": str(output), "bytes": cube_bytes(output), **told, **plan.as_dict()}))
+        click.echo(json.dumps({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)}))
     else:
         click.echo(f"{output}  {cube_bytes(output) / 1e6:.1f} MB")
         if measured is not None:
@@ -108,7 +111,7 @@ def run(
         for item in plan.filled_in:
             click.echo(f"  filled in: {item.field} = {item.value} ({item.why})")
         for certificate in found:
-            click.echo("\n    ".join(("  certificate", *certificate.lines)))
+            click.echo("\n    ".join(("  certificate", *(certificate.lines if verbose else certificate.summary))))
         if plan.needs_radiance and not found:
             click.echo("  certificate\n    NONE: output.certificate is 0, no pixel was checked")
     for certificate in found:
@@ -123,12 +126,13 @@ def run(
 def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Show what a run of SCENARIO would compute, omit and need."""
     from hcss_twin.core.environment import announce_compilation
+    from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
     from hcss_twin.report.plan_text import plan_text
 
     with announce_compilation(partial(click.echo, err=True)):
         made = make_plan(load(scenario, assignments))
-    click.echo(json.dumps(made.as_dict()) if as_json else plan_text(made))
+    click.echo(json.dumps(describe(made)) if as_json else plan_text(made))
 
 
 @cli.command()

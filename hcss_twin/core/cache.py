@@ -1,12 +1,6 @@
-"""What is kept: name of its folder in the cache, and how its files end.
+"""Results that runs keep in the user's cache: each file has a name that says all its content depends on.
 
-Where results are kept between runs.
-
-Whether code is still the same: versions, and the files of packages by size and time.
-
-Files of one kind in the cache: whole or not there, the least recently used ones removed first.
-
-Frozen dataclasses of numbers, text and arrays as files, without code in them.
+Files appear whole or not at all, hold no code, and are removed again, the least recently used ones first.
 """
 
 from __future__ import annotations
@@ -14,33 +8,43 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import hashlib
-import importlib.util
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
+from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.core.result_cache import ResultCache
 
 TABLES = ("tables", ".npz")
-"""Compiled tables of scenes."""
+"""Compiled tables of scenes: name of their folder in the cache, and how the files end."""
 
 PLANS = ("plans", ".npz")
-"""What plans found out about scenes."""
+"""Analyses of scenes."""
 
 REFERENCES = ("references", ".npz")
-"""Columns that certificates were made from."""
+"""Columns that certificates are made from."""
 
 OPTICS = ("optics", ".nc")
 """Bulk properties of cloud particles."""
+
+FORMAT = 2
+"""Raised when what is written changes its meaning."""
+
+DEFAULT_LIMIT_MB = 1000.0
+
+_T = TypeVar("_T")
+
+
+class CacheError(HcssError):
+    """The cache cannot be used as asked."""
 
 
 def cache_root() -> Path | None:
@@ -55,56 +59,6 @@ def cache_root() -> Path | None:
         return platformdirs.user_cache_path("hcss-twin", appauthor=False, opinion=False)
     except RuntimeError:  # a user of the system without a home folder
         return None
-
-
-def top_level(target: str) -> str:
-    """Return the top-level package of ``package.module:name``."""
-    return target.partition(":")[0].partition(".")[0]
-
-
-def package_fingerprint(module: str) -> str:
-    """Return a hash of the files of the package a module belongs to, by name, size and time of change.
-
-    Parameters
-    ----------
-    module : str
-        For example ``hcss_twin.models.sea.rough_sea``: its top-level package counts.
-    """
-    found = importlib.util.find_spec(module.partition(".")[0])
-    if found is None:
-        return "absent"
-    digest = hashlib.sha256()
-    if found.submodule_search_locations is None:
-        files = [found.origin] if found.origin else []
-    else:
-        files = sorted(
-            os.path.join(folder, name)
-            for root in found.submodule_search_locations
-            for folder, _, names in os.walk(root)
-            if os.path.basename(folder) != "__pycache__"
-            for name in names
-        )
-    for path in files:
-        with suppress(FileNotFoundError):  # a link that leads nowhere
-            about = os.stat(path)
-            digest.update(f"{path}\0{about.st_size}\0{about.st_mtime_ns}\n".encode())
-    return digest.hexdigest()
-
-
-DEFAULT_LIMIT_MB = 1000.0
-
-
-@dataclass(frozen=True)
-class Kept:
-    """One file of the cache."""
-
-    path: Path
-    size: int
-    last_used_s: float
-
-
-class CacheError(HcssError):
-    """The cache cannot be used as asked."""
 
 
 def limit_bytes() -> int:
@@ -123,6 +77,56 @@ def limit_bytes() -> int:
     if not 0.0 <= megabytes < 1e12:
         raise CacheError(f"HCSS_CACHE_MB is '{text}'; allowed: a number of megabytes, 0 or more")
     return int(megabytes * 1e6)
+
+
+def result_key(parts: Mapping[str, Any], memory: ResultCache) -> str:
+    """Return a hash of what a result depends on, and of this package and its libraries."""
+    code = {"format": FORMAT, "libraries": memory.versions(), "engine": memory.fingerprint(__name__)}
+    return hashlib.sha256(json.dumps({**parts, **code}, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def recall_or_compute(
+    kind: tuple[str, str], key: str, catalog: Catalog, compute: Callable[[], _T], classes: tuple[type, ...]
+) -> _T:
+    """Return the result that an earlier run kept, the same to the bit, or compute it and keep it.
+
+    Parameters
+    ----------
+    kind : (str, str)
+        For example ``TABLES``.
+    key : str
+        Of all that the result depends on, the files in ``catalog.used`` among it. Files that ``compute`` reads beside
+        these are kept with the result: they must be unchanged, and are recorded as read again.
+    catalog : Catalog
+        With a secluded one nothing is recalled and nothing is kept.
+    classes : tuple of type
+        Dataclasses that may occur in the result; that of the result comes first.
+    """
+    if isinstance(catalog, SecludedCatalog):
+        return compute()
+    store, folder, before = Store(*kind), str(catalog.base.resolve()), catalog.used
+    path = store.find(key)
+    if path is not None:
+        with contextlib.suppress(Exception):  # whatever is wrong with the file, its result is computed again
+            base, names, digests, kept = read_record(path, classes)
+            files = dict(zip(names, digests, strict=True))
+            # Files of a scenario in another folder are not those of this one.
+            if isinstance(kept, classes[0]) and base in ("", folder) and catalog.unchanged(files):
+                result: _T = kept  # type: ignore[assignment]
+                return result
+    result = compute()
+    read = {name: digest for name, digest in catalog.used.items() if name not in before}
+    base = folder if any(Path(name).is_absolute() for name in read) else ""
+    store.keep(key, lambda draft: write_record(draft, (base, tuple(read), tuple(read.values()), result), classes))
+    return result
+
+
+class CachedFile(NamedTuple):
+    """One file of the cache."""
+
+    path: Path
+    size: int
+    last_used_s: float
 
 
 class Store:
@@ -153,15 +157,9 @@ class Store:
         return path
 
     def keep(self, key: str, write: Callable[[Path], None]) -> None:
-        """Write the file of a key and remove the least recently used beyond the limit.
+        """Write the file of a key, by a function of its path, and remove the least recently used beyond the limit.
 
-        A cache that cannot be written costs time and nothing else. Several processes may write at once: each file
-        appears whole, under a name that says what it holds.
-
-        Parameters
-        ----------
-        write : callable
-            Writes to the path it is given.
+        A cache that cannot be written costs time and nothing else; several processes may write at once.
         """
         limit = limit_bytes()
         if self.folder is None or limit == 0:
@@ -170,57 +168,40 @@ class Store:
             self.folder.mkdir(parents=True, exist_ok=True)
             with atomic_write(self.folder / f"{key}{self._suffix}", CacheError) as draft:
                 write(draft)
-            self._prune(limit)
+            total = 0
+            for each in self.kept():
+                total += each.size
+                if total > limit:
+                    _remove(each.path)
 
     def forget(self, key: str) -> None:
         """Remove the file of a key, if there is one."""
         if self.folder is not None:
-            with contextlib.suppress(OSError):
-                (self.folder / f"{key}{self._suffix}").unlink()
+            _remove(self.folder / f"{key}{self._suffix}")
 
-    def kept(self) -> list[Kept]:
+    def kept(self) -> list[CachedFile]:
         """Return all files, the most recently used first."""
-        return sorted(self._files(), key=lambda each: -each.last_used_s)
-
-    def clear(self) -> list[Kept]:
-        """Remove all files and return those that were there."""
-        removed = []
-        for each in self.kept():
-            with contextlib.suppress(OSError):
-                each.path.unlink()
-                removed.append(each)
-        return removed
-
-    def _files(self) -> Iterator[Kept]:
-        if self.folder is None or not self.folder.is_dir():
-            return
-        for path in self.folder.glob(f"[!.]*{self._suffix}"):
+        files = []
+        for path in [] if self.folder is None else self.folder.glob(f"[!.]*{self._suffix}"):
             with contextlib.suppress(OSError):  # removed by another process
                 about = path.stat()
-                yield Kept(path, about.st_size, about.st_mtime)
+                files.append(CachedFile(path, about.st_size, about.st_mtime))
+        return sorted(files, key=lambda each: -each.last_used_s)
 
-    def _prune(self, limit: int) -> None:
-        total = 0
-        for each in self.kept():
-            total += each.size
-            if total > limit:
-                with contextlib.suppress(OSError):
-                    each.path.unlink()
+    def clear(self) -> list[CachedFile]:
+        """Remove all files and return those that were there."""
+        return [each for each in self.kept() if _remove(each.path)]
 
 
-_STRUCTURE = "structure"
+def _remove(path: Path) -> bool:
+    with contextlib.suppress(OSError):
+        path.unlink()
+        return True
+    return False
 
 
-def write_record(path: Path, record: Any, classes: Mapping[str, type]) -> None:
-    """Write a tree of dataclasses, tuples, arrays, numbers, text and None.
-
-    Parameters
-    ----------
-    path : Path
-        An npz archive: every array under a number, and the tree as JSON.
-    record : dataclass
-    classes : mapping of str to type
-        The dataclasses that may occur, by name.
+def write_record(path: Path, record: Any, classes: tuple[type, ...]) -> None:
+    """Write a tree of dataclasses, tuples, arrays, numbers, text and None as an npz archive: arrays, and JSON.
 
     Raises
     ------
@@ -228,24 +209,18 @@ def write_record(path: Path, record: Any, classes: Mapping[str, type]) -> None:
         If something else occurs in it.
     """
     arrays: dict[str, NDArray[Any]] = {}
-    structure = json.dumps(_encode(record, {each: name for name, each in classes.items()}, arrays))
+    structure = json.dumps(_encode(record, classes, arrays))
     with path.open("wb") as file:
-        np.savez(file, allow_pickle=False, **{_STRUCTURE: np.array(structure)}, **arrays)
+        np.savez(file, allow_pickle=False, structure=np.array(structure), **arrays)
 
 
-def read_record(path: Path, classes: Mapping[str, type]) -> Any:
-    """Read what :func:`write_record` wrote.
-
-    Raises
-    ------
-    Exception
-        Of many kinds, if the file is not such a record.
-    """
+def read_record(path: Path, classes: tuple[type, ...]) -> Any:
+    """Read what :func:`write_record` wrote; raises exceptions of many kinds if the file is not such a record."""
     with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        return _decode(json.loads(str(archive[_STRUCTURE])), classes, archive)
+        return _decode(json.loads(str(archive["structure"])), {each.__name__: each for each in classes}, archive)
 
 
-def _encode(value: Any, names: Mapping[type, str], arrays: dict[str, NDArray[Any]]) -> Any:
+def _encode(value: Any, classes: tuple[type, ...], arrays: dict[str, NDArray[Any]]) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.ndarray):
@@ -253,10 +228,10 @@ def _encode(value: Any, names: Mapping[type, str], arrays: dict[str, NDArray[Any
         arrays[key] = value
         return {"array": key}
     if isinstance(value, tuple | list):
-        return {"tuple": [_encode(each, names, arrays) for each in value]}
-    if type(value) in names:
-        fields = {each.name: _encode(getattr(value, each.name), names, arrays) for each in dataclasses.fields(value)}
-        return {"class": names[type(value)], "fields": fields}
+        return {"tuple": [_encode(each, classes, arrays) for each in value]}
+    if type(value) in classes:
+        fields = {each.name: _encode(getattr(value, each.name), classes, arrays) for each in dataclasses.fields(value)}
+        return {"class": type(value).__name__, "fields": fields}
     raise TypeError(f"{type(value).__name__} cannot be kept in a record")
 
 
@@ -267,5 +242,5 @@ def _decode(value: Any, classes: Mapping[str, type], arrays: Mapping[str, NDArra
         return arrays[value["array"]]
     if "tuple" in value:
         return tuple(_decode(each, classes, arrays) for each in value["tuple"])
-    made = {name: _decode(each, classes, arrays) for name, each in value["fields"].items()}
-    return classes[value["class"]](**made)
+    fields = {name: _decode(each, classes, arrays) for name, each in value["fields"].items()}
+    return classes[value["class"]](**fields)

@@ -64,6 +64,11 @@ class Catalog:
         """SHA-256 of each file opened so far, keyed by its name in the catalog or its path."""
         return dict(sorted(self._used.items()))
 
+    @property
+    def used_paths(self) -> list[Path]:
+        """Each file opened so far."""
+        return [self.root / name for name in self._used]
+
     def names(self, folder: str, suffix: str) -> list[str]:
         """List the names in one catalog folder, without their suffix."""
         return sorted(path.name.removesuffix(suffix) for path in (self.root / folder).glob(f"*{suffix}"))

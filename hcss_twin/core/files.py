@@ -1,11 +1,11 @@
-"""Files that appear under their name only when they are complete, and opening of our NetCDF formats."""
+"""Files that appear complete, are on the disk when they are said to be, and never replace an input."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,20 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
     finally:
         with contextlib.suppress(FileNotFoundError, NotADirectoryError):
             draft.unlink()
+
+
+def require_not_read(output: Path, read: Iterable[Path], error: type[HcssError]) -> None:
+    """Refuse to write onto a file that is read, or onto a folder that holds one.
+
+    Raises
+    ------
+    HcssError
+        Of the type ``error``, with the path.
+    """
+    for path in read:
+        same = output.is_file() and path.is_file() and os.path.samefile(output, path)
+        if same or (output.is_dir() and path.resolve().is_relative_to(output.resolve())):
+            raise error(f"cannot write {output}: it is an input of this command ({path}); give another name")
 
 
 def flush(path: Path) -> None:

@@ -1,38 +1,40 @@
-"""What scenes that follow each other in one process need not read or find out again."""
+"""What scenes that follow each other in one process read and compute once."""
 
 from __future__ import annotations
 
 import hashlib
+import importlib.util
+import os
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
+
+from hcss_twin.core.environment import versions
 
 _T = TypeVar("_T")
 
 MAX = 512
-"""Things that are remembered; the least recently used are forgotten first."""
+"""Results in memory; the least recently used are dropped first."""
 
 
 class ResultCache:
-    """Remembers by names that say all that a thing depends on; whoever wants scenes to share hands one on.
-
-    What lies on it is the same for all of them and must not be changed.
-    """
+    """Results by names that say all they depend on; they are shared, and must not be changed."""
 
     def __init__(self) -> None:
-        self._things: OrderedDict[Hashable, Any] = OrderedDict()
+        self._results: OrderedDict[Hashable, Any] = OrderedDict()
 
-    def get_or_compute(self, name: Hashable, make: Callable[[], _T]) -> _T:
-        """Return the thing of a name, made when it is asked for first."""
-        if name in self._things:
-            self._things.move_to_end(name)
+    def get_or_compute(self, name: Hashable, compute: Callable[[], _T]) -> _T:
+        """Return the result of a name, computed when it is asked for first."""
+        if name in self._results:
+            self._results.move_to_end(name)
         else:
-            self._things[name] = make()
-            if len(self._things) > MAX:
-                self._things.popitem(last=False)
-        thing: _T = self._things[name]
-        return thing
+            self._results[name] = compute()
+            if len(self._results) > MAX:
+                self._results.popitem(last=False)
+        result: _T = self._results[name]
+        return result
 
     def sha256(self, path: Path) -> str:
         """Return the hash of a file, which is read again where its size, its time or the file itself is another."""
@@ -42,7 +44,39 @@ class ResultCache:
         """Return what a reader, a function of a module, makes of a file."""
         return self.get_or_compute((read.__module__, read.__qualname__, *_state(path)), lambda: read(path))
 
+    def versions(self) -> dict[str, str]:
+        """Return the versions of this package and its libraries, as they were when they were asked for first."""
+        return self.get_or_compute("versions", versions)
+
+    def fingerprint(self, module: str) -> str:
+        """Return :func:`package_fingerprint` of a module's package, as it was when it was asked for first."""
+        package = module.partition(":")[0].partition(".")[0]
+        return self.get_or_compute(("fingerprint", package), lambda: package_fingerprint(package))
+
 
 def _state(path: Path) -> tuple[str, int, int, int]:
     about = path.stat()
     return str(path.resolve()), about.st_size, about.st_mtime_ns, about.st_ino
+
+
+def package_fingerprint(package: str) -> str:
+    """Return a hash of the files of a top-level package, by name, size and time of change."""
+    spec = importlib.util.find_spec(package)
+    if spec is None:
+        return "absent"
+    if spec.submodule_search_locations is None:
+        files = [spec.origin] if spec.origin else []
+    else:
+        files = sorted(
+            os.path.join(folder, name)
+            for root in spec.submodule_search_locations
+            for folder, _, names in os.walk(root)
+            if os.path.basename(folder) != "__pycache__"
+            for name in names
+        )
+    digest = hashlib.sha256()
+    for path in files:
+        with suppress(FileNotFoundError):  # a link that leads nowhere
+            about = os.stat(path)
+            digest.update(f"{path}\0{about.st_size}\0{about.st_mtime_ns}\n".encode())
+    return digest.hexdigest()

@@ -1,7 +1,4 @@
-"""Compile a plan into radiance tables: all spectral physics happens here, once per scene.
-
-Compiled tables of scenes, kept between runs under a name that says all they depend on.
-"""
+"""Compile a plan into radiance tables: all spectral physics happens here, once per scene."""
 
 from __future__ import annotations
 
@@ -14,20 +11,19 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import TABLES
+from hcss_twin.core.cache import TABLES, recall_or_compute, result_key
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.engine.shadows import compile_shadows
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.layer_pair import LayerPair, place_pair
 from hcss_twin.engine.tables.over_views import tables_over_views
 from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities, RadianceTables, ShadowTables, WaveTables
-from hcss_twin.engine.tables.shadow_table import compile_shadows
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
-from hcss_twin.engine.tables.wave_table import compile_waves
+from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
-from hcss_twin.plan.kept_results import KeptResults, key_of
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.specs import Kind
 
@@ -62,8 +58,8 @@ def compile_tables(plan: Plan) -> RadianceTables:
     sun = plan.sun_at(placing)
     source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
     axes: tuple[ThicknessAxis | None, ...] = tuple(
-        place_axis(columns.alone(index, sun), layer, plan.profile.altitude_m, allowed.thickness, source)
-        if plan.cloudy_layers[index]
+        place_axis(columns.alone(index, sun), layer, plan.assembly.profile.altitude_m, allowed.thickness, source)
+        if plan.assembly.cloudy_layers[index]
         else None
         for index, layer in enumerate(plan.layers)
     )
@@ -87,7 +83,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
     if plan.waves is not None:
         waves = compile_waves(plan, plan.waves, columns.quantities, suns, allowed.waves)
     shadows = compile_shadows(plan, columns.quantities, times, columns.clear)
-    found = Budget(
+    errors = Budget(
         wavenumbers=spectrum.estimated_error,
         thickness=alone_error,
         two_layers=0.0 if pair is None else pair.estimated_error,
@@ -97,7 +93,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
         other_instants=drift,
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
-    return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, found, shadows, waves)
+    return RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, errors, shadows, waves)
 
 
 def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
@@ -163,39 +159,44 @@ def _is_up(plan: Plan, frame: int) -> bool:
     return bool(plan.sun_zenith_deg[frame] < 90.0)
 
 
-_INDEPENDENT = ("title", "seed", "image", "clouds", "output")
-"""Sections of a scenario that tables do not depend on, but for what is taken from the plan."""
-
-
-_PARTS = (Budget, Quantities, ThicknessAxis, LayerPair, InstantTable, ShadowTables, WaveTables, Spectrum, SpectralNodes)
+CLASSES = (
+    RadianceTables,
+    Budget,
+    Quantities,
+    ThicknessAxis,
+    LayerPair,
+    InstantTable,
+    ShadowTables,
+    WaveTables,
+    Spectrum,
+    SpectralNodes,
+)
+"""Dataclasses that tables consist of."""
 
 
 def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = None) -> RadianceTables:
-    """Return the tables of a plan: those kept from an earlier run, or new ones, which are kept.
-
-    They are the same to the bit. What an earlier run read is recorded again and must not have changed.
+    """Return the tables of a plan: those of an earlier run, the same to the bit, or new ones.
 
     Parameters
     ----------
     compiler : callable, optional
-        Makes new ones; who counts them gives another.
+        Compiles new ones; who counts them gives another.
     """
     if plan.views is not None:
         return tables_over_views(plan, partial(tables_of, compiler=compiler))
-    results = KeptResults(TABLES, plan.catalog, RadianceTables, _PARTS)
-    key, before = table_key(plan), plan.catalog.used
-    tables = results.find(key)
-    if tables is None:
-        tables = (compiler or compile_tables)(plan)
-        results.keep(key, tables, before)
-    return tables
+    compute = partial(compiler or compile_tables, plan)
+    return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)
+
+
+INDEPENDENT = ("title", "seed", "image", "clouds", "output")
+"""Sections of a scenario that tables do not depend on, but for what the plan took from them."""
 
 
 def table_key(plan: Plan) -> str:
     """Return a hash of everything the tables of a plan depend on."""
-    scenario = json.loads(plan.scenario.to_json())
+    scenario, assembly = json.loads(plan.scenario.to_json()), plan.assembly
     parts: dict[str, Any] = {
-        "scenario": {name: value for name, value in scenario.items() if name not in _INDEPENDENT},
+        "scenario": {name: value for name, value in scenario.items() if name not in INDEPENDENT},
         "accuracy": plan.accuracy.relative,
         "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
         "files": dict(plan.catalog.used),
@@ -203,11 +204,11 @@ def table_key(plan: Plan) -> str:
         "sunlight": [plan.sun_matters, plan.faint_sunlight],
         "layers": [
             dataclasses.asdict(dataclasses.replace(layer, coverage=float(cloudy), edge_taper=0.0, name=""))
-            for layer, cloudy in zip(plan.layers, plan.cloudy_layers, strict=True)
+            for layer, cloudy in zip(plan.layers, assembly.cloudy_layers, strict=True)
         ],
+        "code": {name: each for name, each in assembly.code.items() if assembly.entries[name].kind is not Kind.CLOUDS},
     }
-    if plan.waves is not None or plan.slant.shadows:
+    if plan.waves is not None or assembly.slant.shadows:
         # A window of an image has the tables of the whole.
         parts["image"] = {name: value for name, value in scenario["image"].items() if name != "window"}
-    entries = plan.assembly.entries.items()
-    return key_of(parts, plan.assembly.code, [name for name, entry in entries if entry.kind is Kind.CLOUDS])
+    return result_key(parts, plan.catalog.shelf)

@@ -1,13 +1,40 @@
-"""What a cube says about how it came to be."""
+"""What a cube records about how it was made, and what of it is different today."""
 
 from __future__ import annotations
 
+import hashlib
 import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePath
+from typing import Any
 
-from hcss_twin.core.environment import versions
+import numpy as np
+
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.environment import installed_version, versions
+from hcss_twin.core.errors import CubeError, ProviderError
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.cloud_assembly import told
+from hcss_twin.plan.description import describe_particles, describe_providers
 from hcss_twin.plan.plan import Plan
+from hcss_twin.providers.registry.discovery import Entry
+from hcss_twin.providers.registry.registry import Registry
+
+VERSIONS, PROVIDERS, FILES = "hcss_versions", "hcss_providers", "hcss_files_sha256"
+
+CERTIFICATE = (
+    "hcss_certificate",
+    "hcss_accuracy_achieved",
+    "hcss_accuracy_achieved_kelvin",
+    "hcss_certificate_terms",
+    "hcss_certificate_pixels",
+    "hcss_certificate_strata",
+)
+"""Attributes of the certificate, which a verification of all pixels does not repeat."""
+
+CLEAN_CERTIFICATE = "hcss_clean_certificate"
+"""Certificate of the clean cube, as a measured one quotes it."""
 
 
 def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | float | int]:
@@ -19,19 +46,14 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
     attributes: dict[str, str | float | int] = {
         "title": scenario.title or "Simulated infrared image sequence of clouds over sea",
         "summary": _summary(plan),
-        "hcss_scenario": scenario.to_json(),
+        SCENARIO_ATTRIBUTE: scenario.to_json(),
         "hcss_seed": str(scenario.seed),
-        "hcss_versions": json.dumps(plan.catalog.shelf.get_or_compute("versions", versions)),
-        "hcss_providers": json.dumps(
-            {
-                kind: {"name": entry.name, "distribution": entry.distribution, "version": entry.version}
-                for kind, entry in plan.assembly.entries.items()
-            }
-        ),
-        "hcss_files_sha256": json.dumps(plan.catalog.used),
+        VERSIONS: json.dumps(plan.catalog.shelf.versions()),
+        PROVIDERS: json.dumps(describe_providers(plan.assembly.entries)),
+        FILES: json.dumps(plan.catalog.used),
         "hcss_filled_in": json.dumps([vars(item) for item in plan.filled_in]),
-        "hcss_skipped": json.dumps([vars(item) for item in plan.skipped]),
-        "hcss_particles": json.dumps([told(layer) for layer in plan.layers]),
+        "hcss_skipped": json.dumps([vars(item) for item in plan.omissions]),
+        "hcss_particles": json.dumps([describe_particles(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.notes),
     }
     if plan.needs_radiance:
@@ -43,7 +65,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         attributes["hcss_significant_wave_height_m"] = float(wave_height)
     if tables is not None:
         attributes["hcss_table_error_estimated"] = tables.estimated_error
-        attributes["hcss_table_errors"] = json.dumps(tables.errors.as_dict())
+        attributes["hcss_table_errors"] = json.dumps(vars(tables.errors))
         attributes["hcss_wavenumbers_used"] = int(tables.spectrum.nodes.wavenumber_cm1.size)
         attributes["hcss_wavenumbers_known"] = tables.spectrum.dense
     return attributes
@@ -59,3 +81,214 @@ def _summary(plan: Plan) -> str:
         f"Band-integrated radiance at the sensor of {clouds} over sea in {bands}{averaged}, computed by hcss_twin with "
         f"the radiance model '{plan.scenario.radiance.model}'."
     )
+
+
+def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield values of nested tables and lists by their dotted keys; empty ones count as values."""
+    if isinstance(value, dict) and value:
+        for name, each in value.items():
+            yield from leaves(each, f"{key}.{name}" if key else name)
+    elif isinstance(value, list) and value:
+        for index, each in enumerate(value):
+            yield from leaves(each, f"{key}[{index}]")
+    else:
+        yield key, value
+
+
+@dataclass(frozen=True)
+class Change:
+    """Something that is not as the cube records it.
+
+    Attributes
+    ----------
+    what : str
+        A library, a kind of provider, a key of the scenario, a dimension.
+    recorded, now : str
+        In the cube, and in its recomputation.
+    """
+
+    what: str
+    recorded: str
+    now: str
+
+
+@dataclass(frozen=True)
+class FileChange:
+    """A file that is not what the cube was made from.
+
+    Attributes
+    ----------
+    name : str
+        Name in the catalog or path, as the cube records it.
+    state : str
+        ``changed``, ``missing``, ``no longer read`` or ``not read before``.
+    recorded_sha256, now_sha256 : str or None
+        None where there is no such file.
+    now_at : str
+        Where the file of today was found.
+    """
+
+    name: str
+    state: str
+    recorded_sha256: str | None
+    now_sha256: str | None
+    now_at: str
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Provenance of a cube.
+
+    Attributes
+    ----------
+    attributes : mapping
+        Global attributes of the file.
+    scenario : mapping
+        As JSON holds it.
+    versions : mapping of str to str
+        By distribution.
+    providers : mapping
+        ``name``, ``distribution`` and ``version`` by kind; clouds of several layers are numbered.
+    files : mapping of str to str
+        SHA-256 by name in the catalog, or by absolute path.
+    """
+
+    attributes: Mapping[str, Any]
+    scenario: Mapping[str, Any]
+    versions: Mapping[str, str]
+    providers: Mapping[str, Mapping[str, str]]
+    files: Mapping[str, str]
+
+    @classmethod
+    def of(cls, attributes: Mapping[str, Any], path: str) -> Recorded:
+        """Read the attributes of a cube.
+
+        Raises
+        ------
+        CubeError
+            If one is missing or malformed.
+        """
+        tables: list[dict[str, Any]] = []
+        for name in (SCENARIO_ATTRIBUTE, VERSIONS, PROVIDERS, FILES):
+            if not isinstance(attributes.get(name), str):
+                raise CubeError(f"{path} carries no {name}; this global attribute is needed to recompute a cube")
+            try:
+                table = json.loads(attributes[name])
+            except (ValueError, RecursionError) as error:
+                raise CubeError(f"{path}: the global attribute {name} is not valid JSON: {error}") from error
+            of_texts = name == SCENARIO_ATTRIBUTE or _is_table_of_texts(table, nested=name == PROVIDERS)
+            if not isinstance(table, dict) or not of_texts:
+                raise CubeError(f"{path}: the global attribute {name} is malformed")
+            tables.append(table)
+        return cls(attributes, *tables)
+
+    @property
+    def base(self) -> Path:
+        """Folder from which relative paths of the scenario lead to the cube's files; else the working folder."""
+        folders: set[Path] = set()
+        for _, text in leaves(self.scenario):
+            parts = PurePath(text).parts if isinstance(text, str) else ()
+            for file in map(Path, self.files):
+                if 0 < len(parts) < len(file.parts) and file.is_absolute() and file.parts[-len(parts) :] == parts:
+                    folders.add(file.parents[len(parts) - 1])
+        known = [folder for folder in folders if folder.is_dir()]
+        return known[0] if len(known) == 1 else Path.cwd()
+
+    def version_changes(self) -> tuple[Change, ...]:
+        """Return the distributions that are installed in another version."""
+        now = versions()
+        changes = (
+            Change(name, version, now.get(name) or installed_version(name)) for name, version in self.versions.items()
+        )
+        return tuple(each for each in changes if each.now != each.recorded)
+
+    def provider_changes(self, entries: Mapping[str, Entry] | None) -> tuple[Change, ...]:
+        """Return the providers that another package or version brings, or nobody.
+
+        Parameters
+        ----------
+        entries : mapping of str to Entry or None
+            Those of the recomputation, by kind; None where there is none.
+        """
+        registry, changes = Registry.discover(), []
+        for kind, recorded in self.providers.items():
+            name, distribution = recorded["name"], recorded["distribution"]
+            entry = (entries or {}).get(kind)
+            try:
+                entry = entry or registry.resolve(kind.partition("[")[0], f"{distribution}/{name}")
+                now = f"{entry.name} of {entry.origin}"
+            except (ProviderError, ValueError):
+                version = installed_version(distribution)
+                here = "is not installed" if version == "not installed" else f"{version} does not bring it"
+                now = f"{distribution} {here}"
+            changes.append(Change(kind, f"{name} of {distribution} {recorded['version']}", now))
+        return tuple(each for each in changes if each.now != each.recorded)
+
+    def file_changes(self, used: Mapping[str, str] | None) -> tuple[FileChange, ...]:
+        """Return the files that are not those the cube was made from.
+
+        Parameters
+        ----------
+        used : mapping of str to str or None
+            SHA-256 of the files that the recomputation read, by name; None where there is none.
+        """
+        new = {name: digest for name, digest in (used or {}).items() if name not in self.files}
+        changes = []
+        for name, recorded in self.files.items():
+            at, now, state = name, (used or {}).get(name), "changed"
+            # A user's file of the same name elsewhere took its place.
+            alike = [each for each in new if Path(each).is_absolute() and Path(each).name == Path(name).name]
+            if now is None and Path(name).is_absolute() and len(alike) == 1:
+                at, now = alike[0], new.pop(alike[0])
+            if now is None:
+                now = _digest(name)
+                state = "missing" if now is None else state if used is None else "no longer read"
+            if now != recorded or state != "changed":
+                changes.append(FileChange(name, state, recorded, now, at))
+        changes += [FileChange(name, "not read before", None, digest, name) for name, digest in new.items()]
+        return tuple(changes)
+
+    def attribute_changes(self, now: Mapping[str, Any]) -> tuple[Change, ...]:
+        """Return keys of the scenario, and attributes the engine writes, that come out otherwise.
+
+        Parameters
+        ----------
+        now : mapping
+            Attributes of the recomputation.
+        """
+        repeated = (SCENARIO_ATTRIBUTE, VERSIONS, PROVIDERS, FILES, FORMAT_ATTRIBUTE, *CERTIFICATE, CLEAN_CERTIFICATE)
+        before, after = dict(leaves(self.scenario)), dict(leaves(json.loads(now[SCENARIO_ATTRIBUTE])))
+        pairs = [(f"scenario key {key}", before.get(key), after.get(key)) for key in dict.fromkeys((*before, *after))]
+        pairs += [
+            (name, self.attributes.get(name), now.get(name))
+            for name in dict.fromkeys((*self.attributes, *now))
+            if name.startswith("hcss_") and name not in repeated
+        ]
+        return tuple(
+            Change(name, _short(recorded), _short(value))
+            for name, recorded, value in pairs
+            if not np.array_equal(recorded, value)  # type: ignore[arg-type]
+        )
+
+
+def _is_table_of_texts(table: Any, nested: bool) -> bool:
+    if nested and isinstance(table, dict):
+        wanted = {"name", "distribution", "version"}
+        return all(_is_table_of_texts(each, False) and wanted <= set(each) for each in table.values())
+    return isinstance(table, dict) and all(isinstance(each, str) for each in table.values())
+
+
+def _digest(name: str) -> str | None:
+    """Hash a recorded file as it is today; None where there is none, or a name that leads out of the catalog."""
+    path = Path(name) if Path(name).is_absolute() else Catalog().root / name
+    if ".." in path.parts:
+        return None
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+    except (OSError, ValueError):
+        return None
+
+
+def _short(value: Any) -> str:
+    text = "none" if value is None else str(value)
+    return text if len(text) <= 120 else f"{text[:117]}..."

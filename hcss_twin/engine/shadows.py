@@ -1,29 +1,123 @@
-"""How far the sun shines through the clouds of one layer on its straight way to points of the sea.
+"""Shadows of clouds on the clear sea: tables of the direct sunlight that clouds transmit, and their use in each frame.
 
-The layer is cut into slices of equal height, in each of which the sun's path moves by at most one point along either
-axis. Each slice is met at the point, rounded, where the path passes its middle height, and its cloud lies there between
-the layer's flat side and the thickness away from it. Under a sheet the slices add up to the sheet's thickness.
+The direct transmission of a band is the mean of exp(-k s) over it (Bouguer's law), with the extinction k of the optics
+provider and the length s of the sun's path in the cloud, thickness / mu0, weighted by the spectrum of the clear
+column's solar terms. Tables hold its negative logarithm, the effective optical thickness against s: a line for
+grey clouds, and between the lines of the largest and the smallest k for others.
 
-Shadows of clouds on the clear sea: a stage of each frame, after the look-up.
+In a frame the layer is cut into slices of equal height, in each of which the sun's path moves by at most one point
+along either axis. Each slice is met at the point, rounded, where the path passes its middle height, and its cloud lies
+there between the layer's flat side and the thickness away from it. Under a sheet the slices add up to its thickness.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.cube.variables import SHADOW_MASK
-from hcss_twin.engine.tables.radiance_tables import RadianceTables, ShadowTables
+from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables, ShadowTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.slant_paths import displacement_m
+from hcss_twin.plan.slant_paths import displacement_m, sea_sun_terms
 from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import CloudGenerator, CloudLayer, Sun
+
+FIRST_INTERVALS = 16
+
+
+def compile_shadows(
+    plan: Plan, quantities: Quantities, time_s: Sequence[float], clear: Callable[[Sun | None], Array]
+) -> ShadowTables | None:
+    """Compute the tables of shadows at the time nodes of the radiance tables; None where there are no shadows.
+
+    Parameters
+    ----------
+    clear : callable
+        Terms (K, B) of the clear column as the radiance tables have them.
+    """
+    if not (plan.assembly.slant.shadows and plan.layers and plan.sun_matters):
+        return None
+    names = sea_sun_terms(plan.assembly.model)
+    suns = [plan.sun_at(time) for time in time_s]
+    loss = np.stack([_loss(clear(sun), quantities, names) for sun in suns])
+    wavenumber, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1
+    spectra = [
+        weights * np.sum([np.asarray(terms[name]) for name in names], axis=0)
+        for terms in (plan.assembly.model.clear(wavenumber, sun) for sun in suns)
+    ]
+    # Without sunlight there is nothing to weight by, and nothing to lose either.
+    spectra = [np.where(np.sum(each, axis=1, keepdims=True) > 0.0, each, np.abs(weights)) for each in spectra]
+    extinction = [
+        plan.assembly.optics.single_scattering(layer.microphysics, wavenumber).extinction_m1 for layer in plan.layers
+    ]
+    mu0 = math.cos(math.radians(float(np.max(plan.assembly.slant.sun_zenith_deg))))
+    longest = np.array([layer.thickness_max_m / mu0 for layer in plan.layers])
+
+    def depth(part: Array) -> Array:
+        """Effective optical thickness (T, L, N, B) at parts (N,) of the longest paths."""
+        return np.array(
+            [
+                [
+                    np.stack([_depth(k, each, part * length) for each in spectrum], axis=1)
+                    for k, length in zip(extinction, longest, strict=True)
+                ]
+                for spectrum in spectra
+            ]
+        )
+
+    return ShadowTables(tuple(time_s), longest, loss, _tabulated(depth, plan.budget.shadows))
+
+
+def _loss(terms: Array, quantities: Quantities, names: Sequence[str]) -> Array:
+    """What sea and direct sun give each quantity of the clear column, (Q, B), from its terms (K, B)."""
+    places = {name: quantities.terms.index(name) for name in names}
+    nothing = np.zeros(terms.shape[1])
+    return np.stack(
+        [
+            np.sum([terms[place] for place in places.values()], axis=0)
+            if name == TOTAL
+            else terms[places[name]]
+            if name in places
+            else nothing
+            for name in quantities.names
+        ]
+    )
+
+
+def _depth(extinction_m1: Array, weights: Array, path_m: Array) -> Array:
+    """Negative logarithm (N,) of the weighted mean of exp(-k s) over the wavenumbers (V,)."""
+    seen = weights > 0.0
+    k, w = extinction_m1[seen], weights[seen]
+    least = float(np.min(k))
+    # Relative to the least extinction: nothing underflows behind the thickest cloud.
+    excess = logsumexp(-(k - least) * path_m[:, None], b=w / np.sum(w), axis=1)
+    result: Array = least * path_m - excess
+    return result
+
+
+def _tabulated(depth: Callable[[Array], Array], tolerance: float) -> Array:
+    """Halve the intervals of a table over [0, 1], even in the square root, until its transmission is linear enough."""
+    intervals = FIRST_INTERVALS
+    table = depth(np.linspace(0.0, 1.0, intervals + 1) ** 2)
+    while True:
+        finer = depth(np.linspace(0.0, 1.0, 2 * intervals + 1) ** 2)
+        # In the middle of an interval of the root, the part is not that of the square.
+        low, high = np.arange(intervals) ** 2.0, np.arange(1, intervals + 1) ** 2.0
+        share = (((np.arange(intervals) + 0.5) ** 2 - low) / (high - low))[:, None]
+        guess = (1.0 - share) * table[..., :-1, :] + share * table[..., 1:, :]
+        error = np.max(np.abs(np.exp(-guess) - np.exp(-finer[..., 1::2, :])))
+        table, intervals = finer, 2 * intervals
+        if not error > tolerance:
+            return table
+
 
 Thickness = NDArray[np.float32]
 
@@ -58,7 +152,7 @@ class SunPaths:
         Parameters
         ----------
         generator : CloudGenerator
-            With the method ``displaced_m`` of :class:`hcss_twin.plan.displaced_clouds.DisplacedClouds`.
+            With the method ``displaced_m`` of :class:`hcss_twin.plan.clouds.DisplacedClouds`.
         """
         first, last = self.shifts.min(axis=0), self.shifts.max(axis=0)
         wide = (
@@ -101,7 +195,6 @@ class Shadows:
 
     Parameters
     ----------
-    plan : Plan
     tables : RadianceTables or None
         None where no requested variable needs radiance; the mask can be had without.
     """
@@ -114,7 +207,7 @@ class Shadows:
     def at(self, time_s: float) -> InstantShadows | None:
         """Return the shadows at one instant; None where there can be none."""
         plan = self._plan
-        if not (plan.slant.shadows and plan.layers and plan.sun_matters):
+        if not (plan.assembly.slant.shadows and plan.layers and plan.sun_matters):
             return None
         sun = plan.sun_track.at(time_s)
         if not sun.is_up:
@@ -123,7 +216,7 @@ class Shadows:
         for layer in plan.layers:
             met = sun_paths(layer, sun, self._point_m)
             # Where sight and sunlight meet the same point, what is clear to one is clear to the other.
-            paths.append(None if met.stay_at(plan.slant.of_view(layer, self._point_m)) else met)
+            paths.append(None if met.stay_at(plan.assembly.slant.of_view(layer, self._point_m)) else met)
         return InstantShadows(plan, self._tables, time_s, sun, paths) if any(paths) else None
 
 
@@ -202,7 +295,7 @@ class InstantShadows:
         plan = self._plan
         rows, columns = (points_of(pixels, plan.samples_per_pixel) for pixels in window)
         heights = np.zeros((len(plan.layers), rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
-        for layer, generator, paths in zip(heights, plan.generators, self._paths, strict=True):
+        for layer, generator, paths in zip(heights, plan.assembly.generators, self._paths, strict=True):
             if paths is not None:
                 layer[:] = paths.heights_m(generator, self._time_s, rows, columns)
         return heights

@@ -1,10 +1,8 @@
-"""Whether frames may be written while the next are computed.
-
-Run a scenario: plan, compile, stream, write.
-"""
+"""Run a scenario: plan, compile, stream, write."""
 
 from __future__ import annotations
 
+import json
 import logging
 import tempfile
 import warnings
@@ -17,7 +15,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from hcss_twin.core.environment import announce_compilation
-from hcss_twin.core.errors import CertificateWarning
+from hcss_twin.core.errors import CertificateWarning, CubeError
+from hcss_twin.core.files import require_not_read
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.streamed_writer import BackgroundWriter
@@ -26,12 +25,10 @@ from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.parts import Part, parts_of, stream_parts
-from hcss_twin.engine.provenance import provenance
-from hcss_twin.engine.sensing.sense import require_netcdf, sense_run
+from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
+from hcss_twin.engine.provenance import leaves, provenance
+from hcss_twin.engine.sense import measured_path, require_netcdf, sense_run
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.engine.tiles import tile_shape
-from hcss_twin.engine.workers import executor_of
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
@@ -48,9 +45,9 @@ def overlaps(plan: Plan) -> bool:
     The library is not thread safe, so that no frame can be written while a provider reads. Ours read their files
     when they are made; of those from other packages that is not known, and their frames are written in between.
     """
-    asked = (Kind.CLOUDS,) if plan.waves is None else (Kind.CLOUDS, Kind.SEA)
+    kinds = (Kind.CLOUDS,) if plan.waves is None else (Kind.CLOUDS, Kind.SEA)
     entries = plan.assembly.entries.values()
-    return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in asked)
+    return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in kinds)
 
 
 IN_MEMORY_BYTES = 512 * 2**20
@@ -101,6 +98,7 @@ def run(
     """
     if plan.scenario.sensor is not None:
         require_netcdf(output)
+    _require_no_input(plan, output)
     certificate, tables = _write_clean(plan, output, progress, workers, scheduler)
     if plan.sensor is not None:
         sense_run(plan, tables, output, progress)
@@ -122,6 +120,7 @@ def _write_clean(
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
     certificate: Certificate | None = None
     header = cube_header(plan, tables)
+    _require_no_input(plan, output)  # with what was read for the tables
     with (
         executor_of(workers, scheduler) as (executor, count),
         writer_of(output, header, compression=compression, tile=tile_shape(plan)) as writer,
@@ -138,9 +137,28 @@ def _write_clean(
     return certificate, tables
 
 
+def _require_no_input(plan: Plan, output: str | Path) -> None:
+    """Refuse to write onto the scenario or a file that it reads, naming its key; also the cube of a sensor."""
+    scenario, outputs = plan.scenario, [Path(output)]
+    if scenario.sensor is not None:
+        outputs.append(measured_path(Path(output)))
+    keys = {
+        (scenario.base / text).resolve(): scenario.field_as_typed(key)
+        for key, text in leaves(json.loads(scenario.to_json()))
+        if isinstance(text, str) and len(text) < 255
+    }
+    for path in (Path(scenario.origin), *plan.catalog.used_paths):
+        try:
+            for each in outputs:
+                require_not_read(each, [path], CubeError)
+        except CubeError as error:
+            key = keys.get(path.resolve())
+            raise CubeError(f"{error} (scenario key {key})" if key else str(error)) from None
+
+
 def _warn(certificate: Certificate) -> None:
     if not certificate.passed:
-        warnings.warn("; ".join(certificate.lines[:2]), CertificateWarning, stacklevel=3)
+        warnings.warn("; ".join(certificate.summary), CertificateWarning, stacklevel=3)
 
 
 def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset:

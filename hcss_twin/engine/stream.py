@@ -1,7 +1,4 @@
-"""The clouds of one instant, window by window, also of generators for which a pixel depends on its whole frame.
-
-Frames: thickness from the generators, radiance by look-up, one after the other.
-"""
+"""Frames: cloud thickness from the generators, window by window, and radiance by look-up."""
 
 from __future__ import annotations
 
@@ -19,10 +16,10 @@ from hcss_twin.engine.shadows import InstantShadows, Shadows
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_views import ViewedLookUp
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables, TableReader
+from hcss_twin.engine.tables.waves import WaveStage
 from hcss_twin.engine.truth import Truth
-from hcss_twin.engine.waves import WaveStage
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
-from hcss_twin.plan.cloud_assembly import sums_up
+from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, points_of, relative, windows
 from hcss_twin.providers import CloudGenerator, Grid
@@ -38,14 +35,13 @@ class FrameClouds:
 
     Parameters
     ----------
-    plan : Plan
-    time_s : float
     summaries : sequence, optional
         Those of :func:`summaries_of` at the same instant, where they are known already.
     """
 
     def __init__(self, plan: Plan, time_s: float, summaries: Sequence[Any] | None = None) -> None:
         self._plan, self._time_s = plan, time_s
+        self._clouds = _generators(plan)
         self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
 
     def thickness_m(self, window: Window) -> list[Thickness]:
@@ -53,56 +49,41 @@ class FrameClouds:
 
         Outside the image only of generators that have ``thickness_around_m``.
         """
-        if not _is_inside(window, self._plan.grid):
-            return self._around_m(window)
         rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
-        found: list[Thickness] = []
-        for generator, cloudy, whole, summary in zip(
-            self._plan.generators, self._plan.cloudy_layers, self._whole, self._summaries, strict=True
-        ):
+        inside, layers = _is_inside(window, self._plan.grid), []
+        for index, (generator, cloudy) in enumerate(self._clouds):
             if not cloudy:
-                size = rows.stop - rows.start, columns.stop - columns.start
-                found.append(np.zeros(size, dtype=np.float32))
-            elif whole is not None:
-                found.append(whole[rows, columns])
-            elif summary is not None:
-                found.append(generator.thickness_in_frame_m(self._time_s, rows, columns, summary))  # type: ignore[attr-defined]
+                layers.append(np.zeros((length(rows), length(columns)), dtype=np.float32))
+            elif not inside:
+                layers.append(generator.thickness_around_m(self._time_s, rows, columns, self._around[index]))
+            elif (whole := self._whole[index]) is not None:
+                layers.append(whole[rows, columns])
+            elif (summary := self._summaries[index]) is not None:
+                layers.append(generator.thickness_in_frame_m(self._time_s, rows, columns, summary))
             else:
-                found.append(generator.thickness_m(self._time_s, rows, columns))
-        return found
-
-    def _around_m(self, window: Window) -> list[Thickness]:
-        rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
-        size = rows.stop - rows.start, columns.stop - columns.start
-        return [
-            generator.thickness_around_m(self._time_s, rows, columns, summary)  # type: ignore[attr-defined]
-            if cloudy
-            else np.zeros(size, dtype=np.float32)
-            for generator, cloudy, summary in zip(
-                self._plan.generators, self._plan.cloudy_layers, self._around, strict=True
-            )
-        ]
+                layers.append(generator.thickness_m(self._time_s, rows, columns))
+        return layers
 
     @cached_property
     def _whole(self) -> list[Thickness | None]:
         """Whole frames of the layers that are made so."""
-        plan = self._plan
+        plan, samples = self._plan, self._plan.samples_per_pixel
+        points = slice(0, plan.grid.rows * samples), slice(0, plan.grid.columns * samples)
         return [
-            generator.thickness_m(self._time_s, *_all_points(plan))
-            if cloudy and _is_made_whole(plan, generator)
+            generator.thickness_m(self._time_s, *points)
+            if cloudy and not generator.declares.tileable and not _is_summed_up(plan, generator)
             else None
-            for generator, cloudy in zip(plan.generators, plan.cloudy_layers, strict=True)
+            for generator, cloudy in self._clouds
         ]
 
     @cached_property
     def _around(self) -> list[Any]:
         """What windows around the image need to know of it."""
-        plan = self._plan
         return [
-            generator.frame_summary(self._time_s)  # type: ignore[attr-defined]
+            generator.frame_summary(self._time_s)
             if cloudy and summary is None and not generator.declares.tileable
             else summary
-            for generator, cloudy, summary in zip(plan.generators, plan.cloudy_layers, self._summaries, strict=True)
+            for (generator, cloudy), summary in zip(self._clouds, self._summaries, strict=True)
         ]
 
 
@@ -112,9 +93,14 @@ def summaries_of(plan: Plan, time_s: float) -> list[Any]:
     It takes as long as making the frame two to three times, without its memory.
     """
     return [
-        generator.frame_summary(time_s) if cloudy and _is_summed_up(plan, generator) else None  # type: ignore[attr-defined]
-        for generator, cloudy in zip(plan.generators, plan.cloudy_layers, strict=True)
+        generator.frame_summary(time_s) if cloudy and _is_summed_up(plan, generator) else None
+        for generator, cloudy in _generators(plan)
     ]
+
+
+def _generators(plan: Plan) -> tuple[tuple[Any, bool], ...]:
+    """Return the generator of each layer, which may have the optional methods of its kind, and whether it has cloud."""
+    return tuple(zip(plan.assembly.generators, plan.assembly.cloudy_layers, strict=True))
 
 
 def _is_summed_up(plan: Plan, generator: CloudGenerator) -> bool:
@@ -122,21 +108,11 @@ def _is_summed_up(plan: Plan, generator: CloudGenerator) -> bool:
     return not generator.declares.tileable and points > WHOLE_POINTS and sums_up(generator)
 
 
-def _is_made_whole(plan: Plan, generator: CloudGenerator) -> bool:
-    return not generator.declares.tileable and not _is_summed_up(plan, generator)
-
-
 def _is_inside(window: Window, grid: Grid) -> bool:
     return all(
         pixels.start >= 0 and pixels.stop <= size
         for pixels, size in zip(window, (grid.rows, grid.columns), strict=True)
     )
-
-
-def _all_points(plan: Plan) -> Window:
-    grid: Grid = plan.grid
-    rows, columns = (slice(0, size * plan.samples_per_pixel) for size in (grid.rows, grid.columns))
-    return rows, columns
 
 
 Frame = dict[str, NDArray[Any]]
@@ -171,10 +147,8 @@ def stream(
     for index in range(plan.frame_times_s.size) if frames is None else frames:
         part = None if sample is None else sample.of_part(index)
         frame, radiance = maker.part(index, plan.extent, part)
-        of_frame = None if sample is None else sample.of_frame(index)
-        if part is not None and of_frame is not None:
-            of_frame.add(part.drawn(radiance))
-            of_frame.finish()
+        if sample is not None and part is not None:
+            sample.add_frame(index, [part.drawn(radiance)])
         yield frame
 
 
@@ -183,7 +157,6 @@ class PartMaker:
 
     Parameters
     ----------
-    plan : Plan
     tables : RadianceTables or None
         None where no requested variable needs radiance.
     """
@@ -253,16 +226,16 @@ class PartMaker:
                 shaded = shadows.cast(window, thickness, radiance, self._truth.variables, place)
             if sample is not None:
                 sample.observe(place, thickness, shaded)
-        made: Frame = dict(self._truth.variables)
+        frame: Frame = dict(self._truth.variables)
         for number, name in enumerate(self._quantities):
             values = radiance[number * bands : (number + 1) * bands]
-            made[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
+            frame[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
         if self._temperature is not None:
-            made["brightness_temperature"] = self._temperature(made[TOTAL])
+            frame["brightness_temperature"] = self._temperature(frame[TOTAL])
         for name, bits in self._bits.items():
-            round_bits(made[name], bits)
-        found = {name: values for name, values in made.items() if name in self._names}
-        return found, radiance.reshape(len(self._quantities), bands, *size)
+            round_bits(frame[name], bits)
+        requested = {name: values for name, values in frame.items() if name in self._names}
+        return requested, radiance.reshape(len(self._quantities), bands, *size)
 
     def _look_up(self, time_s: float) -> LookUp | ViewedLookUp | None:
         """Return the look-up of an instant; None where there is no radiance."""

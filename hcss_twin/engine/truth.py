@@ -20,10 +20,6 @@ Thickness = NDArray[np.float32]
 class Truth:
     """Computes the truth variables a plan asks for, window by window of a part of one frame.
 
-    Parameters
-    ----------
-    plan : Plan
-
     Attributes
     ----------
     variables : dict of str to ndarray
@@ -32,7 +28,7 @@ class Truth:
 
     def __init__(self, plan: Plan) -> None:
         self._layers = plan.layers
-        self._profile = plan.profile
+        self._profile = plan.assembly.profile
         self._samples = plan.samples_per_pixel
         self._sizes = {"band": len(plan.bands), LAYER: len(plan.layers)}
         self._shapes = {
@@ -133,5 +129,5 @@ def _band_extinction(plan: Plan, layer: CloudLayer) -> NDArray[np.float32]:
     """Extinction at each band's central wavelength, (B,), m-1."""
     centres = np.array([1e4 / band.central_um for band in plan.bands])
     ascending, position = np.unique(centres, return_inverse=True)
-    properties = plan.optics.single_scattering(layer.microphysics, ascending)
+    properties = plan.assembly.optics.single_scattering(layer.microphysics, ascending)
     return properties.extinction_m1[position].astype(np.float32)

@@ -1,13 +1,10 @@
-"""How the accuracy of a scene is shared out among what the engine does approximately, and what each found.
-
-What accuracy a scene is asked for, as a share of its band radiances.
-"""
+"""The accuracy that a scene is asked for, as a share of its band radiances, and its shares of the approximations."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +12,7 @@ from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.models.radiance.spectral_grid import COLDEST_K, HOTTEST_K, BrightnessTemperature, SpectralGrid
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.omissions.bounds import few_columns
+from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.views import ImageViews
 from hcss_twin.providers import RadianceModel, Sun
 from hcss_twin.scenario.scenario import Scenario
@@ -34,24 +31,23 @@ SHARES: Mapping[str, float] = {
 }
 """Of the accuracy. A pixel has cloud in one layer or in both, or waves: the largest of the three counts."""
 
-MEANING: Mapping[str, str] = {
-    "wavenumbers": "few weighted wavenumbers stand for the whole grid",
-    "thickness": "columns with cloud in one layer, between computed ones",
-    "two_layers": "columns with cloud in two layers, between computed ones",
-    "waves": "clear columns over waves, between computed slopes",
-    "views": "between computed views, where pixels have views of their own",
-    "shadows": "sunlight through clouds, between computed paths",
-    "time": "between instants",
-    "faint_sunlight": "computing without sunlight by day, where there is so little",
-    "other_instants": "columns at further instants, from those at the first",
-}
-
 
 @dataclass(frozen=True)
 class Budget:
-    """Relative errors of the total radiance, one for each approximation: allowed ones, or those found.
+    """Relative errors of the total radiance, one for each approximation: allowed ones, or those that were measured.
 
-    A found error is 0 where nothing was approximated.
+    A measured error is 0 where nothing was approximated.
+
+    Attributes
+    ----------
+    wavenumbers : float
+        Few weighted wavenumbers stand for the whole grid.
+    thickness, two_layers, waves, views, shadows, time : float
+        Between computed columns with cloud in one layer, and in two, slopes, views, sun paths and instants.
+    other_instants : float
+        Columns at further instants, from those at the first.
+    faint_sunlight : float
+        Computing without sunlight by day, where there is so little.
     """
 
     wavenumbers: float = 0.0
@@ -68,19 +64,8 @@ class Budget:
     def total(self) -> float:
         """What a pixel can have of them together."""
         somewhere = max(self.thickness, self.two_layers, self.waves)
-        return (
-            self.wavenumbers
-            + somewhere
-            + self.views
-            + self.shadows
-            + self.time
-            + self.other_instants
-            + self.faint_sunlight
-        )
-
-    def as_dict(self) -> dict[str, float]:
-        """Plain values by name."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        before = self.wavenumbers + somewhere + self.views + self.shadows
+        return before + self.time + self.other_instants + self.faint_sunlight
 
 
 def share_out(accuracy: float) -> Budget:
@@ -143,15 +128,15 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
     grid = assembly.spectral_grid
     shares = []
     names = [band.name for band in assembly.bands]
-    for band, (name, found) in enumerate(zip(names, _hottest_K(assembly, suns), strict=True)):
-        hottest = found + MARGIN_K
+    for band, (name, kelvin_there) in enumerate(zip(names, _hottest_K(assembly, suns), strict=True)):
+        hottest = kelvin_there + MARGIN_K
         if hottest > HOTTEST_K:
             message = (
                 f"{scenario.accuracy!r}: pixels of band '{name}' look hotter than {HOTTEST_K:g} K, as reflected "
                 "sunlight does at short wavelengths; allowed: a share of the radiance"
             )
             raise ScenarioError([Problem("accuracy", message)])
-        if found < COLDEST_K:
+        if kelvin_there < COLDEST_K:
             message = (
                 f"{scenario.accuracy!r}: pixels of band '{name}' look colder than {COLDEST_K:g} K at every wavenumber; "
                 "allowed: a share of the radiance"

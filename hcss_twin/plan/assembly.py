@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -13,13 +12,11 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.builder import Builder
-from hcss_twin.plan.cloud_assembly import assemble_clouds
-from hcss_twin.plan.kept_results import Code, code_of
+from hcss_twin.plan.builder import Builder, attribute_to_field
+from hcss_twin.plan.clouds import assemble_clouds
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.surroundings import FilledIn, Surroundings, surroundings
@@ -48,17 +45,25 @@ from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
-"""A sea that is made only to be checked, because the scene is refused anyway."""
+"""A sea that is built only to be checked, because the scene is refused anyway."""
 
 
 @dataclass(frozen=True)
 class Assembly:
     """The providers of one scene, built and guarded, and the states they share.
 
-    ``particle_fields`` are the scenario's fields from which the particles of each layer come.
-    ``model_of`` makes the radiance model of the same scene over another sea, or toward another view.
-    ``lines_of_sight`` lead to the sensor, None where its altitude is not known. ``shelf`` has
-    what scenes share.
+    Attributes
+    ----------
+    entries : mapping of str to Entry
+        Who brings each provider, by kind; clouds of several layers are numbered.
+    particle_fields : tuple of str (L,)
+        The scenario's fields from which the particles of each layer come.
+    model_of : callable
+        Builds the radiance model of the same scene over another sea, or toward another view.
+    code : mapping of str to (str, str, str)
+        Name, version and fingerprint of each provider, on which kept results depend.
+    lines_of_sight : LinesOfSight or None
+        To the sensor; None where its altitude is not known.
     """
 
     entries: Mapping[str, Entry]
@@ -80,13 +85,8 @@ class Assembly:
     sea_wind_speed_m_s: float
     filled_in: tuple[FilledIn, ...]
     slant: SlantPaths
-    shelf: ResultCache
+    code: Mapping[str, tuple[str, str, str]]
     lines_of_sight: LinesOfSight | None = None
-
-    @cached_property
-    def code(self) -> Code:
-        """All code that has a share in the scene's numbers, looked at once: names of kept results go by it."""
-        return code_of(self.entries, self.shelf)
 
     @property
     def view(self) -> View:
@@ -105,26 +105,10 @@ class Assembly:
         """Return the same scene seen along parallel rays from another direction."""
         return replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
 
-    @property
-    def declarations(self) -> tuple[Declares, ...]:
-        """What each provider declares."""
-        clouds = (*(generator.declares for generator in self.generators), self.optics.declares)
-        return (
-            *(clouds if self.generators else ()),
-            self.transmittance.declares,
-            self.sea.declares,
-            self.model.declares,
-        )
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What users should know about profile and providers, whatever is asked for, in order, each once."""
-        return self.notes_where(air=True, particles=True, radiance=True, sunlight=True)
-
-    def notes_where(self, *, air: bool, particles: bool, radiance: bool, sunlight: bool) -> tuple[str, ...]:
-        """What users should know about what a scene makes use of.
-
-        A provider's notes on particles of a phase are told where a layer has them.
+    def notes(
+        self, *, air: bool = True, particles: bool = True, radiance: bool = True, sunlight: bool = True
+    ) -> tuple[str, ...]:
+        """Limits of what a scene makes use of, in words; those of particles of a phase where a layer has them.
 
         Parameters
         ----------
@@ -145,8 +129,10 @@ class Assembly:
 
     @property
     def own_errors(self) -> tuple[str, ...]:
-        """What providers say about their own errors, each once."""
-        return tuple(dict.fromkeys(error for each in self.declarations for error in each.own_errors))
+        """Accuracy that providers state of themselves."""
+        of_clouds = [*(each.declares for each in self.generators), self.optics.declares] if self.generators else []
+        declarations = [*of_clouds, self.transmittance.declares, self.sea.declares, self.model.declares]
+        return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property
     def cloudy_layers(self) -> tuple[bool, ...]:
@@ -189,72 +175,42 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         With every value that does not fit the data or provider it selects.
     """
     builder = Builder(catalog.shelf.get_or_compute("registry", Registry.discover))
-    around: Surroundings | None = None
-    transmittance: TransmittanceProvider | None = None
     sight: LinesOfSight | None = None
     with builder.collect_problems("platform.altitude"):
         sight = lines_of_sight(scenario)
-    bands: list[SpectralBand] = []
-    for index, band in enumerate(scenario.bands):
-        with builder.collect_problems(f"bands[{index}]"):
-            bands.append(spectral_band(band, catalog))
-    atmosphere = scenario.atmosphere
-    with builder.collect_problems("atmosphere.provider", atmosphere.parameters):
-        name = selected(atmosphere, "provider")
-        around = surroundings(scenario, catalog, builder.bound_profile(name, atmosphere.parameters, catalog))
-        inputs = AtmosphereInputs(around.profile, catalog)
-        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
-        owner = f"atmosphere provider '{name}'"
-        _require_bands_inside(bands, transmittance.declares, owner)
-        _require_view_inside(scenario, transmittance.declares, owner)
-    # Where the surroundings have problems the sea is made all the same, to find its own.
-    temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
-    wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
-    sea: SeaModel | None = None
-    with builder.collect_problems("sea.model", scenario.sea.parameters):
-        sea_inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
-        name = selected(scenario.sea, "model")
-        sea = builder.build(Kind.SEA, name, sea_inputs, scenario.sea.parameters)
-        _require_bands_inside(bands, sea.declares, f"sea model '{name}'")
-    optics: Optics | None = None
-    with builder.collect_problems("optics.provider", scenario.optics.parameters):
-        name = selected(scenario.optics, "provider")
-        optics = builder.build(Kind.OPTICS, name, OpticsInputs(catalog), scenario.optics.parameters)
-        if scenario.clouds.layers:
-            _require_bands_inside(bands, optics.declares, f"optics provider '{name}'")
+    bands = _bands(builder, scenario, catalog)
+    around, transmittance = _atmosphere(builder, scenario, catalog, bands)
+    sea = _sea(builder, scenario, catalog, bands, around)
+    optics = _optics(builder, scenario, catalog, bands)
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
     motion = _motion(scenario)
     clouds = assemble_clouds(builder, scenario, catalog, grid, motion, around, slant)
-    layers = tuple(layer for layer, _, _ in clouds)
     builder.raise_problems()
-    assert around is not None
-    assert transmittance is not None
-    assert sea is not None
-    assert optics is not None
+    if around is None or transmittance is None or sea is None or optics is None:
+        raise AssertionError("a provider is missing, and no problem was collected")
+    layers = tuple(layer for layer, _, _ in clouds)
     solar_irradiance = SolarSpectrum(catalog)
-    radiance_inputs = RadianceInputs(
+
+    inputs = RadianceInputs(
         profile=around.profile,
         transmittance=transmittance,
         sea=sea,
         optics=optics,
         layers=layers,
-        sea_temperature_K=temperature,
+        sea_temperature_K=around.sea_temperature_K,
         view=slant.view,
         solar_irradiance=solar_irradiance,
         wind_from_deg=scenario.sea.wind_from,
     )
-    model: RadianceModel | None = None
+    radiance = scenario.radiance
 
-    def model_of(inputs: RadianceInputs) -> RadianceModel:
-        made: RadianceModel = builder.build(
-            Kind.RADIANCE, selected(scenario.radiance, "model"), inputs, scenario.radiance.parameters
-        )
-        return made
+    def model_of(sea: SeaModel, view: View) -> RadianceModel:
+        chosen, other = selected(radiance, "model"), replace(inputs, sea=sea, view=view)
+        model: RadianceModel = builder.build(Kind.RADIANCE, chosen, other, radiance.parameters)
+        return model
 
-    with builder.collect_problems("radiance.model", scenario.radiance.parameters):
-        model = model_of(radiance_inputs)
-    builder.raise_problems()
-    assert model is not None
+    with attribute_to_field("radiance.model", radiance.parameters):
+        model = model_of(sea, slant.view)
     return Assembly(
         entries=builder.entries,
         bands=tuple(bands),
@@ -269,15 +225,71 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembl
         sea=sea,
         optics=optics,
         model=model,
-        model_of=lambda sea, view: model_of(replace(radiance_inputs, sea=sea, view=view)),
+        model_of=model_of,
         solar_irradiance=solar_irradiance,
-        sea_temperature_K=temperature,
-        sea_wind_speed_m_s=wind,
+        sea_temperature_K=around.sea_temperature_K,
+        sea_wind_speed_m_s=around.sea_wind_speed_m_s,
         filled_in=around.filled_in,
         slant=slant,
-        shelf=catalog.shelf,
+        code={
+            name: (entry.qualified_name, entry.version, catalog.shelf.fingerprint(entry.spec.target))
+            for name, entry in builder.entries.items()
+        },
         lines_of_sight=sight,
     )
+
+
+# Each of these returns None where it collects a problem, so that all problems of a scenario are found at once.
+
+
+def _bands(builder: Builder, scenario: Scenario, catalog: Catalog) -> list[SpectralBand]:
+    bands: list[SpectralBand] = []
+    for index, band in enumerate(scenario.bands):
+        with builder.collect_problems(f"bands[{index}]"):
+            bands.append(spectral_band(band, catalog))
+    return bands
+
+
+def _atmosphere(
+    builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand]
+) -> tuple[Surroundings | None, TransmittanceProvider | None]:
+    around: Surroundings | None = None
+    transmittance: TransmittanceProvider | None = None
+    atmosphere = scenario.atmosphere
+    with builder.collect_problems("atmosphere.provider", atmosphere.parameters):
+        name = selected(atmosphere, "provider")
+        around = surroundings(scenario, catalog, builder.bound_profile(name, atmosphere.parameters, catalog))
+        inputs = AtmosphereInputs(around.profile, catalog)
+        transmittance = builder.build(Kind.ATMOSPHERE, name, inputs, atmosphere.parameters)
+        owner = f"atmosphere provider '{name}'"
+        _require_bands_inside(bands, transmittance.declares, owner)
+        _require_view_inside(scenario, transmittance.declares, owner)
+    return around, transmittance
+
+
+def _sea(
+    builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand], around: Surroundings | None
+) -> SeaModel | None:
+    # Where the surroundings have problems the sea is built all the same, to find its own.
+    temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
+    wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
+    sea: SeaModel | None = None
+    with builder.collect_problems("sea.model", scenario.sea.parameters):
+        inputs = SeaInputs(wind, scenario.sea.wind_from, temperature, catalog)
+        name = selected(scenario.sea, "model")
+        sea = builder.build(Kind.SEA, name, inputs, scenario.sea.parameters)
+        _require_bands_inside(bands, sea.declares, f"sea model '{name}'")
+    return sea
+
+
+def _optics(builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand]) -> Optics | None:
+    optics: Optics | None = None
+    with builder.collect_problems("optics.provider", scenario.optics.parameters):
+        name = selected(scenario.optics, "provider")
+        optics = builder.build(Kind.OPTICS, name, OpticsInputs(catalog), scenario.optics.parameters)
+        if scenario.clouds.layers:
+            _require_bands_inside(bands, optics.declares, f"optics provider '{name}'")
+    return optics
 
 
 def _motion(scenario: Scenario) -> Motion:

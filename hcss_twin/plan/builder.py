@@ -1,7 +1,4 @@
-"""Errors of catalogs and providers, told as problems of the scenario's keys.
-
-Make providers from what a scenario names, and gather everything that is wrong on the way.
-"""
+"""Builds the providers that a scenario names, and collects all that is wrong as problems of its keys."""
 
 from __future__ import annotations
 

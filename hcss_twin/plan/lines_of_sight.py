@@ -1,7 +1,4 @@
-"""The lines of sight of a scene whose sensor has a place.
-
-The sun over the frames of a scene.
-"""
+"""Lines of sight of a scene whose sensor has an altitude, and the sun over its frames."""
 
 from __future__ import annotations
 
@@ -47,18 +44,6 @@ def lines_of_sight(scenario: Scenario) -> LinesOfSight | None:
         )
         raise ScenarioError([Problem("platform.altitude", message)])
     return lines
-
-
-def platform_facts(scenario: Scenario, lines: LinesOfSight | None) -> dict[str, float] | None:
-    """Plain values of a platform of known altitude."""
-    if lines is None:
-        return None
-    return {
-        "altitude_m": lines.altitude_m,
-        "slant_range_m": lines.centre_range_m,
-        "pixel_size_m": scenario.image.pixel_size,
-        "ground_speed_m_s": float(scenario.motion.platform_speed),
-    }
 
 
 def detector_notes(scenario: Scenario) -> tuple[str, ...]:

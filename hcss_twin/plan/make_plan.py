@@ -1,8 +1,7 @@
-"""Make the plan of a scenario: resolve and check what it asks for, and decide what it needs."""
+"""Make the plan of a scenario: build its providers, check what it asks for, and decide what a run computes."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from datetime import timedelta
 
 import numpy as np
@@ -10,17 +9,19 @@ import numpy as np
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.plan.assembly import assemble
-from hcss_twin.plan.kept_findings import keep_findings, kept_findings
-from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.omissions.sunlight import SunFrames
-from hcss_twin.plan.output import cube_variables, quantized
-from hcss_twin.plan.plan import Plan, extent_of
+from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.plan.assembly import Assembly, assemble
+from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
+from hcss_twin.plan.output import cube_variables, quantized, wants_radiance
+from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame
-from hcss_twin.plan.sensor import planned_sensor
-from hcss_twin.plan.sensor_margin import with_margin
+from hcss_twin.plan.sensor import planned_sensor, with_margin
 from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
+from hcss_twin.plan.sunlight import SunFrames
+from hcss_twin.plan.waves import NOTE as WAVE_NOTE
+from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import View
+from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
@@ -35,10 +36,9 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True, shelf: ResultCa
     scenario : Scenario
         What to simulate.
     keeps_results : bool
-        Whether cloud optics computed for it, and what the plan finds out, may be kept for later runs, and taken from
-        earlier ones.
+        Whether results of earlier runs in the user's cache may be used, and new ones written there.
     shelf : ResultCache, optional
-        What scenes planned before in this process read already.
+        What scenes planned before in this process read and computed already.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True, shelf: ResultCa
 
 
 def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
-    frames = scenario.frames
+    frames, image = scenario.frames, scenario.image
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
@@ -67,33 +67,40 @@ def _make_plan(scenario: Scenario, catalog: Catalog) -> Plan:
     if scenario.slant.shadows:
         require_sea_sun_terms(assembly.model)
     probe_last_frame(assembly, float(times[-1]))
-    sensor = planned_sensor(scenario, assembly, catalog, extent_of(scenario))
-    findings = kept_findings(scenario, assembly, catalog)
-    waves = None
-    if findings is None:
-        before = catalog.used
-        findings, waves = analyse_scene(scenario, assembly, SunFrames(track, times, zenith, azimuth))
-        if waves is None:
-            keep_findings(scenario, assembly, catalog, before, findings)
-    variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, findings.accuracy)
-    plan = Plan(
+    size = image.rows, image.columns
+    extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)
+    sensor = planned_sensor(scenario, assembly, catalog, extent)
+    analysis = analyse_scene(scenario, assembly, catalog, SunFrames(track, times, zenith, azimuth))
+    waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
+    if sensor is not None:
+        sensor = with_margin(sensor, assembly, waves is not None, analysis.views is not None)
+    variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
+    sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
+    return Plan(
         scenario=scenario,
         catalog=catalog,
         assembly=assembly,
+        bands=assembly.bands,
+        spectral_grid=assembly.spectral_grid,
+        layers=assembly.layers,
+        view=assembly.view,
+        grid=assembly.grid,
+        samples_per_pixel=image.samples_per_pixel,
+        extent=extent,
         frame_times_s=times,
         sun_track=track,
         sun_zenith_deg=zenith,
         sun_azimuth_deg=azimuth,
         variables=variables,
-        skipped=findings.skipped,
+        accuracy=analysis.accuracy,
+        omissions=analysis.omissions,
         filled_in=assembly.filled_in,
+        notes=_notes(scenario, assembly, variables, waves is not None, sunlight),
         waves=waves,
-        accuracy=findings.accuracy,
-        faint_sunlight=findings.faint_sunlight,
+        faint_sunlight=analysis.faint_sunlight,
         sensor=sensor,
-        views=findings.views,
+        views=analysis.views,
     )
-    return plan if sensor is None else replace(plan, sensor=with_margin(plan))
 
 
 def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
@@ -108,3 +115,25 @@ def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
             raise ScenarioError([Problem(field, f"a frame lies {when}; allowed: the years {first} to {last}")])
     place = scenario.place
     return SunTrack(scenario.time, place.latitude, place.longitude, float(scenario.motion.platform_speed))
+
+
+def _notes(
+    scenario: Scenario, assembly: Assembly, variables: tuple[VariableSpec, ...], waves: bool, sunlight: bool
+) -> tuple[str, ...]:
+    """Limits of what this scene makes use of, in words."""
+    radiance, names = wants_radiance(variables), {spec.name for spec in variables}
+    resolution = assembly.transmittance.declares.resolution_cm1
+    atmosphere = assembly.entries[str(Kind.ATMOSPHERE)].name
+    narrow = (
+        f"band '{band.name}' is {band.width_cm1:.3g} cm-1 wide, but the atmosphere '{atmosphere}' knows means over "
+        f"{resolution:g} cm-1: lines within it are not resolved, whatever the accuracy"
+        for band in assembly.bands
+        if radiance and band.width_cm1 < resolution
+    )
+    of_providers = assembly.notes(
+        air="cloud_top_temperature" in names,
+        particles=radiance or "cloud_optical_thickness" in names,
+        radiance=radiance,
+        sunlight=sunlight,
+    )
+    return (*narrow, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))

@@ -1,7 +1,4 @@
-"""The variables of a scene's cube.
-
-Whether and how far the numbers of a cube are rounded, and whether the scenario's accuracy allows it.
-"""
+"""The variables of a scene's cube, and how far their numbers are rounded."""
 
 from __future__ import annotations
 
@@ -65,17 +62,17 @@ def quantized(
     ScenarioError
         If rounding would take more than its share of the scenario's accuracy.
     """
-    asked = scenario.output.quantization
-    if asked == 0.0:
+    requested = scenario.output.quantization
+    if requested == 0.0:
         return variables
     most = LARGEST_SHARE * accuracy.relative
-    if asked > most:
+    if requested > most:
         message = (
-            f"{asked:g} is more than {100 * LARGEST_SHARE:g} % of the accuracy ({accuracy}), the rest of which "
+            f"{requested:g} is more than {100 * LARGEST_SHARE:g} % of the accuracy ({accuracy}), the rest of which "
             f"the radiance needs before it is rounded; allowed: 0 to {most:.3g}; closest valid choice is {most:.3g}"
         )
         raise ScenarioError([Problem("output.quantization", message)])
-    bits = bits_for(asked)
+    bits = bits_for(requested)
     return tuple(_rounded(spec, bits) for spec in variables)
 
 
@@ -92,5 +89,5 @@ def quantization_lines(variables: tuple[VariableSpec, ...], compressed: bool) ->
 def _rounded(spec: VariableSpec, bits: int) -> VariableSpec:
     if np.dtype(spec.dtype) != np.float32 or spec.kind == "geometry":
         return spec
-    kept = bits + TEMPERATURE_BITS if spec.units == "K" else bits
-    return spec if kept >= MANTISSA_BITS else replace(spec, significant_bits=kept)
+    significant = bits + TEMPERATURE_BITS if spec.units == "K" else bits
+    return spec if significant >= MANTISSA_BITS else replace(spec, significant_bits=significant)

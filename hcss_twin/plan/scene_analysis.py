@@ -1,33 +1,114 @@
-"""What would fail half-way through a scene is found out while it is planned: one wavenumber, one pixel.
-
-What a plan finds out by asking the radiance model for a few columns.
-"""
+"""Analysis of a scene before it is computed: the radiance of a few columns shows what fails and what can be omitted."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import dataclasses
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ProviderError, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.plan.accuracy import RequestedAccuracy, requested_accuracy, share_out
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.omissions.bounds import Omission
-from hcss_twin.plan.omissions.omissions import skipped_parts
-from hcss_twin.plan.omissions.sunlight import SunFrames, negligible_sunlight
+from hcss_twin.plan.few_columns import Omission
+from hcss_twin.plan.omissions import list_omissions
 from hcss_twin.plan.output import cube_variables, quantized, wants_radiance
-from hcss_twin.plan.view_choice import choose_views
-from hcss_twin.plan.views import ViewAxis
-from hcss_twin.plan.waves import DrawnWaves, choose_waves
+from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
+from hcss_twin.plan.views import ViewAxis, choose_views
+from hcss_twin.plan.waves import choose_waves
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
+SUNS = 5
+"""Frames whose sun the bound on waves considers."""
+
+
+@dataclass(frozen=True)
+class SceneAnalysis:
+    """Decisions that depend on the radiance of a few columns.
+
+    Attributes
+    ----------
+    accuracy : RequestedAccuracy
+        As a share of the radiance of every band.
+    faint_sunlight : float or None
+        Largest share of sunlight in any band, where radiance is computed without it by day; else None.
+    resolves_waves : bool
+        Whether clear pixels show waves of their own.
+    views : ViewAxis or None
+        Views that have tables; None where that of the image centre stands for all pixels.
+    """
+
+    accuracy: RequestedAccuracy
+    faint_sunlight: float | None
+    resolves_waves: bool
+    omissions: tuple[Omission, ...]
+    views: ViewAxis | None = None
+
+
+def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunFrames) -> SceneAnalysis:
+    """Return the analysis of a scene, or that of an earlier run.
+
+    Raises
+    ------
+    ScenarioError
+        If a provider cannot compute what the scene needs, naming the field.
+    """
+    # Columns do not depend on where clouds are, but on whether there are cloudy and clear columns at all.
+    text = json.loads(scenario.to_json())
+    for layer in text["clouds"]["layers"]:
+        layer["coverage"] = "some" if 0.0 < layer["coverage"] < 1.0 else layer["coverage"]
+        del layer["edge_taper"]
+    parts = {
+        "scenario": {name: value for name, value in text.items() if name not in ("title", "seed", "sensor")},
+        "filled_in": [dataclasses.asdict(each) for each in assembly.filled_in],
+        "files": dict(catalog.used),
+        "code": assembly.code,
+    }
+    key = result_key(parts, catalog.shelf)
+    classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis)
+    return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, sun), classes)
+
+
+def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAnalysis:
+    radiance = wants_radiance(cube_variables(scenario, assembly, True))
+    if radiance:
+        probe_particles(assembly)
+        probe_lowest_sun(assembly, sun)
+    extreme_suns = [position for _, position in sun.extremes(assembly.view)] if radiance else []
+    accuracy = requested_accuracy(scenario, assembly, extreme_suns)
+    views = choose_views(scenario, assembly, extreme_suns, share_out(accuracy.relative).views)
+    suns: list[Sun | None] = [position for _, position in sun.evenly(SUNS)] if radiance else []
+    omitted_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
+    waves = omitted_waves is None
+    variables = quantized(cube_variables(scenario, assembly, waves), scenario, accuracy)
+    faint = None
+    # Its share is judged for one view.
+    if radiance and not waves and views is None and _can_omit_sunlight(assembly, variables):
+        faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
+    possible = cube_variables(scenario, assembly, waves, ("all",))
+    omissions = list_omissions(
+        scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views is not None
+    )
+    # A scene without radiance has no sea whose waves could be omitted.
+    of_waves = (omitted_waves,) if omitted_waves is not None and radiance else ()
+    return SceneAnalysis(accuracy, faint, waves, (*omissions, *of_waves), views)
+
+
+def _can_omit_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:
+    """Whether faint sunlight may be omitted: shadows are made of it, and a term that was asked for would be 0."""
+    terms = {TERM_PREFIX + name for name in assembly.model.solar_terms}
+    return not assembly.slant.shadows and not any(spec.name in terms for spec in variables)
+
 
 def probe_particles(assembly: Assembly) -> None:
-    """Find out now that the optics provider cannot have a layer's particles, or its files; one wavenumber of each."""
+    """Ask for the optics of each layer's particles at one wavenumber, which fails before anything is computed."""
     wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
     problems = []
     for layer, cloudy, field in zip(assembly.layers, assembly.cloudy_layers, assembly.particle_fields, strict=True):
@@ -42,98 +123,69 @@ def probe_particles(assembly: Assembly) -> None:
         raise ScenarioError(list(dict.fromkeys(problems)))
 
 
-def probe_lowest_sun(assembly: Assembly, track: SunTrack, times: Array, zenith_deg: Array) -> None:
-    """Find out now, not after the scene is half computed, that a provider cannot follow the sun so low.
+HIGH_SUN_DEG = 30.0
+"""Zenith of a sun that every radiance model knows."""
 
-    One wavenumber of the columns at the frame with the lowest sun above the horizon.
+
+def probe_lowest_sun(assembly: Assembly, sun: SunFrames) -> None:
+    """Compute one wavenumber of the columns at the frame with the lowest sun above the horizon.
+
+    Raises
+    ------
+    ScenarioError
+        If a provider fails under this sun and not under a high one, naming ``time``.
+    ProviderError
+        If it fails under both.
     """
-    up = np.flatnonzero(zenith_deg < 90.0)
+    up = sun.up
     if up.size == 0:
         return
-    frame = up[np.argmax(zenith_deg[up])]
-    sun = track.at(float(times[frame]))
-    wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
+    frame = up[np.argmax(sun.zenith_deg[up])]
+    lowest = sun.track.at(float(sun.time_s[frame]))
     try:
-        assembly.model.clear(wavenumber, sun)
-        if assembly.has_cloud:
-            assembly.model.cloudy(wavenumber, assembly.extreme_thicknesses_m, sun)
+        _probe(assembly, lowest)
     except ProviderError as error:
+        high = replace(lowest, zenith_deg=min(HIGH_SUN_DEG, lowest.zenith_deg))
+        if _fails(lambda: _probe(assembly, high)):
+            raise
         message = (
-            f"with the sun at zenith {zenith_deg[frame]:.2f} deg (frame {frame}): {error}; allowed: times with the "
+            f"with the sun at zenith {sun.zenith_deg[frame]:.2f} deg (frame {frame}): {error}; allowed: times with the "
             "sun higher or below the horizon"
         )
         raise ScenarioError([Problem("time", message)]) from error
 
 
+def _probe(assembly: Assembly, sun: Sun) -> None:
+    wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
+    assembly.model.clear(wavenumber, sun)
+    if assembly.has_cloud:
+        assembly.model.cloudy(wavenumber, assembly.extreme_thicknesses_m, sun)
+
+
 def probe_last_frame(assembly: Assembly, last_s: float) -> None:
-    """Find out now that a generator cannot follow the motion to the end; one pixel, where it gives windows."""
-    for generator in assembly.generators:
-        if generator.declares.tileable:
-            try:
-                generator.thickness_m(last_s, slice(0, 1), slice(0, 1))
-            except ProviderError as error:
-                raise ScenarioError([Problem("frames", str(error))]) from error
-
-
-SUNS = 5
-"""Frames whose sun the bound on waves considers."""
-
-
-@dataclass(frozen=True)
-class SceneAnalysis:
-    """What was found out.
-
-    Attributes
-    ----------
-    accuracy : RequestedAccuracy
-        As a share of the radiance of every band.
-    faint_sunlight : float or None
-        Largest share of sunlight in any band, where radiance is computed without it by day; else None.
-    skipped : tuple of Omission
-        The ledger.
-    views : ViewAxis or None
-        Views that have tables; None where that of the image centre stands for all pixels.
-    """
-
-    accuracy: RequestedAccuracy
-    faint_sunlight: float | None
-    skipped: tuple[Omission, ...]
-    views: ViewAxis | None = None
-
-
-def analyse_scene(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> tuple[SceneAnalysis, DrawnWaves | None]:
-    """Try what the run will need, and decide what it does without; also the waves to draw, if any.
+    """Ask each generator that gives windows for one pixel of the last frame, as far as which it may not move.
 
     Raises
     ------
     ScenarioError
-        If a provider cannot have what the scene needs, naming the field.
+        If a generator fails there and not at the start, naming ``frames``.
+    ProviderError
+        If it fails at both.
     """
-    radiance = wants_radiance(cube_variables(scenario, assembly, True))
-    if radiance:
-        probe_particles(assembly)
-        probe_lowest_sun(assembly, sun.track, sun.time_s, sun.zenith_deg)
-    telling = [position for _, position in sun.telling(assembly.view)] if radiance else []
-    accuracy = requested_accuracy(scenario, assembly, telling)
-    views = choose_views(scenario, assembly, telling, share_out(accuracy.relative).views)
-    suns: list[Sun | None] = [position for _, position in sun.evenly(SUNS)] if radiance else []
-    waves, no_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
-    drawn = waves is not None
-    variables = quantized(cube_variables(scenario, assembly, drawn), scenario, accuracy)
-    faint = None
-    # Its share is judged for one view.
-    if radiance and not drawn and views is None and _may_lack_sunlight(assembly, variables):
-        faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
-    possible = cube_variables(scenario, assembly, drawn, ("all",))
-    skipped = skipped_parts(
-        scenario, assembly, variables, possible, sun, faint, drawn, accuracy.relative, views is not None
-    )
-    # A scene without radiance has no sea whose waves it could do without.
-    told = (*skipped, *((no_waves,) if no_waves is not None and radiance else ()))
-    return SceneAnalysis(accuracy, faint, told, views), waves
+    pixel = slice(0, 1), slice(0, 1)
+    for generator in assembly.generators:
+        if generator.declares.tileable:
+            try:
+                generator.thickness_m(last_s, *pixel)
+            except ProviderError as error:
+                if _fails(partial(generator.thickness_m, 0.0, *pixel)):
+                    raise
+                raise ScenarioError([Problem("frames", str(error))]) from error
 
 
-def _may_lack_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:
-    """Whether faint sunlight may be left out: shadows are made of it, and a term asked for would be nothing."""
-    terms = {TERM_PREFIX + name for name in assembly.model.solar_terms}
-    return not assembly.slant.shadows and not any(spec.name in terms for spec in variables)
+def _fails(ask: Callable[[], object]) -> bool:
+    try:
+        ask()
+    except ProviderError:
+        return True
+    return False

@@ -1,7 +1,4 @@
-"""The sensor that a scenario's section selects, made for its bands and image.
-
-The sensor of a scenario that is yet to be run.
-"""
+"""The sensor that a scenario's section selects, built for its bands, its image and the scene around it."""
 
 from __future__ import annotations
 
@@ -21,13 +18,14 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.output import cube_variables
 from hcss_twin.plan.windows import Window, length, relative
 from hcss_twin.providers import Grid, Measured, SensorBand, SensorInputs
 from hcss_twin.providers import Sensor as SensorModel
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.guard import guard
-from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION, Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
@@ -37,7 +35,7 @@ ALL = "all"
 
 
 @dataclass(frozen=True)
-class MadeSensor:
+class BuiltSensor:
     """A sensor, built and guarded.
 
     Attributes
@@ -50,10 +48,8 @@ class MadeSensor:
         Who brings the model.
     parameters : mapping
         All of them, with defaults; empty where the model has none.
-    provider : hcss_twin.providers.Sensor
     variables : tuple of VariableSpec
         Measured radiance and what was asked for beside it.
-    seed : int
     inputs : SensorInputs
         What the provider was made from.
     cube : (slice, slice)
@@ -112,8 +108,10 @@ class MadeSensor:
         clean = radiance.astype(np.float64)
         clean.flags.writeable = False
         measured: Measured = self.provider.measure(clean, frame, time_s)
-        kept = relative(self.cube, self.given)
-        return {spec.name: _stored(getattr(measured, spec.name)[:, *kept], spec, self.entry) for spec in self.variables}
+        inner = relative(self.cube, self.given)
+        return {
+            spec.name: _stored(getattr(measured, spec.name)[:, *inner], spec, self.entry) for spec in self.variables
+        }
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for the plan and for the cube's provenance."""
@@ -133,7 +131,7 @@ class MadeSensor:
         }
 
 
-def make_sensor(section: SensorSection, inputs: SensorInputs) -> MadeSensor:
+def make_sensor(section: SensorSection, inputs: SensorInputs) -> BuiltSensor:
     """Build the sensor of a section, for frames that are measured as they are.
 
     Parameters
@@ -165,7 +163,7 @@ def make_sensor(section: SensorSection, inputs: SensorInputs) -> MadeSensor:
     except (TypeError, ValueError) as error:
         raise ProviderError(f"{entry.label}: worked_out cannot be written as JSON: {error}") from error
     variables = measured_variables(_wanted(section.variables, provider.variables, entry))
-    return MadeSensor(section, choice.named, entry, dumped, provider, variables, seed, inputs, _extent(inputs))
+    return BuiltSensor(section, choice.named, entry, dumped, provider, variables, seed, inputs, _extent(inputs))
 
 
 def _extent(inputs: SensorInputs) -> Window:
@@ -204,8 +202,8 @@ def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:
     return tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in bands)
 
 
-def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, extent: Window) -> MadeSensor | None:
-    """Make the sensor of a scenario, if it has one, for the frames of its cube alone.
+def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, extent: Window) -> BuiltSensor | None:
+    """Build the sensor of a scenario, if it has one, for the frames of its cube alone.
 
     Parameters
     ----------
@@ -233,3 +231,84 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
         corner=(extent[0].start, extent[1].start),
     )
     return make_sensor(scenario.sensor, inputs)
+
+
+MAX_MARGIN = 512
+"""Rows, and columns, that are computed beyond an edge, however far a sensor reaches."""
+
+MIRROR_NOTE = (
+    "blur at the edges of the image takes the scene beyond them for its mirror image: pixels no farther from an edge "
+    "than the blur reaches are not those of a larger image"
+)
+
+
+def with_margin(sensor: BuiltSensor, assembly: Assembly, waves: bool, views: bool) -> BuiltSensor:
+    """Return a sensor built for as much of the scene around its cube as it reaches.
+
+    Around a window that is the rest of the image, whatever clouds there are. Beyond the image it is computed where
+    everything that the scene is made of goes on there.
+
+    Parameters
+    ----------
+    waves, views : bool
+        Whether clear pixels show waves, and whether pixels have views of their own.
+    """
+    reach, cube, grid = sensor.reach, sensor.cube, assembly.grid
+    if reach == 0:
+        return replace(sensor, from_scene=True)
+    ends, margin = _where_it_ends(assembly, waves, views), min(reach, MAX_MARGIN)
+    sizes = (grid.rows, grid.columns) if ends is not None else (None, None)
+    rows, columns = (_around(pixels, margin, size) for pixels, size in zip(cube, sizes, strict=True))
+    note = _edge_note((rows, columns), cube, reach, ends)
+    return replace(_built_for((rows, columns), sensor), cube=cube, from_scene=True, edge_note=note)
+
+
+def _where_it_ends(assembly: Assembly, waves: bool, views: bool) -> str | None:
+    """Say what is not known beyond the image; None where everything is."""
+    if views:
+        return "pixels have views of their own, which are known within the image"
+    if waves and assembly.entries[str(Kind.SEA)].distribution != OWN_DISTRIBUTION:
+        return "the waves of this sea model are known within the image"
+    for layer, generator, cloudy in zip(assembly.layers, assembly.generators, assembly.cloudy_layers, strict=True):
+        gives_windows = generator.declares.tileable or sums_up(generator)
+        if cloudy and not (gives_windows and hasattr(generator, "thickness_around_m")):
+            return f"the clouds of '{layer.name}' are known within the image"
+    return None
+
+
+def _around(pixels: slice, margin: int, size: int | None) -> slice:
+    """Pixels with a margin, as far as an image of this size goes; None has no end."""
+    first, end = pixels.start - margin, pixels.stop + margin
+    return slice(first, end) if size is None else slice(max(first, 0), min(end, size))
+
+
+def _edge_note(given: Window, cube: Window, reach: int, ends: str | None) -> str:
+    margins = [
+        size
+        for around, inner in zip(given, cube, strict=True)
+        for size in (inner.start - around.start, around.stop - inner.stop)
+    ]
+    if min(margins) >= reach:
+        return (
+            f"blur at the edges sees the scene as it goes on beyond them: {reach} rows and columns on each side are "
+            "computed for it"
+        )
+    why = f"more than {MAX_MARGIN} are not computed" if ends is None else ends
+    if max(margins) == 0:
+        return f"{MIRROR_NOTE} ({why})"
+    return (
+        f"blur at the edges reaches {reach} pixels: it sees the scene up to {max(margins)} rows and columns beyond "
+        f"them, as computed, and farther out takes it for its mirror image ({why})"
+    )
+
+
+def alone(sensor: BuiltSensor) -> BuiltSensor:
+    """Return a sensor built for its cube alone: beyond the edges it sees the mirror image."""
+    sensor = _built_for(sensor.cube, sensor) if sensor.from_scene else sensor
+    return replace(sensor, edge_note=MIRROR_NOTE if sensor.reach else None)
+
+
+def _built_for(given: Window, sensor: BuiltSensor) -> BuiltSensor:
+    rows, columns = given
+    grid = replace(sensor.inputs.grid, rows=length(rows), columns=length(columns))
+    return make_sensor(sensor.section, replace(sensor.inputs, grid=grid, corner=(rows.start, columns.start)))

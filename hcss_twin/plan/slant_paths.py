@@ -1,6 +1,4 @@
-"""Which terms of a radiance model are direct sunlight reflected by the clear sea.
-
-Where slant paths meet the clouds: displacements of what the sensor sees and of what the sun shines through.
+"""Where slant paths meet the clouds: displacements of what the sensor sees and of what the sun shines through.
 
 A pixel is a point of the sea. The straight line from it at zenith angle theta and azimuth phi passes the height h above
 the point h tan(theta) away, toward phi; x points east and y north. For the line of sight each layer has one height,
@@ -86,7 +84,6 @@ class SlantPaths:
     ----------
     shadows, parallax : bool
         Whether the sun's paths, and those of sight, are slant.
-    view : View
     sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
         At the frames with the sun above the horizon.
     """

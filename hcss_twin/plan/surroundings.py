@@ -31,8 +31,6 @@ class Surroundings:
 
     Attributes
     ----------
-    profile : Profile
-    sea_temperature_K, sea_wind_speed_m_s : float
     filled_in : tuple of FilledIn
         What the scenario left open.
     """
@@ -48,8 +46,6 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
 
     Parameters
     ----------
-    scenario : Scenario
-    catalog : Catalog
     bound : Profile or None
         The one profile the transmittance provider belongs to; None if it takes any.
 
@@ -87,16 +83,16 @@ def _profile(
             return bound
         latitude = scenario.place.latitude
         try:
-            found = climatology.look_up("air_temperature", latitude, scenario.place.longitude, scenario.time)
+            climate = climatology.look_up("air_temperature", latitude, scenario.place.longitude, scenario.time)
         except CatalogError:
             # Land and ice have an atmosphere too; latitude and season are known everywhere.
             name = calendar_model(latitude, scenario.time.astimezone(UTC).month)
             why = "by latitude and season; the climatology has no air temperature there"
         else:
-            name = closest_model(latitude, found.value)
+            name = closest_model(latitude, climate.value)
             why = (
-                f"model atmosphere of this latitude closest to the air temperature of {found.value:.2f} K in "
-                f"{_source(scenario, found)}"
+                f"model atmosphere of this latitude closest to the air temperature of {climate.value:.2f} K in "
+                f"{_source(scenario, climate)}"
             )
         filled.append(FilledIn(field, name, why))
         return load_profile(name, catalog)
@@ -133,16 +129,16 @@ def _from_climatology(
     """Look a value up and say so; where there is none, add a problem and return NaN."""
     place = scenario.place
     try:
-        found = climatology.look_up(quantity, place.latitude, place.longitude, scenario.time)
+        climate = climatology.look_up(quantity, place.latitude, place.longitude, scenario.time)
     except CatalogError as error:
         problems.append(Problem(field, str(error)))
         return math.nan
     unit = {"sea_surface_temperature": "K", "wind_speed": "m/s"}[quantity]
-    filled.append(FilledIn(field, f"{found.value:.2f} {unit}", _source(scenario, found)))
-    return found.value
+    filled.append(FilledIn(field, f"{climate.value:.2f} {unit}", _source(scenario, climate)))
+    return climate.value
 
 
-def _source(scenario: Scenario, found: Climate) -> str:
+def _source(scenario: Scenario, climate: Climate) -> str:
     day = scenario.time.astimezone(UTC)
     text = f"the climatology {NAME}, {day:%B} {day.day}"
-    return f"{text}, from reports {found.distance_km:.0f} km away" if found.distance_km else text
+    return f"{text}, from reports {climate.distance_km:.0f} km away" if climate.distance_km else text

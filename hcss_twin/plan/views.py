@@ -1,20 +1,24 @@
-"""The directions of view for which a scene has tables, and what each counts in a pixel.
+"""Views of an image whose pixels have directions of their own: whether they need them, and at how many nodes.
 
-Radiance of one column is a smooth function of where in the image it lies. It is known at Chebyshev's nodes of x and of
-y, from edge to edge of the image; a pixel has the value of the polynomial through them.
+Radiance of one column is a smooth function of where in the image it lies. It is computed at Chebyshev's nodes of x and
+of y, from edge to edge of the image; a pixel has the value of the polynomial through them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.providers import Grid, View
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
+from hcss_twin.providers import Grid, Sun, View
+from hcss_twin.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,6 @@ class ImageViews:
     ----------
     grid : Grid
         The image, in pixels.
-    lines : LinesOfSight
     """
 
     grid: Grid
@@ -153,3 +156,113 @@ def difference(guess: Array, exact: Array) -> float:
 def _centres(count: int) -> Array:
     """Places of pixel centres along one axis."""
     return (2.0 * np.arange(count) + 1.0 - count) / count
+
+
+MAX_ORDER = 16
+"""Along either axis."""
+
+MAX_NODES = 200
+"""Each has tables of its own."""
+
+
+def choose_views(
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], tolerance: float
+) -> ViewAxis | None:
+    """Choose the views that a scene has tables for; None where that of the image centre stands for all.
+
+    That is so where the sensor's altitude is not known, where the change over the image keeps the tolerance, and where
+    providers do not know other views, which the ledger tells.
+
+    Parameters
+    ----------
+    suns : sequence of Sun or None
+        Of some frames; empty where no radiance is wanted.
+    tolerance : float
+        Relative to the total radiance of the band.
+
+    Raises
+    ------
+    ScenarioError
+        If pixels need views of their own beside what cannot be had with them.
+    """
+    if assembly.lines_of_sight is None or not suns:
+        return None
+    views = ImageViews(assembly.grid, assembly.lines_of_sight)
+    low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
+    corners = views.at([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+    if not all(low <= view.zenith_deg <= high for view in corners):
+        return None
+    # Few columns show less than all of them may.
+    each = 0.5 * tolerance / SAFETY_FACTOR
+    try:
+        values = _columns(assembly, views, suns)
+        (x, x_error), (y, y_error) = (place_axis(values, along_x, each, MAX_ORDER) for along_x in (True, False))
+    except (ProviderError, ScenarioError):
+        return None
+    if x == y == 0:
+        return None
+    _refuse_beside(scenario, tolerance)
+    error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
+    if error > tolerance or nodes > MAX_NODES:
+        many = f"{x + 1} x {y + 1} views"
+        limit = (
+            f"an error of {error:.1e} of the radiance remains with {many}, the most along an axis are "
+            f"{MAX_ORDER + 1}; allowed: an error of {tolerance:.1e}"
+            if error > tolerance
+            else f"an error below {tolerance:.1e} of the radiance needs {many}, which are {nodes}; allowed: up to "
+            f"{MAX_NODES} views"
+        )
+        message = (
+            f"{scenario.accuracy}: the view changes over the image: {limit}, with a lower accuracy or a smaller image"
+        )
+        raise ScenarioError([Problem("accuracy", message)])
+    return ViewAxis(x, y, error)
+
+
+def _columns(assembly: Assembly, views: ImageViews, suns: Sequence[Sun | None]) -> Values:
+    """Return terms of clear sky and of few clouds under the suns as a function of the place; each is computed once."""
+    columns = _few(assembly)
+    known: dict[tuple[float, float], Array] = {}
+
+    def values(x: float, y: float) -> Array:
+        if (x, y) not in known:
+            model = assembly.model_toward(views.at([(x, y)])[0])
+            under = [columns.terms(model, sun) for sun in suns]
+            known[x, y] = np.concatenate([np.stack(list(terms.values()), axis=1) for terms in under])
+        return known[x, y]
+
+    return values
+
+
+def _few(assembly: Assembly) -> FewColumns:
+    """Columns that bound the scene, and a middling cloud of each layer alone."""
+    columns = few_columns(assembly)
+    middling = [
+        np.sqrt(layer.thickness_min_m * layer.thickness_max_m) * np.eye(len(assembly.layers))[index]
+        for index, (layer, cloudy) in enumerate(zip(assembly.layers, assembly.cloudy_layers, strict=True))
+        if cloudy
+    ]
+    if not middling:
+        return columns
+    return replace(columns, thickness_m=np.concatenate((columns.thickness_m, np.array(middling))))
+
+
+def _refuse_beside(scenario: Scenario, tolerance: float) -> None:
+    """Refuse what is made for one view of all pixels."""
+    beside = {
+        "slant.shadows": (scenario.slant.shadows, "false"),
+        "slant.parallax": (scenario.slant.parallax, "false"),
+        "sea.waves": (scenario.sea.waves != "averaged", "'averaged'"),
+    }
+    problems = [
+        Problem(
+            field,
+            "is made for one view, and here pixels need views of their own: the view changes the radiance over the "
+            f"image by more than {tolerance:.1e}; allowed: {allowed}, a smaller image, a lower accuracy, or no "
+            "platform.altitude",
+        )
+        for field, (wanted, allowed) in beside.items()
+        if wanted
+    ]
+    if problems:
+        raise ScenarioError(problems)

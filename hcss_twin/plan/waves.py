@@ -1,13 +1,11 @@
-"""How much resolved waves could change the radiance of clear pixels: a bound that costs no table.
-
-Whether a scene draws the waves that its pixels resolve, or averages over them; the bound of what that costs.
-"""
+"""Whether clear pixels show the waves that they resolve or the mean sea, and a bound of the difference."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +18,7 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.omissions.bounds import Omission
+from hcss_twin.plan.few_columns import Omission
 from hcss_twin.providers import Grid, Sun, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
 
@@ -98,14 +96,14 @@ def _glint(assembly: Assembly, wavenumber_cm1: Array, mu: Array, sun: Sun) -> Ar
 
 
 WAVES = "waves as shapes"
-DRAWN_NOTE = "sea: waves are drawn in clear sky only; under clouds the sea is the mean one"
+NOTE = "sea: waves are drawn in clear sky only; under clouds the sea is the mean one"
 
 _SEED_KEY = 2**16
 """Keeps the seed of the waves apart from those of the cloud layers, which are counted from 0."""
 
 
 @dataclass(frozen=True)
-class DrawnWaves:
+class PlannedWaves:
     """Waves that a scene draws.
 
     Attributes
@@ -125,8 +123,8 @@ class DrawnWaves:
 
 def choose_waves(
     scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
-) -> tuple[DrawnWaves | None, Omission | None]:
-    """Return the waves to draw, or what is to be said about leaving them out.
+) -> Omission | None:
+    """Return what is omitted where pixels show no waves of their own; None where they do.
 
     Parameters
     ----------
@@ -138,9 +136,9 @@ def choose_waves(
     Raises
     ------
     ScenarioError
-        If waves are asked for that the sea model does not have.
+        If the scenario asks for waves that the sea model does not have.
     """
-    sea, mode, samples = assembly.sea, scenario.sea.waves, scenario.image.samples_per_pixel
+    sea, mode = assembly.sea, scenario.sea.waves
     able = hasattr(sea, "wave_slope_rms") and hasattr(sea, "wave_field") and hasattr(sea, "tilted")
     if mode == "resolved" and not able:
         message = (
@@ -148,51 +146,56 @@ def choose_waves(
             "or sea.model = 'rough-sea'"
         )
         raise ScenarioError([Problem("sea.waves", message)])
-    if mode != "averaged" and scenario.slant.shadows:
-        if mode == "resolved":
-            message = (
-                "'resolved' with slant.shadows = true: the glint of tilted parts in shadow is not known; allowed: "
-                "'averaged', or slant.shadows = false"
-            )
-            raise ScenarioError([Problem("sea.waves", message)])
-        able = False
+    if mode == "resolved" and scenario.slant.shadows:
+        message = (
+            "'resolved' with slant.shadows = true: the glint of tilted parts in shadow is not known; allowed: "
+            "'averaged', or slant.shadows = false"
+        )
+        raise ScenarioError([Problem("sea.waves", message)])
     if not hasattr(sea, "wave_slope_rms"):
-        return None, Omission(WAVES, "the sea model does not know how long its waves are", None)
-    pixel_m = assembly.grid.pixel_size_m
-    points = Grid(assembly.grid.rows * samples, assembly.grid.columns * samples, pixel_m / samples)
-    rms = sea.wave_slope_rms(points.pixel_size_m)
-    if max(rms) == 0.0:
-        return None, Omission(WAVES, "no wind raises waves", 0.0)
-    if mode != "resolved" and not assembly.has_clear_sky:
-        return None, Omission(WAVES, "cloud covers every pixel, and waves are drawn in clear sky only", 0.0)
-    if mode != "resolved":
-        left_out = _left_out(scenario, able, assembly, suns, accuracy)
-        if left_out is not None:
-            return None, left_out
-    with attribute_to_field("sea.waves", scenario.sea.parameters):
-        # Whether the facets can be divided at all is known only by trying.
-        sea.tilted(0.0, 0.0, points.pixel_size_m)  # type: ignore[attr-defined]
-        shapes = sea.wave_field(points, assembly.motion, wave_seed(scenario.seed))  # type: ignore[attr-defined]
-    return DrawnWaves(shapes, rms, points.pixel_size_m), None
-
-
-def _left_out(
-    scenario: Scenario, able: bool, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
-) -> Omission | None:
-    """Say why waves are left out, with the bound; None if they are to be drawn."""
-    sea, bound = assembly.sea, None
-    if not suns:
-        bound = 0.0
-    elif hasattr(sea, "mean_square_slope"):
-        rms = sea.wave_slope_rms(assembly.grid.pixel_size_m)  # type: ignore[attr-defined]
+        return Omission(WAVES, "the sea model does not know how long its waves are", None)
+    points = _points(scenario, assembly)
+    if max(sea.wave_slope_rms(points.pixel_size_m)) == 0.0:
+        wind, size = assembly.sea_wind_speed_m_s, points.pixel_size_m
+        short = f"a wind of {wind:.3g} m/s raises no waves longer than two points of {size:g} m; slopes are averaged"
+        return Omission(WAVES, short if wind > 0.0 else "no wind raises waves", 0.0)
+    if mode == "resolved":
+        return None
+    if not assembly.has_clear_sky:
+        return Omission(WAVES, "cloud covers every pixel, and waves are resolved in clear sky only", 0.0)
+    bound = None if suns else 0.0
+    if suns and hasattr(sea, "mean_square_slope"):
+        rms = sea.wave_slope_rms(assembly.grid.pixel_size_m)
         bound = wave_bound(assembly, rms, scenario.sea.wind_from, suns)
-    if scenario.sea.waves == "averaged":
+    if mode == "averaged":
         return Omission(WAVES, 'sea.waves = "averaged": every clear pixel is the mean sea', bound)
-    if not able:
+    if not able or scenario.slant.shadows:
         return Omission(WAVES, "the sea model has no waves as shapes, or shadows need the mean sea", bound)
     if bound is not None and bound <= accuracy:
         return Omission(WAVES, "they would change less than the accuracy asked for", bound)
     return None
+
+
+def resolve_waves(scenario: Scenario, assembly: Assembly) -> PlannedWaves:
+    """Return the waves at the points of the image.
+
+    Raises
+    ------
+    ScenarioError
+        If the facets of the sea cannot be divided into resolved and averaged slopes.
+    """
+    sea: Any = assembly.sea
+    points = _points(scenario, assembly)
+    with attribute_to_field("sea.waves", scenario.sea.parameters):
+        # Only trying shows whether the facets can be divided.
+        sea.tilted(0.0, 0.0, points.pixel_size_m)
+        shapes = sea.wave_field(points, assembly.motion, wave_seed(scenario.seed))
+    return PlannedWaves(shapes, sea.wave_slope_rms(points.pixel_size_m), points.pixel_size_m)
+
+
+def _points(scenario: Scenario, assembly: Assembly) -> Grid:
+    grid, samples = assembly.grid, scenario.image.samples_per_pixel
+    return Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
 
 
 def wave_seed(seed: int) -> int:

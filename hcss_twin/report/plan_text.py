@@ -10,11 +10,11 @@ import textwrap
 from collections.abc import Iterator
 
 from hcss_twin.plan.accuracy import SHARES
-from hcss_twin.plan.cloud_assembly import told
-from hcss_twin.plan.omissions.bounds import Omission
+from hcss_twin.plan.description import describe_particles
+from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import MadeSensor
+from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.providers import CloudLayer
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
@@ -27,19 +27,19 @@ def left_out(plan: Plan) -> Iterator[tuple[str, str]]:
     # Of several layers the ledger names the layer, too.
     own = {
         (what if len(plan.layers) == 1 else f"{layer.name}: {what}"): what
-        for layer, generator in zip(plan.layers, plan.generators, strict=True)
+        for layer, generator in zip(plan.layers, plan.assembly.generators, strict=True)
         for what, _ in getattr(generator, "skipped", ())
     }
-    bounded = [item for item in plan.skipped if item.bound]
+    bounded = [item for item in plan.omissions if item.bound]
     for item in sorted(bounded, key=lambda item: -(item.bound or 0.0)):
         yield _share(item.bound or 0.0), _told(item)
-    for item in plan.skipped:
+    for item in plan.omissions:
         if item.bound is None and item.what not in own:
             yield "unknown", _told(item)
-    nothing = [item for item in plan.skipped if item.bound == 0.0]
+    nothing = [item for item in plan.omissions if item.bound == 0.0]
     if nothing:
         yield "nothing", "; ".join(f"{item.what} ({_reason(item.why)})" for item in nothing)
-    details = [own[item.what] for item in plan.skipped if item.bound is None and item.what in own]
+    details = [own[item.what] for item in plan.omissions if item.bound is None and item.what in own]
     if details:
         yield "in law", f"equal in law or nearly, not by pixel: {'; '.join(_gathered(details))}"
 
@@ -103,7 +103,7 @@ def _rows(plan: Plan) -> Iterator[tuple[str, str]]:
             f"{plan.assembly.sea_temperature_K:.5g} K, wind {plan.assembly.sea_wind_speed_m_s:.4g} m/s from "
             f"{sea.wind_from:g} deg, waves {waves}; {_named(entries['sea'])}",
         )
-        yield "atmosphere", f"{plan.profile.name}; {_named(entries['atmosphere'])}"
+        yield "atmosphere", f"{plan.assembly.profile.name}; {_named(entries['atmosphere'])}"
     if plan.needs_radiance or any("band" in spec.dims for spec in plan.variables):
         bands = (f"{band.name} ({band.lower_um:g}-{band.upper_um:g} um)" for band in plan.bands)
         yield "bands", ", ".join(bands)
@@ -176,7 +176,7 @@ def _clouds(plan: Plan) -> Iterator[tuple[str, str]]:
         yield "clouds", "none"
         return
     entries = plan.assembly.entries
-    for index, (layer, generator) in enumerate(zip(plan.layers, plan.generators, strict=True)):
+    for index, (layer, generator) in enumerate(zip(plan.layers, plan.assembly.generators, strict=True)):
         entry = entries["clouds" if len(plan.layers) == 1 else f"clouds[{index}]"]
         of_image = getattr(generator, "image_coverage", None)
         coverage = f"{layer.coverage:g}" + (" of the sky in the mean" if layer.coverage_mode == "field" else "")
@@ -193,15 +193,15 @@ def _clouds(plan: Plan) -> Iterator[tuple[str, str]]:
     shapes = "shapes are frozen"
     if motion.evolution_time != "frozen":
         shapes = f"shapes change in {motion.evolution_time:g} s"
-    if not any(generator.declares.evolves for generator in plan.generators):
+    if not any(generator.declares.evolves for generator in plan.assembly.generators):
         shapes = "shapes are frozen"
     yield "wind", f"carries clouds at {motion.wind_speed:g} m/s from {motion.wind_from:g} deg; {shapes}"
 
 
 def _particles(layer: CloudLayer, plan: Plan) -> str:
-    about = told(layer)
+    about = describe_particles(layer)
     if layer.temperature_K is None:
-        temperature = f"{float(plan.profile.temperature_at(layer.top_m)):.4g} K at the top"
+        temperature = f"{float(plan.assembly.profile.temperature_at(layer.top_m)):.4g} K at the top"
     else:
         temperature = f"{layer.temperature_K:g} K"
     return (
@@ -228,7 +228,7 @@ def _output(plan: Plan) -> Iterator[tuple[str, str]]:
         yield "accuracy", f"{plan.accuracy}; of it {_shares(plan)}"
 
 
-def _sensor(sensor: MadeSensor) -> Iterator[tuple[str, str]]:
+def _sensor(sensor: BuiltSensor) -> Iterator[tuple[str, str]]:
     measured = ", ".join(spec.name for spec in sensor.variables)
     yield "sensor", f"{sensor.title} ({_named(sensor.entry)}); a cube of its own: {measured}"
     for note in sensor.notes:
@@ -242,16 +242,16 @@ def _named(entry: Entry) -> str:
 
 def _shares(plan: Plan) -> str:
     """What each approximation that the scene makes may have of the accuracy."""
-    several = sum(plan.cloudy_layers) > 1
+    several = sum(plan.assembly.cloudy_layers) > 1
     made = {
-        "thickness": any(plan.cloudy_layers),
+        "thickness": any(plan.assembly.cloudy_layers),
         "two_layers": several,
         "faint_sunlight": plan.faint_sunlight is not None,
         "waves": plan.waves is not None,
         "views": plan.views is not None,
         "shadows": plan.scenario.slant.shadows,
         "time": plan.sun_matters and plan.frame_times_s.size > 1,
-        "other_instants": plan.sun_matters and plan.frame_times_s.size > 1 and any(plan.cloudy_layers),
+        "other_instants": plan.sun_matters and plan.frame_times_s.size > 1 and any(plan.assembly.cloudy_layers),
     }
     shares = (f"{100 * share:g} % {name.replace('_', ' ')}" for name, share in SHARES.items() if made.get(name, True))
     return ", ".join(shares)

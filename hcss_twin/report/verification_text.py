@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from hcss_twin.engine.recorded import TOLERANCE, Change, Place, VariableCheck, Verdict, Verification
+from hcss_twin.engine.cube_comparison import TOLERANCE, ValueAt, VariableCheck
+from hcss_twin.engine.provenance import Change
+from hcss_twin.engine.verification import Verdict, Verification
 
 _RULES = {
     "value": "relative to the value",
@@ -81,7 +83,7 @@ def _variable(check: VariableCheck) -> Iterator[str]:
         yield f"              most at {_place(check.largest_at)}"
 
 
-def _place(place: Place) -> str:
+def _place(place: ValueAt) -> str:
     position = ", ".join(f"{name} {value}" for name, value in place.position.items())
     where = f"{position}: " if position else ""
     return f"{where}{place.cube:.9g} in the cube, {place.recomputed:.9g} recomputed"

@@ -12,7 +12,7 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.cube import geometry
 from hcss_twin.cube.variables import GEOMETRY
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import verify_cube
 
 SMALL = {
     **CHEAP,

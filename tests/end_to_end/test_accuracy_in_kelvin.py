@@ -9,6 +9,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.accuracy import SHARES, share_out
+from hcss_twin.plan.description import describe
 
 SMALL = {
     **CHEAP,
@@ -80,13 +81,13 @@ def test_text_with_a_unit_is_what_it_stands_for(given, same):
 
 def test_shares_leave_room_for_what_is_not_measured():
     budget = share_out(1e-3)
-    assert budget.as_dict() == {name: pytest.approx(1e-3 * share) for name, share in SHARES.items()}
+    assert vars(budget) == {name: pytest.approx(1e-3 * share) for name, share in SHARES.items()}
     assert budget.total < 0.7e-3
 
 
 def test_plan_and_cube_tell_what_each_approximation_may_err_by_and_what_it_found():
     scenario = Scenario.load("stratus", {**SMALL, "accuracy": 1e-3})
-    allowed = make_plan(scenario).as_dict()["accuracy"]
+    allowed = describe(make_plan(scenario))["accuracy"]
     found = json.loads(simulate(scenario).attrs["hcss_table_errors"])
     assert allowed["relative"] == 1e-3
     assert set(found) == set(allowed["budget"])

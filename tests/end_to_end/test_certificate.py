@@ -82,7 +82,7 @@ def test_the_achieved_error_is_that_of_the_cube_against_the_reference():
     )
     made, plan = simulate(scenario), make_plan(scenario)
     thickness = np.minimum(made.cloud_thickness.values.ravel().astype(float), plan.layers[0].thickness_max_m)
-    exact = reference_radiance(plan.model, plan.spectral_grid, thickness, plan.sun_at(0.0))
+    exact = reference_radiance(plan.assembly.model, plan.spectral_grid, thickness, plan.sun_at(0.0))
     error = np.abs(made.radiance.values[0].reshape(2, -1).T / exact - 1.0).max(axis=0)
     achieved = json.loads(made.attrs["hcss_accuracy_achieved"])
     np.testing.assert_allclose(list(achieved.values()), error, rtol=6e-3)
@@ -118,7 +118,12 @@ def test_the_command_prints_the_certificate_and_answers_in_json(tmp_path):
     assert told.exit_code == 0, told.output
     assert "PASSED: 24 random pixels" in told.stdout
     assert "requested 0.001, estimated" in told.stdout
-    assert "checked pixels" in told.stdout
+    assert "checked pixels" not in told.stdout
+    whole = CliRunner().invoke(cli, ["run", "stratus", "-o", str(tmp_path / "v.nc"), "--verbose", *arguments()])
+    with open_cube(tmp_path / "v.nc") as made:
+        lines = made.attrs["hcss_certificate"].split("; ")
+    assert len(lines) > 4
+    assert all(line in whole.stdout for line in lines)
     answer = CliRunner().invoke(cli, ["run", "stratus", "-o", str(tmp_path / "b.nc"), "--json", *arguments()])
     certificate = json.loads(answer.stdout)["certificate"]
     assert certificate["passed"] is True

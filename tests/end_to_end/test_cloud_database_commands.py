@@ -149,7 +149,7 @@ def test_scattered_clouds_of_an_entry_become_a_push_broom_scene(here):
         np.testing.assert_array_equal(thickness[1, :, :-4], thickness[0, :, 4:])
         assert any("sea.nc" in str(value) for value in cube.attrs.values())
     plan = make_plan(Scenario.load("scene.toml", CHEAP))
-    assert any("in the mean over the unbounded sky" in note for note in plan.assembly.notes)
+    assert any("in the mean over the unbounded sky" in note for note in plan.assembly.notes())
 
 
 def test_an_entry_that_is_not_there_is_named_with_the_closest(here):

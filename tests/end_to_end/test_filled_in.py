@@ -101,7 +101,7 @@ def test_what_a_scenario_says_is_not_filled_in_and_the_climatology_is_not_opened
 
 def test_the_table_keeps_its_profile_everywhere():
     plan = make_plan(Scenario.from_toml(CLEAR, {**TABLE, "place": {"latitude": 0.0, "longitude": -150.0}}))
-    assert plan.profile.name == "us-standard-1976"
+    assert plan.assembly.profile.name == "us-standard-1976"
     assert "provider 'table'" in filled(plan)["atmosphere.profile"].why
 
 
@@ -124,7 +124,7 @@ def test_a_provider_of_any_profile_gets_the_model_for_place_and_date(any_air, la
         "time": f"2024-{month:02d}-15T00:00:00+00:00",
     }
     plan = make_plan(Scenario.from_toml(CLEAR, overrides))
-    assert plan.profile.name == profile
+    assert plan.assembly.profile.name == profile
     assert "air temperature of" in filled(plan)["atmosphere.profile"].why
 
 
@@ -144,7 +144,7 @@ def test_on_land_latitude_and_season_choose_the_air(any_air):
         "sea.wind_speed": 5.0,
     }
     plan = make_plan(Scenario.from_toml(CLEAR, overrides))
-    assert plan.profile.name == "subarctic-summer"
+    assert plan.assembly.profile.name == "subarctic-summer"
     assert "latitude and season" in filled(plan)["atmosphere.profile"].why
 
 
@@ -152,10 +152,10 @@ class TestWaterVapour:
     def test_factor_and_column(self, any_air):
         base = {**any_air, "atmosphere.profile": "midlatitude-winter"}
         half = make_plan(Scenario.from_toml(CLEAR, {**base, "atmosphere.water_vapour_scale": 0.5}))
-        assert water_vapour_column_kg_m2(half.profile) == pytest.approx(4.26, abs=0.01)
+        assert water_vapour_column_kg_m2(half.assembly.profile) == pytest.approx(4.26, abs=0.01)
         four = make_plan(Scenario.from_toml(CLEAR, {**base, "atmosphere.water_vapour_column": 4.0}))
-        assert water_vapour_column_kg_m2(four.profile) == pytest.approx(4.0)
-        assert any("water vapour times" in note for note in four.assembly.notes)
+        assert water_vapour_column_kg_m2(four.assembly.profile) == pytest.approx(4.0)
+        assert any("water vapour times" in note for note in four.assembly.notes())
 
     def test_more_than_the_air_can_hold(self, any_air):
         base = {**any_air, "atmosphere.profile": "midlatitude-winter"}

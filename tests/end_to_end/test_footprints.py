@@ -11,6 +11,7 @@ from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
+from hcss_twin.plan.description import describe
 from hcss_twin.plan.windows import windows
 from hcss_twin.report.plan_text import plan_text
 
@@ -183,6 +184,6 @@ def test_the_size_of_an_images_pixels_is_that_of_the_points():
 
 def test_the_plan_says_how_many_points_a_pixel_has():
     plan = make_plan(scenario([], 4))
-    assert plan.as_dict()["samples_per_pixel"] == 4
+    assert describe(plan)["samples_per_pixel"] == 4
     assert "mean of 4 x 4 points, 10 m apart" in plan_text(plan)
     assert "points" not in plan_text(make_plan(scenario([])))

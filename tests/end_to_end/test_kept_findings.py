@@ -6,11 +6,12 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan
-from hcss_twin.core.cache import top_level
+from hcss_twin.core import cache, result_cache
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.radiance.as_printed import AsPrinted
-from hcss_twin.plan import kept_findings, kept_results, scene_analysis
-from hcss_twin.plan import plan as planning
+from hcss_twin.plan import make_plan as planning
+from hcss_twin.plan import scene_analysis
+from hcss_twin.plan.description import describe
 
 SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands": ["mwir-3.7", "lwir-10.8"]}
 
@@ -18,7 +19,7 @@ SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands
 @pytest.fixture(autouse=True)
 def _kept(monkeypatch, tmp_path):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr("hcss_twin.plan.make_plan.kept_findings", kept_findings.kept_findings)
+    monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", cache.recall_or_compute)
 
 
 @pytest.fixture
@@ -40,8 +41,8 @@ def test_a_second_plan_asks_the_model_for_nothing_and_is_the_same(asked):
     asked.clear()
     second = plan()
     assert not asked
-    assert second.skipped == first.skipped
-    assert second.as_dict() == first.as_dict()
+    assert second.omissions == first.omissions
+    assert describe(second) == describe(first)
     assert second.catalog.used == first.catalog.used
 
 
@@ -72,11 +73,11 @@ def test_what_findings_do_not_depend_on_finds_the_same(asked, changes, monkeypat
     asked.clear()
     kept = plan(**changes)
     assert not asked
-    monkeypatch.setattr("hcss_twin.plan.make_plan.kept_findings", lambda *_: None)
+    monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", lambda *each: each[3]())
     anew = plan(**changes)
     assert asked
-    assert kept.skipped == anew.skipped
-    assert kept.as_dict() == anew.as_dict()
+    assert kept.omissions == anew.omissions
+    assert describe(kept) == describe(anew)
 
 
 def test_a_changed_file_is_found_out_anew(asked, tmp_path):
@@ -95,7 +96,7 @@ def test_a_changed_file_is_found_out_anew(asked, tmp_path):
 def test_other_code_is_found_out_anew(asked, monkeypatch):
     plan()
     asked.clear()
-    monkeypatch.setattr(kept_results, "package_fingerprint", lambda _: "another")
+    monkeypatch.setattr(result_cache, "package_fingerprint", lambda _: "another")
     plan()
     assert asked
 
@@ -105,7 +106,7 @@ def test_a_damaged_file_is_made_again(asked, tmp_path):
     (kept,) = (tmp_path / "cache" / "plans").glob("*.npz")
     kept.write_bytes(b"no archive")
     asked.clear()
-    assert plan().skipped == first.skipped
+    assert plan().omissions == first.omissions
     assert asked
     asked.clear()
     plan()
@@ -169,7 +170,3 @@ def test_files_that_changed_are_not_recorded_as_read(tmp_path):
     assert not second.used
     assert second.unchanged({name: digest for name, digest in first.used.items() if "same" in name})
     assert [*second.used] == [str(same)]
-
-
-def test_the_package_of_a_target_is_known_by_its_first_part():
-    assert [top_level(each) for each in ("one.sea.rough:Sea", "one:Sea", "one.sea:Sea")] == ["one"] * 3

@@ -14,14 +14,13 @@ from cheap import CHEAP, CHEAP_OPTIONS
 
 from hcss_twin import ProviderError, Scenario, ScenarioError, make_plan, open_cube, simulate
 from hcss_twin.cube.geometry import footprint
-from hcss_twin.engine import tiles as tiles_module
+from hcss_twin.engine import parts as tiles_module
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.parts import parts_of, stream_parts
+from hcss_twin.engine.parts import parts_of, stream_parts, tile_shape, tiles
 from hcss_twin.engine.simulate import cube_header, run
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.tiles import tile_shape, tiles
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import verify_cube
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 
 SMALL = {

@@ -10,7 +10,8 @@ from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.models.radiance.reference import reference_radiance
-from hcss_twin.plan.cloud_assembly import layer_seed
+from hcss_twin.plan.clouds import layer_seed
+from hcss_twin.plan.description import describe
 from hcss_twin.report.plan_text import plan_text
 
 BASE = {
@@ -86,7 +87,10 @@ def test_where_one_layer_has_cloud_the_radiance_is_that_of_its_own_scene(both):
         assert where.any()
         plan = make_plan(scenario(layer))
         exact = reference_radiance(
-            plan.model, plan.spectral_grid, thickness.sel(layer=name).values[where][:10], plan.sun_track.at(0.0)
+            plan.assembly.model,
+            plan.spectral_grid,
+            thickness.sel(layer=name).values[where][:10],
+            plan.sun_track.at(0.0),
         )
         np.testing.assert_allclose(both.radiance[0].values[:, where][:, :10].T, exact, rtol=1e-4 + 3e-7)
 
@@ -119,12 +123,17 @@ def assert_tables_agree_with_the_reference_path(changes):
     random = np.random.default_rng(0)
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
         thickness = np.stack(
-            [generator.thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel() for generator in plan.generators],
+            [
+                generator.thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel()
+                for generator in plan.assembly.generators
+            ],
             axis=1,
         )
         chosen = random.choice(np.flatnonzero(np.all(thickness > 0, axis=1)), 12)
         sun = plan.sun_track.at(float(time_s))
-        exact = reference_radiance(plan.model, plan.spectral_grid, thickness[chosen], sun if sun.is_up else None)
+        exact = reference_radiance(
+            plan.assembly.model, plan.spectral_grid, thickness[chosen], sun if sun.is_up else None
+        )
         found = frame["radiance"].reshape(BANDS, -1)[:, chosen].T
         np.testing.assert_allclose(found, exact, rtol=plan.budget.total + 3e-7)
         np.testing.assert_allclose(found, exact, rtol=tables.estimated_error + 3e-7)
@@ -162,7 +171,7 @@ def test_a_layer_without_coverage_is_no_layer():
     np.testing.assert_array_equal(with_it.radiance, alone.radiance)
     plan = make_plan(scenario(CUMULUS, {**CIRRUS, "coverage": 0.0}))
     assert compile_tables(plan).pair is None
-    assert any(item.what == "columns with cirrus" and item.bound == 0 for item in plan.skipped)
+    assert any(item.what == "columns with cirrus" and item.bound == 0 for item in plan.omissions)
 
 
 def test_a_layer_is_named_as_the_file_has_it_whatever_its_altitude():
@@ -173,7 +182,7 @@ def test_a_layer_is_named_as_the_file_has_it_whatever_its_altitude():
 
 def test_plan_and_provenance_name_both_layers(both):
     plan = make_plan(scenario(CIRRUS, CUMULUS))
-    assert [layer["name"] for layer in plan.as_dict()["layers"]] == ["cumulus", "cirrus"]
+    assert [layer["name"] for layer in describe(plan)["layers"]] == ["cumulus", "cirrus"]
     assert "cirrus: coverage 0.6, 6000..10000 m, 50 to 4000 m thick" in plan_text(plan)
     assert set(json.loads(both.attrs["hcss_providers"])) >= {"clouds[0]", "clouds[1]"}
     assert "cirrus over cumulus clouds" in both.attrs["summary"]

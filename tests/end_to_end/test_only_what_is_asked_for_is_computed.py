@@ -17,6 +17,7 @@ from hcss_twin.engine.tables.spectrum import choose_spectrum
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.models.radiance.physical.model import Physical
+from hcss_twin.plan.description import describe
 from hcss_twin.providers import Sun
 
 
@@ -117,7 +118,7 @@ def test_one_band_at_night_takes_less_than_half_and_clear_sky_no_cloud(asked, mo
 def test_plan_and_cube_tell_the_same_ledger(tmp_path):
     scenario = Scenario.load("stratus", {**SMALL, **CHEAP})
     plan = make_plan(scenario)
-    told = plan.as_dict()["skipped"]
+    told = describe(plan)["skipped"]
     with open_cube(run(plan, tmp_path / "cube.nc")) as cube:
         assert json.loads(cube.attrs["hcss_skipped"]) == told
     assert all(set(item) == {"what", "why", "bound"} for item in told)
@@ -159,7 +160,7 @@ def test_a_sun_that_hardly_moves_takes_few_clear_skies_at_all_wavenumbers(asked)
     assert nodes.wavenumber_cm1.size < grid.wavenumber_cm1.size
     for time_s in plan.frame_times_s:
         exact, few = (
-            np.sum(list(plan.model.clear(each.wavenumber_cm1, plan.sun_at(time_s)).values()), axis=0)
+            np.sum(list(plan.assembly.model.clear(each.wavenumber_cm1, plan.sun_at(time_s)).values()), axis=0)
             @ each.weights_cm1.T
             for each in (grid, nodes)
         )

@@ -6,6 +6,7 @@ from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan
 from hcss_twin.engine.compile import compile_tables
+from hcss_twin.plan.description import describe
 
 TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
 
@@ -53,7 +54,7 @@ def test_a_sun_lower_than_the_table_is_seen_through_air_that_the_plan_says_is_fi
     coarse = {"frames.count": 1, "bands": ["mwir-3.7"], "accuracy": 1e-2}
     plan = make_plan(Scenario.load("stratus", {**TINY, **low, **coarse, "atmosphere.provider": "table"}))
     assert 89.0 < plan.sun_track.at(0.0).zenith_deg < 90.0
-    assert any("by a power law fitted to them" in note for note in plan.assembly.notes)
+    assert any("by a power law fitted to them" in note for note in plan.assembly.notes())
     tables = compile_tables(plan)
     assert all(np.all(np.isfinite(each)) and np.all(each >= 0.0) for each in tables.tables[0].alone)
     assert tables.estimated_error < plan.accuracy.relative
@@ -79,7 +80,7 @@ def test_the_highest_cloud_the_table_allows_runs():
 
 
 def notes(name, **overrides):
-    return " ".join(make_plan(Scenario.load(name, {**TINY, **overrides})).assembly.notes)
+    return " ".join(make_plan(Scenario.load(name, {**TINY, **overrides})).assembly.notes())
 
 
 @pytest.mark.parametrize("provider", ["mie", "bulk"])
@@ -103,8 +104,8 @@ def test_what_was_filled_in_is_told():
         Scenario.from_toml("time = 2024-04-20T12:30:00+10:00\nplace = {latitude = 35.0, longitude = 150.0}", TINY)
     )
     assert {item.field for item in plan.filled_in} == {"atmosphere.profile", "sea.temperature", "sea.wind_speed"}
-    assert any("no cloud" in item.why for item in plan.skipped)
-    assert plan.as_dict()["uncompressed_bytes"] == 2 * 8 * 8 * (3 * 4 + 1)
+    assert any("no cloud" in item.why for item in plan.omissions)
+    assert describe(plan)["uncompressed_bytes"] == 2 * 8 * 8 * (3 * 4 + 1)
 
 
 def test_a_band_narrower_than_the_atmosphere_resolves_is_told():
@@ -124,4 +125,4 @@ def test_a_sea_that_sends_nothing_has_a_plan():
     foam = {"sea.model": "rough-sea", "sea.wind_speed": 38.0, "sea.parameters": {"foam_emissivity": 0.0}}
     calm = {"sea.parameters": {**foam.pop("sea.parameters"), "re_reflection": False, "shadowing": "none"}}
     scenario = Scenario.load("stratus", {**TINY, **foam, **calm, "bands": ["mwir-3.7"], "view.zenith": 0.0})
-    assert make_plan(scenario).skipped
+    assert make_plan(scenario).omissions

@@ -9,6 +9,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.plugins import Origin
+from hcss_twin.plan.description import describe
 from hcss_twin.report.plan_text import WIDTH, plan_text
 
 TINY = {**CHEAP, "image.rows": 8, "image.columns": 8}
@@ -73,18 +74,18 @@ def test_the_largest_that_is_left_out_comes_first_and_what_loses_nothing_last():
 
 def test_octaves_are_gathered_in_the_text_and_all_there_in_json():
     plan = planned("baseline", image__pixel_size=2000.0)
-    several = [item["what"] for item in plan.as_dict()["skipped"] if "interpolation of octave" in item["what"]]
+    several = [item["what"] for item in describe(plan)["skipped"] if "interpolation of octave" in item["what"]]
     assert len(several) > 3
     assert "interpolation of octave 1 to 10" in row(plan_text(plan), "left out")
     assert plan_text(plan).count("interpolation of octave") == 1
-    assert len(json.dumps(plan.as_dict()["skipped"])) > len(row(plan_text(plan), "left out"))
+    assert len(json.dumps(describe(plan)["skipped"])) > len(row(plan_text(plan), "left out"))
 
 
 def test_a_night_scene_is_not_told_about_sunlight():
     day, night = planned("baseline"), planned("baseline", **NIGHT)
     assert any("sun glint" in note for note in day.notes)
     assert not any("sun" in note for note in night.notes)
-    terms = next(item.why for item in night.skipped if item.what == "look-up of terms of the radiance")
+    terms = next(item.why for item in night.omissions if item.what == "look-up of terms of the radiance")
     assert "sea_emission" in terms
     assert "sun" not in terms
     words = plan_text(night).lower().split("nothing", 1)[0].split("left out", 1)[1]
@@ -102,7 +103,7 @@ def test_a_scene_of_long_waves_is_not_told_about_short_ones():
 def test_a_scene_of_masks_is_told_about_clouds_alone():
     plan = planned(output__variables=["cloud_mask"])
     assert [note[:8] for note in plan.notes] == ["Coverage"]
-    assert not any("waves" in item.what or "terms" in item.what for item in plan.skipped)
+    assert not any("waves" in item.what or "terms" in item.what for item in plan.omissions)
     text = plan_text(plan)
     for label in ("sea", "atmosphere", "bands", "radiance", "particles", "accuracy"):
         assert row(text, label) == ""

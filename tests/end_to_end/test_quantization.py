@@ -8,10 +8,10 @@ from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan, open_cube, simulate
 from hcss_twin.core.errors import CertificateWarning, ScenarioError
-from hcss_twin.engine.recorded import Verdict
 from hcss_twin.engine.simulate import run
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan import output
+from hcss_twin.plan.description import describe
 from hcss_twin.report.plan_text import plan_text
 
 SMALL = CHEAP | {
@@ -94,13 +94,13 @@ def test_the_plan_tells_how_far_numbers_are_rounded_and_whether_that_saves_anyth
     text = plan_text(planned(3e-4))
     assert "numbers are rounded to 11 bits of the mantissa: relative error up to 0.00024\n" in text
     assert "temperatures are rounded to 15 bits of the mantissa: relative error up to 1.5e-05\n" in text
-    told = planned(3e-4).as_dict()["quantization"]
+    told = describe(planned(3e-4))["quantization"]
     assert told["radiance"] == {"bits": 11, "relative_error": 2.0**-12}
     assert "cloud_mask" not in told
     plain = " ".join(plan_text(planned(3e-4, output__compression=0)).split())
     assert "saves nothing without output.compression" in plain
     assert "rounded" not in plan_text(planned())
-    assert planned().as_dict()["quantization"] == {}
+    assert describe(planned())["quantization"] == {}
 
 
 def test_more_digits_than_single_precision_has_round_nothing():

@@ -10,9 +10,8 @@ from click.testing import CliRunner
 import hcss_twin
 from hcss_twin.cli.main import cli
 from hcss_twin.cli.options import Stop
-from hcss_twin.engine.recorded import Verdict
 from hcss_twin.engine.simulate import run
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan.make_plan import make_plan
 
 SCENE = """
@@ -151,8 +150,8 @@ def test_how_far_the_scene_is_computed_has_an_end():
 
 def test_large_frames_are_surrounded_tile_by_tile(tmp_path, monkeypatch):
     whole, _ = measured(tmp_path / "whole.nc", COUNTING)
-    monkeypatch.setattr("hcss_twin.engine.tiles.LARGEST_FRAME_BYTES", 2**10)
-    monkeypatch.setattr("hcss_twin.engine.tiles.TILE_PIXELS", 2**8)
+    monkeypatch.setattr("hcss_twin.engine.parts.LARGEST_FRAME_BYTES", 2**10)
+    monkeypatch.setattr("hcss_twin.engine.parts.TILE_PIXELS", 2**8)
     monkeypatch.setattr("hcss_twin.engine.stream.WHOLE_POINTS", 2**8)
     tiled, _ = measured(tmp_path / "tiled.nc", COUNTING)
     assert_same(whole, tiled)

@@ -122,9 +122,11 @@ def assert_tables_agree_with_the_reference_path(name, accuracy, models):
     tables = compile_tables(plan)
     generator = np.random.default_rng(0)
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
-        thickness = plan.generators[0].thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel()
+        thickness = plan.assembly.generators[0].thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel()
         chosen = generator.integers(0, thickness.size, 12)
-        exact = reference_radiance(plan.model, plan.spectral_grid, thickness[chosen], plan.sun_track.at(float(time_s)))
+        exact = reference_radiance(
+            plan.assembly.model, plan.spectral_grid, thickness[chosen], plan.sun_track.at(float(time_s))
+        )
         found = frame["radiance"].reshape(3, -1)[:, chosen].T
         # float32 rounding of the result and of the thickness adds a little.
         np.testing.assert_allclose(found, exact, rtol=plan.budget.total + 3e-7)
@@ -138,7 +140,7 @@ def test_night_has_no_sunlight_and_the_plan_says_so():
     cube = simulate(scenario)
     assert np.all(cube.radiance_sea_reflected_sun == 0)
     assert np.all(cube.radiance_cloud_reflected_sun == 0)
-    assert any(item.what == "sunlight" and item.bound == 0 for item in make_plan(scenario).skipped)
+    assert any(item.what == "sunlight" and item.bound == 0 for item in make_plan(scenario).omissions)
 
 
 def test_a_mask_needs_no_radiance():
@@ -157,7 +159,7 @@ def test_sun_moving_over_hours_is_followed():
     tables = compile_tables(plan)
     assert len(tables.time_s) > 2
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
-        exact = reference_radiance(plan.model, plan.spectral_grid, [0.0], plan.sun_track.at(float(time_s)))
+        exact = reference_radiance(plan.assembly.model, plan.spectral_grid, [0.0], plan.sun_track.at(float(time_s)))
         assert frame["radiance"][0, 0, 0] == pytest.approx(exact[0, 0], rel=1e-4)
 
 
@@ -185,7 +187,7 @@ def test_days_are_not_mistaken_for_moments(name, overrides):
     tables = compile_tables(plan)
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
         sun = plan.sun_track.at(float(time_s))
-        exact = reference_radiance(plan.model, plan.spectral_grid, [0.0], sun if sun.is_up else None)
+        exact = reference_radiance(plan.assembly.model, plan.spectral_grid, [0.0], sun if sun.is_up else None)
         assert frame["radiance"][0, 0, 0] == pytest.approx(exact[0, 0], rel=1e-4 + 3e-7)
 
 

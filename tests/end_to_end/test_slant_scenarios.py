@@ -9,7 +9,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.models.radiance.as_printed import AsPrinted
-from hcss_twin.plan.omissions.omissions import GLINT_SAFETY_FACTOR
+from hcss_twin.plan.omissions import GLINT_SAFETY_FACTOR
 
 BASE = {
     "time": "2024-04-20T12:30:00+10:00",
@@ -111,30 +111,30 @@ def test_the_mask_is_refused_without_shadows():
 
 def test_a_plan_without_shadows_bounds_what_they_could_change():
     plan = make_plan(scenario())
-    (left_out,) = [item for item in plan.skipped if item.what == "shadows of clouds on the sea"]
+    (left_out,) = [item for item in plan.omissions if item.what == "shadows of clouds on the sea"]
     columns = compile_tables(plan).tables[0].clear[0], simulate_clear_terms(plan)
     glint, total = columns[1]["sea_reflected_sun"], sum(columns[1].values())
     assert left_out.bound == pytest.approx(GLINT_SAFETY_FACTOR * float(np.max(glint / total)), rel=1e-3)
     np.testing.assert_allclose(columns[0], total, rtol=plan.budget.wavenumbers)
-    assert "shadows" not in json.dumps([item.what for item in make_plan(scenario(**{"slant.shadows": True})).skipped])
+    assert "shadows" not in json.dumps([item.what for item in make_plan(scenario(**{"slant.shadows": True})).omissions])
 
 
 def simulate_clear_terms(plan):
     """Bands of the clear column at the first frame."""
     grid = plan.spectral_grid
-    terms = plan.model.clear(grid.wavenumber_cm1, plan.sun_track.at(0.0))
+    terms = plan.assembly.model.clear(grid.wavenumber_cm1, plan.sun_track.at(0.0))
     return {name: grid.weights_cm1 @ values for name, values in terms.items()}
 
 
 def test_a_plan_without_parallax_says_how_far_clouds_would_move():
-    (left_out,) = [item for item in make_plan(scenario()).skipped if item.what == "parallax of clouds"]
+    (left_out,) = [item for item in make_plan(scenario()).omissions if item.what == "parallax of clouds"]
     assert "up to 364 m (7.3 pixels)" in left_out.why  # 1000 m x tan 20 deg
     vertical = make_plan(scenario(**{"view.zenith": 0.0}))
-    assert not any(item.what == "parallax of clouds" for item in vertical.skipped)
+    assert not any(item.what == "parallax of clouds" for item in vertical.omissions)
 
 
 def test_what_the_options_leave_out_is_in_plan_and_cube():
     on = {"slant.shadows": True, "slant.parallax": True}
-    assert not any(note.startswith(("shadows:", "parallax:")) for note in make_plan(scenario()).assembly.notes)
+    assert not any(note.startswith(("shadows:", "parallax:")) for note in make_plan(scenario()).assembly.notes())
     notes = json.loads(simulate(scenario(**on)).attrs["hcss_notes"])
     assert sum(note.startswith(("shadows:", "parallax:")) for note in notes) == 2

@@ -11,10 +11,10 @@ from cheap import CHEAP
 
 import hcss_twin.sweeps.points
 from hcss_twin import CubeError, Scenario, SweepError, open_cube, open_sweep, simulate, sweep
+from hcss_twin.core import cache
 from hcss_twin.core.environment import versions
 from hcss_twin.engine import compile
 from hcss_twin.models.atmosphere.band_model import provider as band_model
-from hcss_twin.plan import kept_findings
 from hcss_twin.sweeps import points
 from hcss_twin.sweeps import run as running
 from hcss_twin.sweeps.points import PointOutcome, compute
@@ -36,7 +36,7 @@ OVER = {"view.zenith": [0, 30], "seed": [1, 2]}
 def _settings(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     # What plans find out is kept, as it is for users: nothing here changes the physics.
-    monkeypatch.setattr("hcss_twin.plan.make_plan.kept_findings", kept_findings.kept_findings)
+    monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", cache.recall_or_compute)
 
 
 @pytest.fixture

@@ -17,9 +17,9 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.engine.recorded import TOLERANCE, Verdict
+from hcss_twin.engine.cube_comparison import TOLERANCE
 from hcss_twin.engine.simulate import run
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 
@@ -173,7 +173,7 @@ def test_a_subset_of_frames_is_identical_to_those_of_the_whole(fresh):
 
 
 def test_a_cube_of_masks_alone_compiles_nothing(masks, monkeypatch):
-    monkeypatch.setattr("hcss_twin.engine.verification.verify.compile_tables", None)
+    monkeypatch.setattr("hcss_twin.engine.verification.compile_tables", None)
     assert verify_cube(masks).verdict is Verdict.IDENTICAL
 
 

@@ -7,7 +7,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.tables.wave_table import SIGMAS, _change
+from hcss_twin.engine.tables.waves import SIGMAS, _change
 
 BASE = {
     "time": "2024-04-20T12:30:00+10:00",
@@ -30,7 +30,7 @@ def scenario(**overrides):
 
 
 def skipped(**overrides):
-    return {item.what: item for item in make_plan(scenario(**overrides)).skipped}
+    return {item.what: item for item in make_plan(scenario(**overrides)).omissions}
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_each_pixel_is_the_radiance_of_its_tilted_sea_but_for_the_level(planned,
         )
     ratios = np.array(ratios)
     np.testing.assert_allclose(ratios, np.broadcast_to(ratios.mean(axis=0), ratios.shape), rtol=1e-3)
-    level = [tables.waves.level[0][list(plan.model.terms).index(name)] for name in names]
+    level = [tables.waves.level[0][list(plan.assembly.model.terms).index(name)] for name in names]
     np.testing.assert_allclose(ratios.mean(axis=0), level, rtol=1e-3)
     np.testing.assert_allclose(level, 1.0, atol=0.06)
     assert tables.waves.estimated_error < 3e-4
@@ -164,6 +164,12 @@ def test_auto_draws_what_exceeds_the_accuracy():
 def test_without_wind_there_are_no_waves():
     calm = skipped(**{"sea.wind_speed": 0.0})["waves as shapes"]
     assert (calm.why, calm.bound) == ("no wind raises waves", 0.0)
+
+
+def test_wind_whose_waves_no_pixel_resolves_is_not_called_calm():
+    breeze = skipped(**{"sea.wind_speed": 3.55, "image.pixel_size": 200.0})["waves as shapes"]
+    assert breeze.bound == 0.0
+    assert breeze.why == "a wind of 3.55 m/s raises no waves longer than two points of 200 m; slopes are averaged"
 
 
 def test_pixels_of_20_m_see_less(frame):

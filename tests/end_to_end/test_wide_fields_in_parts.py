@@ -7,15 +7,15 @@ from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan, open_cube, open_sweep, sweep
 from hcss_twin.cube.variables import GEOMETRY
-from hcss_twin.engine import tiles as tiles_module
+from hcss_twin.engine import parts as tiles_module
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.cube_sensor import read_clean
 from hcss_twin.engine.parts import stream_parts
-from hcss_twin.engine.sensing.cube_sensor import read_clean
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import verify_cube
 from hcss_twin.scenario.scenario import read_scenario_file
 
 WIDE = {

@@ -14,9 +14,9 @@ from hcss_twin import CubeError, Scenario, make_plan, open_cube
 from hcss_twin.cli.main import cli
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.cube.zarr_writer import ZarrWriter
-from hcss_twin.engine import tiles as tiles_module
+from hcss_twin.engine import parts as tiles_module
 from hcss_twin.engine.simulate import run
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import verify_cube
 
 zarr = pytest.importorskip("zarr", reason="the extra 'zarr'")
 

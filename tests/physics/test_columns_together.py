@@ -41,10 +41,10 @@ def test_columns_computed_together_are_those_computed_one_by_one(name, overrides
     # So few that all columns with the same layers are one stack, and so many that they are several.
     for wavenumber in (plan.spectral_grid.wavenumber_cm1[::8], plan.spectral_grid.wavenumber_cm1):
         thickness = columns_of(plan, 12)
-        together = plan.model.cloudy(wavenumber, thickness, sun)
-        total = sum(np.asarray(together[term]) for term in plan.model.terms)
+        together = plan.assembly.model.cloudy(wavenumber, thickness, sun)
+        total = sum(np.asarray(together[term]) for term in plan.assembly.model.terms)
         for row, own in enumerate(thickness):
-            alone = plan.model.cloudy(wavenumber, own[None], sun)
-            for term in plan.model.terms:
+            alone = plan.assembly.model.cloudy(wavenumber, own[None], sun)
+            for term in plan.assembly.model.terms:
                 away = np.abs(np.asarray(together[term])[row] - np.asarray(alone[term])[0])
                 np.testing.assert_array_less(away, 1e-13 * total[row] + 1e-300, err_msg=term)

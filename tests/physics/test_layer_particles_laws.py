@@ -12,6 +12,7 @@ from hcss_twin.cli.main import cli
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics.bulk import bulk_properties
 from hcss_twin.models.refractive_index import load_refractive_index
+from hcss_twin.plan.description import describe
 
 TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": ["lwir"], **CHEAP}
 
@@ -33,7 +34,7 @@ def test_visible_extinction_is_three_halves_of_content_over_density_and_radius(r
 
 
 def test_the_plan_tells_the_extinction_of_large_particles():
-    told = planned(effective_radius=12.0, water_content=0.3).as_dict()["layers"][0]["particles"]
+    told = describe(planned(effective_radius=12.0, water_content=0.3))["layers"][0]["particles"]
     assert told["large_particle_extinction_m1"] == pytest.approx(1.5 * 0.3e-3 / (1000.0 * 12e-6), rel=1e-4)
     assert (told["phase"], told["effective_radius_um"]) == ("water", pytest.approx(12.0, rel=1e-5))
     done = CliRunner().invoke(cli, ["plan", "stratus", "--set", "clouds.effective_radius=12"])

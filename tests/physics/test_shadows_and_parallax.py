@@ -14,7 +14,7 @@ from hcss_twin.engine import stream as stream_module
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.shadows import sun_paths
 from hcss_twin.engine.stream import stream
-from hcss_twin.plan.displaced_clouds import DisplacedClouds
+from hcss_twin.plan.clouds import DisplacedClouds
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.windows import windows
 from hcss_twin.providers import Declares, Sun, View
@@ -84,12 +84,12 @@ def staged(layers, shapes, sun=(30.0, 0.0), view=(0.0, 0.0), shadows=True, paral
     return replace(
         plan,
         assembly=replace(
-            plan.assembly, slant=slant, generators=tuple(generators), optics=plan.optics if optics is None else optics
+            plan.assembly, slant=slant, generators=tuple(generators), optics=optics or plan.assembly.optics
         ),
         sun_track=FixedSun(Sun(*sun, 1.0)),
         sun_zenith_deg=np.array([sun[0]]),
         sun_azimuth_deg=np.array([sun[1]]),
-        variables=tuple(expand(["all"], plan.model.terms, len(layers), shadows=True)),
+        variables=tuple(expand(["all"], plan.assembly.model.terms, len(layers), shadows=True)),
     )
 
 
@@ -196,9 +196,9 @@ def test_grey_clouds_follow_bouguer(thickness):
 def exact_transmission(plan, heights, mu0):
     """Reference: the dense spectrum of the clear column's glint through clouds, integrated over each band."""
     grid, sun = plan.spectral_grid, plan.sun_track.at(0.0)
-    glint = plan.model.clear(grid.wavenumber_cm1, sun)["sea_reflected_sun"]
+    glint = plan.assembly.model.clear(grid.wavenumber_cm1, sun)["sea_reflected_sun"]
     path = sum(
-        plan.optics.single_scattering(layer.microphysics, grid.wavenumber_cm1).extinction_m1 * height / mu0
+        plan.assembly.optics.single_scattering(layer.microphysics, grid.wavenumber_cm1).extinction_m1 * height / mu0
         for layer, height in zip(plan.layers, heights, strict=True)
     )
     result = []

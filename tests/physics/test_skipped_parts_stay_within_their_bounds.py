@@ -18,8 +18,8 @@ from hcss_twin.models.radiance.physical import model as physical
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.models.radiance.spectral_grid import all_nodes
 from hcss_twin.physics.sun import sun_position
+from hcss_twin.plan import sunlight
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.omissions import sunlight
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun, View
 
@@ -37,7 +37,7 @@ def plan_of(name="stratus", models=CHEAP, **overrides):
 
 
 def bound_of(plan, what):
-    (item,) = [item for item in plan.skipped if item.what == what]
+    (item,) = [item for item in plan.omissions if item.what == what]
     return item.bound
 
 
@@ -117,7 +117,7 @@ def test_faint_sunlight_by_day(models, name, time):
     # Clear sky, each layer alone, and all layers.
     columns[0] = 0.0
     columns[1 : 1 + len(layers)] *= np.eye(len(layers))
-    grid, model = plan.spectral_grid, plan.model
+    grid, model = plan.spectral_grid, plan.assembly.model
     suns = [plan.sun_up_at(float(time_s)) for time_s in plan.frame_times_s]
     changes = [
         largest_change(
@@ -145,15 +145,15 @@ def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
     """With the limit moved from 88 to 70 degrees, where the model can do without the rule."""
     evening = {"bands": ["swir-2.7-3.0"], "accuracy": 1e-2, "time": "2024-04-20T17:15:00+10:00"}
     full = plan_of(models={}, **evening)
-    assert not any("low sun" in item.what for item in full.skipped)
+    assert not any("low sun" in item.what for item in full.omissions)
     sun = full.sun_up_at(0.0)
-    with_all = reached(full, full.model, sun)
+    with_all = reached(full, full.assembly.model, sun)
     monkeypatch.setattr(sunlight, "LOW_SUN_DEG", 70.0)
     monkeypatch.setattr(physical, "_MAX_SUN_ZENITH_DEG", 70.0)
     short = plan_of(models={}, **evening)
     bound = bound_of(short, "sunlight of a very low sun")
     assert 70.0 < sun.zenith_deg < 80.0
-    assert 0.2 * bound < largest_change(with_all, reached(short, short.model, sun)) < bound
+    assert 0.2 * bound < largest_change(with_all, reached(short, short.assembly.model, sun)) < bound
 
 
 def test_a_very_low_sun_is_told():
@@ -180,7 +180,7 @@ def test_a_layer_without_coverage(monkeypatch, every_wavenumber):
     layers = Scenario.load(name).clouds.layers
     kinds = [{"type": layer.type, "coverage": 0.5 * number} for number, layer in enumerate(layers)]
     plan = plan_of(name, **coverage, **{"clouds": {"layers": kinds}})
-    empty = plan.layers[plan.cloudy_layers.index(False)].name
+    empty = plan.layers[plan.assembly.cloudy_layers.index(False)].name
     assert bound_of(plan, f"columns with {empty}") == 0.0
     short = radiance_of(plan)
     monkeypatch.setattr(Assembly, "cloudy_layers", property(lambda assembly: (True, True)))
@@ -196,7 +196,7 @@ def test_outputs_that_are_not_asked_for():
     short, full = plan_of(**{"output.certificate": 0}), plan_of(**{"output.variables": ["all"]})
     for what in ("look-up of terms of the radiance", "other variables", "the certificate"):
         assert bound_of(short, what) == 0.0
-        assert not any(item.what == what for item in full.skipped)
+        assert not any(item.what == what for item in full.omissions)
     assert np.array_equal(radiance_of(short), radiance_of(full))
 
 
@@ -215,7 +215,7 @@ def test_tables_for_single_pixels():
     for time_s, frame in zip(plan.frame_times_s, frames_of(plan), strict=True):
         pixels = np.random.default_rng(1).choice(frame["cloud_thickness"].size, 16, replace=False)
         thickness = frame["cloud_thickness"].ravel()[pixels].astype(np.float64)
-        exact = reference_radiance(plan.model, plan.spectral_grid, thickness, plan.sun_up_at(float(time_s)))
+        exact = reference_radiance(plan.assembly.model, plan.spectral_grid, thickness, plan.sun_up_at(float(time_s)))
         assert largest_change(frame["radiance"].reshape(len(plan.bands), -1)[:, pixels].T, exact) < bound
 
 
@@ -249,7 +249,7 @@ def test_one_view_angle_for_all_pixels(models, changes):
     bound, sun = bound_of(plan, "view angles of single pixels"), plan.sun_up_at(0.0)
     zenith, azimuth = math.radians(plan.view.zenith_deg), math.radians(plan.view.azimuth_deg)
     foot = 800e3 * math.tan(zenith)
-    known, found = reached(plan, plan.model, sun), []
+    known, found = reached(plan, plan.assembly.model, sun), []
     for x, y in PLACES:
         east, north = foot * math.sin(azimuth) - x, foot * math.cos(azimuth) - y
         seen = View(math.degrees(math.atan(math.hypot(east, north) / 800e3)), math.degrees(math.atan2(east, north)))
@@ -262,9 +262,9 @@ def test_one_view_angle_seen_from_a_platform(altitude):
     narrow = {"image.pixel_size": 40.0, "frames.count": 1, "accuracy": 0.05, "platform.altitude": altitude}
     plan = plan_of(**narrow)
     assert plan.views is None
-    (told,) = [item for item in plan.skipped if item.what == "view angles of single pixels"]
+    (told,) = [item for item in plan.omissions if item.what == "view angles of single pixels"]
     assert f"seen from {altitude}" in told.why
-    sun, known, found = plan.sun_up_at(0.0), reached(plan, plan.model, plan.sun_up_at(0.0)), []
+    sun, known, found = plan.sun_up_at(0.0), reached(plan, plan.assembly.model, plan.sun_up_at(0.0)), []
     for x, y in PLACES:
         # Half an image is 320 m.
         seen = plan.assembly.lines_of_sight.from_points(np.array(x / 25.0), np.array(y / 25.0))
@@ -286,14 +286,16 @@ def test_one_view_angle_seen_from_a_platform(altitude):
 def test_one_sun_for_all_pixels(models, time):
     plan = plan_of(models=models, **LARGE, time=f"2024-04-20T{time}:00+10:00")
     bound = bound_of(plan, "sun angles of single pixels")
-    place, known = plan.scenario.place, reached(plan, plan.model, plan.sun_up_at(0.0))
+    place, known = plan.scenario.place, reached(plan, plan.assembly.model, plan.sun_up_at(0.0))
     found = []
     for x, y in PLACES:
         # Degrees on a sphere of 6371 km.
         north = place.latitude + y / 111_194.9
         east = place.longitude + x / (111_194.9 * math.cos(math.radians(place.latitude)))
         where = sun_position([plan.scenario.time], np.array([north]), np.array([east]))
-        found.append(largest_change(reached(plan, plan.model, Sun(*(float(each[0]) for each in where))), known))
+        found.append(
+            largest_change(reached(plan, plan.assembly.model, Sun(*(float(each[0]) for each in where))), known)
+        )
     assert 0.2 * bound < max(found) < bound
 
 
@@ -302,7 +304,7 @@ def test_clouds_within_the_footprint():
     plan = plan_of("cumulus", **changes)
     bound = bound_of(plan, "clouds within the footprint of a pixel")
     averaged = plan_of("cumulus", **changes, **{"image.samples_per_pixel": 4})
-    assert not any("footprint" in item.what for item in averaged.skipped)
+    assert not any("footprint" in item.what for item in averaged.omissions)
     assert 0.0 < largest_change(radiance_of(averaged), radiance_of(plan)) < bound
 
 
@@ -349,7 +351,7 @@ def test_every_rule_is_in_the_documentation():
     told = {
         item.what
         for changes in ({}, {"clouds": {"layers": []}}, {"clouds.coverage": 0.0}, {"output.certificate": 0}, NIGHT)
-        for item in plan_of(**changes, **{"output.variables": ["radiance"]}).skipped
+        for item in plan_of(**changes, **{"output.variables": ["radiance"]}).omissions
         if item.bound is not None
     }
     assert len(told) > 10

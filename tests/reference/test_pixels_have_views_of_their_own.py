@@ -1,6 +1,7 @@
 """A pixel of a wide image has the radiance of a narrow scene seen along that pixel's line of sight."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.verification.verify import verify_cube
+from hcss_twin.engine.verification import verify_cube
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.physics.viewing import LinesOfSight
 
@@ -71,7 +72,7 @@ def test_a_pixel_has_the_radiance_of_a_narrow_scene_at_its_view(changes, models,
         exact = reference_radiance(narrow_model(plan, row, column), plan.spectral_grid, thickness, sun)[0]
         found = frame["radiance"][:, row, column]
         assert np.max(np.abs(found / exact - 1.0)) < accuracy
-        centre = reference_radiance(plan.model, plan.spectral_grid, thickness, sun)[0]
+        centre = reference_radiance(plan.assembly.model, plan.spectral_grid, thickness, sun)[0]
         one_view.append(np.max(np.abs(centre / exact - 1.0)))
     # It is needed: one view for all pixels would miss the accuracy.
     assert max(one_view) > 2.0 * accuracy
@@ -133,6 +134,18 @@ def test_an_image_beyond_the_sensors_horizon_is_refused():
 
 
 def test_a_day_over_a_wide_field_that_no_affordable_number_of_views_follows_is_refused(monkeypatch):
-    monkeypatch.setattr("hcss_twin.plan.view_choice.MAX_NODES", 6)
-    with pytest.raises(ScenarioError, match=r"accuracy: 0\.01: the view changes so much .* up to 6 views"):
+    monkeypatch.setattr("hcss_twin.plan.views.MAX_NODES", 6)
+    needs = r"accuracy: 0\.01: the view changes over the image: .* needs (\d+) x (\d+) views, .* up to 6 views"
+    with pytest.raises(ScenarioError, match=needs) as caught:
         plan_of({})
+    x, y = map(int, re.search(needs, str(caught.value)).groups())
+    assert f"which are {x * y}; allowed" in str(caught.value)
+    assert x * y > 6
+
+
+def test_a_wide_field_whose_error_stays_too_large_is_refused_with_this_error(monkeypatch):
+    monkeypatch.setattr("hcss_twin.plan.views.MAX_ORDER", 1)
+    with pytest.raises(ScenarioError, match=r"an error of (\S+) of the radiance remains .* of (\S+),") as caught:
+        plan_of({})
+    error, allowed = re.search(r"an error of (\S+) of .* an error of (\S+),", str(caught.value)).groups()
+    assert float(error) > float(allowed)

@@ -7,7 +7,8 @@ import os
 import numpy as np
 import pytest
 
-from hcss_twin.core.cache import CacheError, Store, limit_bytes, package_fingerprint, read_record, write_record
+from hcss_twin.core.cache import CacheError, Store, limit_bytes, read_record, write_record
+from hcss_twin.core.result_cache import ResultCache, package_fingerprint
 
 
 @pytest.fixture(autouse=True)
@@ -105,7 +106,7 @@ class Tree:
     size: float | None
 
 
-CLASSES = {"Leaf": Leaf, "Tree": Tree}
+CLASSES = (Leaf, Tree)
 
 
 def test_records_come_back_to_the_bit(tmp_path):
@@ -130,8 +131,8 @@ def test_a_changed_file_changes_the_fingerprint_of_its_package(tmp_path, monkeyp
     inner = tmp_path / "some_package" / "inner.py"
     inner.write_text("a = 1\n")
     monkeypatch.syspath_prepend(tmp_path)
-    before = package_fingerprint("some_package.inner")
-    assert package_fingerprint("some_package") == before
+    before = package_fingerprint("some_package")
+    assert ResultCache().fingerprint("some_package.inner:Thing") == before
     inner.write_text("a = 12\n")
     assert package_fingerprint("some_package") != before
 

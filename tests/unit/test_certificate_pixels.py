@@ -88,14 +88,13 @@ def test_half_of_the_draws_go_by_size():
 def drawn(plan, thickness, shaded=None):
     sample = PixelSample(plan)
     for index in range(plan.frame_times_s.size):
-        frame = sample.of_frame(index)
-        if frame is not None:
-            part_sample = sample.of_part(index)
+        part_sample = sample.of_part(index)
+        if part_sample is not None:
             for rows in (slice(0, 4), slice(4, 6)):
                 part = None if shaded is None else shaded[rows]
                 part_sample.observe((rows, slice(0, 9)), [thickness[rows]], part)
-            frame.add(part_sample.drawn(np.arange(3 * 54, dtype=np.float32).reshape(1, 3, 6, 9)))
-            frame.finish()
+            radiance = np.arange(3 * 54, dtype=np.float32).reshape(1, 3, 6, 9)
+            sample.add_frame(index, [part_sample.drawn(radiance)])
     return sample.frames
 
 
@@ -147,13 +146,13 @@ def test_few_pixels_come_from_one_frame_and_many_from_several(plan, asked, frame
     output = plan.scenario.output.model_copy(update={"certificate": asked})
     image = plan.scenario.image.model_copy(update={"samples_per_pixel": samples})
     scenario = plan.scenario.model_copy(update={"output": output, "image": image})
-    few = replace(plan, scenario=scenario, frame_times_s=plan.frame_times_s[:frames])
+    few = replace(plan, scenario=scenario, samples_per_pixel=samples, frame_times_s=plan.frame_times_s[:frames])
     found = drawn(few, np.full((6 * samples, 9 * samples), 50.0, np.float32)) if samples == 1 else None
     if found is not None:
         assert sum(frame.row.size for frame in found) == checked
         assert len({frame.frame for frame in found}) == len(found) == from_frames
     else:
-        counts = PixelSample(few)._count
+        counts = PixelSample(few).counts
         assert sum(counts.values()) == checked
         assert len(counts) == from_frames
 

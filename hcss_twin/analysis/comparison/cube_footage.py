@@ -15,7 +15,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError, HcssError, ImageError, choose_from
 from hcss_twin.cube.export.selection import Plane, Selection, select
-from hcss_twin.engine.recorded import Recorded
+from hcss_twin.engine.provenance import Recorded
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature, dense_grid
 from hcss_twin.scenario.bands import Bands, spectral_band
 
@@ -34,8 +34,7 @@ def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Arra
         If a file of the band's response is missing.
     """
     recorded = Recorded.of(dict(dataset.attrs), str(path))
-    known = recorded.bases()
-    catalog = Catalog(base=known[0] if len(known) == 1 else Path.cwd())
+    catalog = Catalog(base=recorded.base)
     try:
         entries = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
     except (KeyError, ValidationError) as error:

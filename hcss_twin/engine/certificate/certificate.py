@@ -1,4 +1,4 @@
-"""What pixels without exceedance say about those that were not checked.
+"""The certificate of a cube: the error that was asked for, estimated and found, in numbers and in words.
 
 Of n pixels drawn at random none exceeds, with a chance of (1 - p)^n, if a share p of all does. At 95 % confidence p is
 therefore below 1 - 0.05^(1/n): under 1 % for n = 300 (C. J. Clopper and E. S. Pearson, *The use of confidence or
@@ -6,8 +6,6 @@ fiducial limits illustrated in the case of the binomial*, Biometrika 26, 1934, f
 
 Where strata are drawn with shares of their own, that holds for a pixel drawn likewise; of all pixels, the share may be
 larger, most where a large stratum had few.
-
-The certificate of a cube: what was asked for, estimated and found, in numbers and in words.
 """
 
 from __future__ import annotations
@@ -61,16 +59,15 @@ DARK_W_M2_SR = 1e-9
 """Band radiance that no detector sees; thousandths of it mean nothing."""
 
 DIGITS = 3
-"""Of errors told: sums of the reference may differ in their last bits between machines."""
+"""Of errors in words: sums of the reference may differ in their last bits between machines."""
 
 
 @dataclass(frozen=True)
 class StratumCheck:
-    """What was found in one stratum.
+    """Check of one kind of pixel.
 
     Attributes
     ----------
-    name : str
     pixels : int
         Pixels of the stratum in the checked frames, those that are left out among them.
     checked, exceeding : int
@@ -98,7 +95,7 @@ class Certificate:
     requested : RequestedAccuracy
         In kelvin, if that was asked for, which then decides.
     estimated : float
-        What the tables said while they were placed.
+        By the tables, between their nodes.
     bands : tuple of str (B,)
     strata : tuple of StratumCheck
         Those of which the checked frames have pixels.
@@ -111,7 +108,7 @@ class Certificate:
     achieved_K : dict
         Largest error of the brightness temperature of each band; empty unless kelvin were asked for.
     own_errors : tuple of str
-        What providers say about their own errors, which are not among these.
+        Accuracy that providers state of themselves, which is not among these errors.
     dark : tuple of str
         Bands in which all checked pixels are darker than ``DARK_W_M2_SR``.
     """
@@ -149,33 +146,42 @@ class Certificate:
         return dict(zip(self.bands, map(max, zip(*errors, strict=True)), strict=True)) if errors else {}
 
     @property
+    def summary(self) -> tuple[str, str]:
+        """The certificate in two lines: the verdict and the error."""
+        return self._verdict, self._kelvin if self.requested.kelvin is not None else self._relative
+
+    @property
     def lines(self) -> tuple[str, ...]:
-        """The certificate in words, the verdict first."""
-        achieved = ", ".join(f"{band} {error:.{DIGITS}g}" for band, error in self.achieved.items())
-        told = ", ".join(f"{each.name} {each.checked} of {each.pixels}" for each in self.strata)
+        """All that the certificate says, the verdict first."""
+        checked = ", ".join(f"{each.name} {each.checked} of {each.pixels}" for each in self.strata)
+        terms = ", ".join(f"{name} {error:.{DIGITS}g}" for name, error in self.terms.items())
+        left_out = ", ".join(
+            f"{count} {each.name} pixels {reason}"
+            for each in self.strata
+            for reason, count in each.left_out.items()
+            if count
+        )
         return (
             self._verdict,
-            *self._in_kelvin,
-            f"relative error of the band radiance: requested {self.requested.relative:.3g}, "
-            f"estimated {self.estimated:.2g}, achieved {achieved or 'unknown'}",
-            *self._of_terms,
+            *((self._kelvin,) if self.requested.kelvin is not None else ()),
+            self._relative,
+            *((f"error of terms, relative to the total: {terms}",) if terms else ()),
             f"checked pixels of frame{'s' if len(self.frames) > 1 else ''} {', '.join(map(str, self.frames))}: "
-            f"{told or 'none'}",
+            f"{checked or 'none'}",
             *(
                 f"band '{band}' is darker than {DARK_W_M2_SR:g} W m-2 sr-1 in all checked pixels: no detector sees "
                 "that, and its relative error means little"
                 for band in self.dark
             ),
-            *self._left_out,
+            *((f"not checked, as the reference cannot compute them: {left_out}",) if left_out else ()),
             *self._confidence,
-            "this is the engine's error against the selected providers evaluated exactly; what these are off "
-            "themselves is apart from it",
-            *(f"said of itself by {each}" for each in self.own_errors),
+            "these are errors of tables and interpolation; errors of the selected providers are not among them",
+            *(f"provider-stated accuracy: {each}" for each in self.own_errors),
         )
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for ``hcss run --json``; None stands for what is no number."""
-        found: dict[str, Any] = {
+        values: dict[str, Any] = {
             "passed": self.passed,
             "requested": self.requested.relative,
             "requested_K": self.requested.kelvin,
@@ -192,7 +198,7 @@ class Certificate:
             ],
             "text": "; ".join(self.lines),
         }
-        return {name: json_value(value) for name, value in found.items()}
+        return {name: json_value(value) for name, value in values.items()}
 
     def attributes(self) -> dict[str, str | float | int]:
         """Global attributes of the cube."""
@@ -224,29 +230,20 @@ class Certificate:
         )
 
     @property
-    def _in_kelvin(self) -> tuple[str, ...]:
-        if self.requested.kelvin is None:
-            return ()
-        achieved = ", ".join(f"{band} {error:.{DIGITS}g} K" for band, error in self.achieved_K.items())
+    def _relative(self) -> str:
+        achieved = ", ".join(f"{band} {error:.{DIGITS}g}" for band, error in self.achieved.items())
         return (
-            f"error of the brightness temperature: requested {self.requested.kelvin:g} K, achieved "
-            f"{achieved or 'unknown'}",
+            f"relative error of the band radiance: requested {self.requested.relative:.3g}, "
+            f"estimated {self.estimated:.2g}, achieved {achieved or 'unknown'}"
         )
 
     @property
-    def _of_terms(self) -> tuple[str, ...]:
-        told = ", ".join(f"{name} {error:.{DIGITS}g}" for name, error in self.terms.items())
-        return (f"error of terms, relative to the total: {told}",) if told else ()
-
-    @property
-    def _left_out(self) -> tuple[str, ...]:
-        told = [
-            f"{count} {each.name} pixels {reason}"
-            for each in self.strata
-            for reason, count in each.left_out.items()
-            if count
-        ]
-        return (f"left out, as the reference cannot follow them: {', '.join(told)}",) if told else ()
+    def _kelvin(self) -> str:
+        achieved = ", ".join(f"{band} {error:.{DIGITS}g} K" for band, error in self.achieved_K.items())
+        return (
+            f"error of the brightness temperature: requested {self.requested.kelvin:g} K, achieved "
+            f"{achieved or 'unknown'}"
+        )
 
     @property
     def _confidence(self) -> tuple[str, ...]:
@@ -255,7 +252,7 @@ class Certificate:
         alike, everywhere = (_percent(share) for share in (share_drawn_alike(self.checked), self.open_share))
         return (
             f"at {100 * CONFIDENCE:g} % confidence less than {alike} of pixels drawn alike, some of each kind, exceed "
-            f"it (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of which these were drawn",
+            f"it (1 - 0.05^(1/{self.checked})), and at most {everywhere} of all pixels of the checked frames",
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,6 @@ class SampledPixels:
     ----------
     frame : int
         Number of the frame in the cube.
-    time_s : float
     stratum : ndarray (M,)
     row, column : ndarray (M,)
     thickness_m : ndarray of float32 (M, L, P)
@@ -52,7 +52,7 @@ class SampledPixels:
 
 
 class PixelSample:
-    """What is drawn from the frames of a run, the same in every run of a plan.
+    """Pixels drawn from the frames of a run, the same in every run of a plan.
 
     Parameters
     ----------
@@ -62,62 +62,50 @@ class PixelSample:
     Attributes
     ----------
     frames : list of SampledPixels
-        What was drawn, once the frames are made.
+        One for each frame from which pixels are drawn, once it is made.
     """
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self.frames: list[SampledPixels] = []
-        asked = plan.scenario.output.certificate
+        asked, frames = plan.scenario.output.certificate, plan.frame_times_s.size
         count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
-        self._count = _per_frame(count, plan.frame_times_s.size)
-
-    def of_frame(self, index: int) -> FrameSample | None:
-        """Return what gathers the pixels of a frame; None if nothing is drawn from it."""
-        count = self._count.get(index)
-        return None if count is None else FrameSample(self._plan, index, count, self.frames)
+        parts = min(max(1, count // PIXELS_PER_FRAME), frames)
+        chosen = checked_frames(parts, frames) if count else []
+        self.counts = {frame: count // parts + (place < count % parts) for place, frame in enumerate(chosen)}
+        """Pixels to draw, by frame."""
 
     def of_part(self, index: int, before: int = 0, corner: tuple[int, int] = (0, 0)) -> PartSample | None:
         """Return what draws from a part of a frame, as in :class:`PartSample`; None if nothing is drawn from it."""
-        count = self._count.get(index)
+        count = self.counts.get(index)
         return None if count is None else PartSample(self._plan, index, count, before, corner)
 
+    def add_frame(self, index: int, parts: Sequence[DrawnPixels]) -> None:
+        """Choose from what was drawn from all parts of a frame, in their order.
 
-class FrameSample:
-    """Gathers what was drawn from the parts of one frame.
-
-    Each pixel gets a random number, and those with the smallest are kept: of each stratum a simple random sample.
-    """
-
-    def __init__(self, plan: Plan, index: int, count: int, found: list[SampledPixels]) -> None:
-        self._plan, self._index, self._count, self._found = plan, index, count, found
-        self._drawn: list[DrawnPixels] = []
-
-    def add(self, drawn: DrawnPixels) -> None:
-        """Take what was drawn from a part; parts come in order."""
-        self._drawn.append(drawn)
-
-    def finish(self) -> None:
-        """Keep as many as the certificate wants, once all parts are there."""
-        place = np.concatenate([each.place for each in self._drawn])
-        key = np.concatenate([each.key for each in self._drawn])
-        pixels = np.sum([each.pixels for each in self._drawn], axis=0)
+        Each pixel has a random number, and those with the smallest are chosen: of each stratum a simple random sample.
+        """
+        place, key = (np.concatenate([getattr(each, name) for each in parts]) for name in ("place", "key"))
+        pixels = np.sum([each.pixels for each in parts], axis=0)
         chosen = np.concatenate(
-            [smallest(key, place[:, 0] == number, count) for number, count in enumerate(allot(self._count, pixels))]
+            [
+                smallest(key, place[:, 0] == number, count)
+                for number, count in enumerate(allot(self.counts[index], pixels))
+            ]
         )
         stratum, row, column = place[chosen].T
-        self._found.append(
+        self.frames.append(
             SampledPixels(
-                frame=self._index,
-                time_s=float(self._plan.frame_times_s[self._index]),
+                frame=index,
+                time_s=float(self._plan.frame_times_s[index]),
                 stratum=stratum,
                 row=row,
                 column=column,
-                thickness_m=np.concatenate([each.points for each in self._drawn])[chosen],
-                radiance=np.concatenate([each.radiance for each in self._drawn])[chosen],
+                thickness_m=np.concatenate([each.points for each in parts])[chosen],
+                radiance=np.concatenate([each.radiance for each in parts])[chosen],
                 pixels=pixels,
-                in_shadow=np.sum([each.in_shadow for each in self._drawn], axis=0),
-                with_waves=np.sum([each.with_waves for each in self._drawn], axis=0),
+                in_shadow=np.sum([each.in_shadow for each in parts], axis=0),
+                with_waves=np.sum([each.with_waves for each in parts], axis=0),
             )
         )
 
@@ -140,12 +128,3 @@ def allot(count: int, pixels: Counts) -> Counts:
         np.divide(taken, goal, out=behind, where=taken < pixels)
         taken[np.lexsort((-goal, behind))[0]] += 1
     return taken
-
-
-def _per_frame(count: int, frames: int) -> dict[int, int]:
-    """Return the pixels to draw from each frame that is drawn."""
-    if count == 0:
-        return {}
-    parts = min(max(1, count // PIXELS_PER_FRAME), frames)
-    chosen = checked_frames(parts, frames)
-    return {frame: count // parts + (place < count % parts) for place, frame in enumerate(chosen)}

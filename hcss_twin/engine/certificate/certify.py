@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import REFERENCES
+from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
 from hcss_twin.engine.certificate.part_sample import stratum_names
@@ -25,7 +25,6 @@ from hcss_twin.engine.tables.over_views import image_views, plan_toward
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.models.radiance.reference import reference_terms
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
-from hcss_twin.plan.kept_results import KeptResults
 from hcss_twin.plan.plan import Plan
 
 COLUMNS_AT_ONCE = 32
@@ -33,7 +32,7 @@ COLUMNS_AT_ONCE = 32
 
 
 @dataclass(frozen=True)
-class KeptReference:
+class ReferenceColumns:
     """Terms (N, K, B) of columns."""
 
     terms: Array
@@ -42,7 +41,7 @@ class KeptReference:
 def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
     """Terms (N, K, B) of columns (N, L) at a time, computed at every wavenumber of the dense grid.
 
-    What is kept goes by all that the tables of the plan depend on, by the columns and the time.
+    They are kept under all that the tables of the plan depend on, the columns and the time.
 
     Raises
     ------
@@ -52,14 +51,12 @@ def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
     digest = hashlib.sha256(table_key(plan).encode())
     digest.update(repr((float(time_s), thickness_m.shape)).encode())
     digest.update(np.ascontiguousarray(thickness_m).tobytes())
-    results = KeptResults(REFERENCES, plan.catalog, KeptReference)
-    key, before = digest.hexdigest(), plan.catalog.used
-    kept = results.find(key)
-    if kept is None:
-        sun = plan.sun_up_at(time_s)
-        kept = KeptReference(reference_terms(plan.model, plan.spectral_grid, thickness_m, sun, COLUMNS_AT_ONCE))
-        results.keep(key, kept, before)
-    return kept.terms
+
+    def compute() -> ReferenceColumns:
+        model, sun = plan.assembly.model, plan.sun_up_at(time_s)
+        return ReferenceColumns(reference_terms(model, plan.spectral_grid, thickness_m, sun, COLUMNS_AT_ONCE))
+
+    return recall_or_compute(REFERENCES, digest.hexdigest(), plan.catalog, compute, (ReferenceColumns,)).terms
 
 
 def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:
@@ -105,7 +102,7 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
     stratum = np.concatenate([np.empty(0, np.int64), *(pixels.stratum for pixels in frames)])
     size = np.array([pixels.pixels for pixels in frames]).reshape(len(frames), len(names))
     checked = np.array([np.bincount(pixels.stratum, minlength=len(names)) for pixels in frames])
-    found = []
+    checks = []
     for number, name in enumerate(names):
         own = stratum == number
         left_out = {
@@ -115,12 +112,12 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
         pixels_of = int(np.sum(size[:, number])) + sum(left_out.values())
         if pixels_of:
             worst = tuple(_rounded(each) for each in np.max(error[own], axis=0)) if np.any(own) else ()
-            found.append(StratumCheck(name, pixels_of, int(np.sum(own)), int(np.sum(exceeding[own])), worst, left_out))
+            checks.append(StratumCheck(name, pixels_of, int(np.sum(own)), int(np.sum(exceeding[own])), worst, left_out))
     return Certificate(
         requested=plan.accuracy,
         estimated=tables.estimated_error,
         bands=tuple(band.name for band in plan.bands),
-        strata=tuple(found),
+        strata=tuple(checks),
         frames=tuple(pixels.frame for pixels in frames),
         open_share=share_of_all(size.ravel(), checked.reshape(size.shape).ravel()),
         terms=terms if error.size else {},

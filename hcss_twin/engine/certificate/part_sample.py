@@ -1,9 +1,8 @@
-"""Kinds of pixels, so that a sample of a frame has some of each: clear; thin, edge and thick of each choice of layers.
+"""Pixels drawn from one part of a frame for the certificate: some of each kind, or stratum.
 
-A pixel is at an edge where some layer's cloud ends in it or beside it (the next pixel up, down, left or right). Other
-cloudy pixels are thick if some layer is there at least as thick as the geometric mean of its limits; otherwise thin.
-
-The draw from one part of a frame: of each kind of pixels as many as the certificate may want.
+Strata are clear pixels, and thin, edge and thick ones of each choice of layers. A pixel is at an edge where some
+layer's cloud ends in it or beside it (the next pixel up, down, left or right). Other cloudy pixels are thick if some
+layer is there at least as thick as the geometric mean of its limits; otherwise thin.
 """
 
 from __future__ import annotations
@@ -65,8 +64,8 @@ def strata(
         thick |= cloudy & (_sums(thickness, samples) >= least)
     # In bytes throughout: a frame has as many as pixels, and numpy's own integers take eight times the room.
     part = np.where(edge, np.int8(1), np.int8(2) * thick.view(np.int8))
-    found: NDArray[np.int8] = np.where(layer_choice > 0, np.int8(3) * layer_choice + (part - np.int8(2)), np.int8(0))
-    return found
+    stratum: NDArray[np.int8] = np.where(layer_choice > 0, np.int8(3) * layer_choice + (part - np.int8(2)), np.int8(0))
+    return stratum
 
 
 def _sums(values: NDArray[Any], samples: int) -> NDArray[Any]:
@@ -75,12 +74,12 @@ def _sums(values: NDArray[Any], samples: int) -> NDArray[Any]:
 
 def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Pixels that are in the mask or share a side with one that is."""
-    found = open_sky.copy()
-    found[1:] |= open_sky[:-1]
-    found[:-1] |= open_sky[1:]
-    found[:, 1:] |= open_sky[:, :-1]
-    found[:, :-1] |= open_sky[:, 1:]
-    return found
+    beside = open_sky.copy()
+    beside[1:] |= open_sky[:-1]
+    beside[:-1] |= open_sky[1:]
+    beside[:, 1:] |= open_sky[:, :-1]
+    beside[:, :-1] |= open_sky[:, 1:]
+    return beside
 
 
 Counts = NDArray[np.int64]
@@ -123,7 +122,6 @@ class PartSample:
 
     Parameters
     ----------
-    plan : Plan
     index : int
         Number of the frame in the cube.
     count : int
@@ -180,8 +178,8 @@ class PartSample:
             if some[0].size < wanted:
                 every = np.nonzero(free & (stratum == number))
                 some = every[0], every[1]
-            kept = smallest(key[some], np.ones(some[0].size, dtype=np.bool_), wanted)
-            places = some[0][kept], some[1][kept]
+            chosen = smallest(key[some], np.ones(some[0].size, dtype=np.bool_), wanted)
+            places = some[0][chosen], some[1][chosen]
             self._keep(number, key[places], *places, window, thickness_m)
 
     def drawn(self, radiance: NDArray[np.float32]) -> DrawnPixels:
@@ -240,5 +238,5 @@ def _clear_in_part(thickness_m: Sequence[Thickness], shape: tuple[int, int], sam
     clear = np.ones((shape[0] * samples, shape[1] * samples), dtype=np.bool_)
     for thickness in thickness_m:
         clear &= thickness <= 0
-    found: NDArray[np.bool_] = pixel_sums(clear, samples) > 0
-    return found
+    clear_in_part: NDArray[np.bool_] = pixel_sums(clear, samples) > 0
+    return clear_in_part

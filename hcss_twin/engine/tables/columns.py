@@ -1,6 +1,6 @@
-"""Columns under another sun, from those under a first one: the difference is small and smooth and needs few nodes.
+"""Columns of a scene, integrated over its bands.
 
-Columns of a scene, integrated over its bands: each is computed once.
+Those under another sun differ from those under a first one by little, and smoothly: the difference needs few nodes.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.tables.layer_pair import LayerPair
 from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities
 from hcss_twin.engine.tables.thickness_axis import ColumnsAt, ThicknessAxis, relative, spline_through, total
-from hcss_twin.engine.tables.wave_table import probe_waves
+from hcss_twin.engine.tables.waves import probe_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
@@ -61,9 +61,9 @@ def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance
             break
     difference = spline_through(thickness_m[places], values - known[places])(np.log(thickness_m))
     # A term that fades to nothing would swing below it.
-    found: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=0), 0.0))
-    found[places] = values
-    return found
+    columns_at: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=0), 0.0))
+    columns_at[places] = values
+    return columns_at
 
 
 def layer_pair(columns: ColumnsAt, low_m: Array, high_m: Array, known: Array, tolerance: float) -> Array | None:
@@ -87,12 +87,12 @@ def layer_pair(columns: ColumnsAt, low_m: Array, high_m: Array, known: Array, to
         values = _product(columns, low_m[low], high_m[high])
         across = spline_through(high_m[high], np.moveaxis(values - known[np.ix_(low, high)], 1, 0))(np.log(high_m))
         difference = spline_through(low_m[low], np.moveaxis(across, 0, 1))(np.log(low_m))
-        found: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=(0, 1)), 0.0))
+        columns_at: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=(0, 1)), 0.0))
         between = _between(low), _between(high)
         exact = _product(columns, low_m[between[0]], high_m[between[1]])
-        guess = found[np.ix_(*between)]
+        guess = columns_at[np.ix_(*between)]
         if relative(np.sum(guess, axis=2), np.sum(exact, axis=2)) <= tolerance:
-            return found
+            return columns_at
         low, high = (np.union1d(old, new) for old, new in zip((low, high), between, strict=True))
     return None
 
@@ -108,8 +108,8 @@ def _between(places: Places) -> Places:
 
 
 def _product(columns: ColumnsAt, low_m: Array, high_m: Array) -> Array:
-    found = columns(np.stack(np.meshgrid(low_m, high_m, indexing="ij"), axis=-1).reshape(-1, 2))
-    return found.reshape(low_m.size, high_m.size, *found.shape[1:])
+    values = columns(np.stack(np.meshgrid(low_m, high_m, indexing="ij"), axis=-1).reshape(-1, 2))
+    return values.reshape(low_m.size, high_m.size, *values.shape[1:])
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class BandColumns:
         self._grid = nodes
         # Waves change columns of all wavenumbers; the clear column that their changes are added to is like them.
         self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
-        terms = tuple(plan.model.terms)
+        terms = tuple(plan.assembly.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
         self._known: dict[tuple[Sun | None, tuple[float, ...]], Array] = {}
         self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
@@ -144,15 +144,15 @@ class BandColumns:
     def clear(self, sun: Sun | None) -> Array:
         """Terms of the clear column, (K, B)."""
         grid = self._clear_grid
-        return self._to_bands(self._plan.model.clear(grid.wavenumber_cm1, sun), grid)
+        return self._to_bands(self._plan.assembly.model.clear(grid.wavenumber_cm1, sun), grid)
 
     def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
         """Terms of cloudy columns, (N, K, B), from the thickness of each layer, (N, L); each is computed once."""
         keys = [(sun, tuple(row)) for row in thickness_m.tolist()]
         new = [row for row, key in enumerate(keys) if key not in self._known]
         if new:
-            found = self._plan.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
-            for row, terms in zip(new, self._to_bands(found, self._grid), strict=True):
+            spectra = self._plan.assembly.model.cloudy(self._grid.wavenumber_cm1, thickness_m[new], sun)
+            for row, terms in zip(new, self._to_bands(spectra, self._grid), strict=True):
                 self._known[keys[row]] = terms
         return np.stack([self._known[key] for key in keys])
 
@@ -171,7 +171,7 @@ class BandColumns:
         clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
         if self._plan.waves is not None:
             clear = np.concatenate((clear, probe_waves(self._plan, self._plan.waves, sun)))
-        extremes = self._plan.extreme_thicknesses_m
+        extremes = self._plan.assembly.extreme_thicknesses_m
         if extremes.shape[0] == 0:
             return clear
         cloudy: Array = np.sum(self.cloudy(extremes, sun), axis=1)

@@ -1,16 +1,14 @@
-"""All columns with cloud in two layers from a few: crosses of rows and columns of their product.
+"""Columns with cloud in two layers: exact ones on the product of two thickness axes, and the look-up between them.
 
 Seen from space two layers meet in few independent ways, so that the matrix of radiances over the thickness of one and
 of the other has a low rank: a handful of its rows and columns says what the rest is (the skeleton or cross
 approximation: S. A. Goreinov, E. E. Tyrtyshnikov and N. L. Zamarashkin, *A theory of pseudoskeleton approximations*,
-Linear Algebra Appl. 261, 1997). Elements that are in no cross are computed to find the error, and where it is too
+Linear Algebra Appl. 261, 1997). Elements that are in no cross are computed to measure the error, and where it is too
 large the worst of them gets a cross of its own.
 
-Columns with cloud in two layers: exact ones on the product of two thickness axes, and frames between them.
-
-Along each axis radiance is interpolated as for one layer: by splines in ln(thickness) between the exact
-nodes of each smooth segment, and linearly between the dense nodes of the look-up. The axes of the layers
-alone are a first guess; seen through another cloud, or above one, a layer can need more nodes.
+Along each axis radiance is interpolated as for one layer: by splines in ln(thickness) between the exact nodes of each
+smooth segment, and linearly between the dense nodes of the look-up. The axes of the layers alone are a first guess;
+seen through another cloud, or above one, a layer can need more nodes.
 """
 
 from __future__ import annotations
@@ -53,7 +51,6 @@ def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> t
 
     Parameters
     ----------
-    columns : callable
     low_m, high_m : ndarray (E,), (F,)
         Ascending.
     tolerance : float
@@ -72,18 +69,18 @@ def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> t
     by_column = {column: _line(columns, low_m, high_m[column : column + 1]) for column in across}
     start = 0
     while True:
-        found = _skeleton(by_row, by_column)
+        completed = _skeleton(by_row, by_column)
         tried = _elsewhere(size, by_row, by_column, start)
         if tried is None or len(by_row) >= min(size):
             return _line_by_line(columns, by_row, low_m, high_m), 0.0
         start += TRIED
         exact = columns(np.stack((low_m[tried[0]], high_m[tried[1]]), axis=1))
         total = np.sum(exact, axis=1)
-        guess = np.sum(found[tried], axis=1)
+        guess = np.sum(completed[tried], axis=1)
         error = np.max(np.abs(guess - total) / np.maximum(np.abs(total), np.finfo(float).tiny), axis=1)
         worst = int(np.argmax(error))
         if error[worst] <= 0.5 * tolerance:
-            return found, float(error[worst])
+            return completed, float(error[worst])
         row, column = int(tried[0][worst]), int(tried[1][worst])
         by_row.setdefault(row, _line(columns, low_m[row : row + 1], high_m))
         by_column.setdefault(column, _line(columns, low_m, high_m[column : column + 1]))
@@ -112,12 +109,12 @@ def _skeleton(by_row: dict[int, Array], by_column: dict[int, Array]) -> Array:
     columns = np.stack([by_column[column] for column in across], axis=1)  # (E, J, K, B)
     centre = np.moveaxis(lines[:, across], (0, 1), (-2, -1))  # (K, B, I, J)
     inverse = np.linalg.pinv(centre, rcond=_RANK)
-    found: Array = np.einsum("ejkb,kbji,ifkb->efkb", columns, inverse, lines, optimize=True)
+    completed: Array = np.einsum("ejkb,kbji,ifkb->efkb", columns, inverse, lines, optimize=True)
     for index, column in enumerate(across):
-        found[:, column] = columns[:, index]
+        completed[:, column] = columns[:, index]
     for index, row in enumerate(rows):
-        found[row] = lines[index]
-    return found
+        completed[row] = lines[index]
+    return completed
 
 
 def _elsewhere(
@@ -274,8 +271,8 @@ def _misfits(columns: ColumnsAt, axes: list[ThicknessAxis], values: Array, which
     for segment, place in zip(axis.segments, axis.places, strict=True):
         middle = np.sqrt(segment[:-1]) * np.sqrt(segment[1:])
         pairs = np.stack(np.meshgrid(middle, other[probes], indexing="ij"), axis=-1).reshape(-1, 2)
-        found = columns(pairs if which == 0 else pairs[:, ::-1])
-        exact = found.reshape(middle.size, probes.size, *found.shape[1:])
+        computed = columns(pairs if which == 0 else pairs[:, ::-1])
+        exact = computed.reshape(middle.size, probes.size, *computed.shape[1:])
         guess = curve_through(segment, along[place])(np.log(middle))
         error = float(np.max(np.abs(np.sum(guess, axis=2) / np.sum(exact, axis=2) - 1.0)))
         as_bands = (np.moveaxis(each, 1, 2).reshape(middle.size, each.shape[2], -1) for each in (guess, exact))

@@ -1,7 +1,4 @@
-"""Tables of a scene whose pixels have views of their own: those of each view, and their errors together.
-
-Radiance of a frame whose pixels have views of their own: look-ups at each node, weighted pixel by pixel.
-"""
+"""Tables for each of several views of a scene, and look-ups in them weighted pixel by pixel."""
 
 from __future__ import annotations
 
@@ -24,7 +21,7 @@ from hcss_twin.providers import Grid, View
 
 def plan_toward(plan: Plan, view: View) -> Plan:
     """Return the plan of the same scene seen along parallel rays from another direction."""
-    return replace(plan, assembly=plan.assembly.toward(view), views=None)
+    return replace(plan, assembly=plan.assembly.toward(view), view=view, views=None)
 
 
 def image_views(plan: Plan) -> ImageViews:
@@ -73,7 +70,6 @@ class ViewedLookUp:
 
     Parameters
     ----------
-    axis : ViewAxis
     grid : Grid
         The image, in pixels.
     look_ups : sequence of LookUp
@@ -106,27 +102,17 @@ class ViewedLookUp:
         for first in range(0, rows, step):
             strip = slice(first, min(first + step, rows))
             points = [each[points_of(strip, samples)] for each in thickness_m]
-            self._fill_strip(radiance, points, samples, (corner[0] + first, corner[1]), strip.stop - first, columns)
-
-    def _fill_strip(
-        self,
-        radiance: NDArray[np.float32],
-        thickness_m: Sequence[Thickness],
-        samples: int,
-        corner: tuple[int, int],
-        rows: int,
-        columns: int,
-    ) -> None:
-        window = slice(corner[0], corner[0] + rows), slice(corner[1], corner[1] + columns)
-        sums = np.zeros((radiance.shape[0], rows, columns))
-        part = np.empty(sums.shape, dtype=np.float32)
-        up, across = self._up[window[0]], self._across[window[1]]
-        for node, look_up in enumerate(self._look_ups):
-            look_up.fill(part, thickness_m, samples)
-            row, column = divmod(node, across.shape[1])
-            _add(sums, part, np.ascontiguousarray(up[:, row]), np.ascontiguousarray(across[:, column]))
-        # A term that vanishes may be less than 0 between nodes.
-        radiance[:, window[0], window[1]] = np.maximum(sums, 0.0)
+            y = slice(corner[0] + strip.start, corner[0] + strip.stop)
+            x = slice(corner[1], corner[1] + columns)
+            sums = np.zeros((radiance.shape[0], strip.stop - first, columns))
+            part = np.empty(sums.shape, dtype=np.float32)
+            up, across = self._up[y], self._across[x]
+            for node, look_up in enumerate(self._look_ups):
+                look_up.fill(part, points, samples)
+                row, column = divmod(node, across.shape[1])
+                _add(sums, part, np.ascontiguousarray(up[:, row]), np.ascontiguousarray(across[:, column]))
+            # A term that vanishes may be less than 0 between nodes.
+            radiance[:, y, x] = np.maximum(sums, 0.0)
 
 
 @njit(cache=True, nogil=True)

@@ -160,7 +160,6 @@ class RadianceTables:
 
     Attributes
     ----------
-    quantities : Quantities
     time_s : tuple of float (T,)
         Time nodes; a single one where the sun does not matter.
     axes : tuple of ThicknessAxis or None

@@ -1,7 +1,4 @@
-"""Which frames a certificate checks: random, and the same for every sequence of a length.
-
-At which wavenumbers the columns of a scene are computed: chosen on some of its columns, tried on others.
-"""
+"""The wavenumbers at which columns of a scene are computed: chosen on some of its columns, tried on others."""
 
 from __future__ import annotations
 
@@ -66,7 +63,6 @@ class Spectrum:
 
     Attributes
     ----------
-    nodes : SpectralNodes
     dense : int
         Wavenumbers of the grid they were chosen from.
     estimated_error : float
@@ -116,10 +112,10 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
                 *(_clear_spectra(plan, sun) for sun in _suns(plan, heights + 1 + trial)),
             ]
         )
-        kept = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
+        places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         total = np.sum(tried, axis=1)
         exact = total @ grid.weights_cm1.T
-        away, lit = np.abs(total[:, kept] @ nodes.weights_cm1.T - exact), exact > 0.0
+        away, lit = np.abs(total[:, places] @ nodes.weights_cm1.T - exact), exact > 0.0
         error = float(np.max(away[lit] / exact[lit], initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
         if error <= TRIAL_SHARE * tolerance:
             return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
@@ -167,17 +163,17 @@ def _suns_that_hardly_move(plan: Plan) -> list[Sun | None]:
 
 def _clear_spectra(plan: Plan, sun: Sun | None) -> Array:
     """Terms of the clear column, (1, K, V)."""
-    found = plan.model.clear(plan.spectral_grid.wavenumber_cm1, sun)
-    return np.stack([np.asarray(found[name]) for name in plan.model.terms])[None]
+    spectra = plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, sun)
+    return np.stack([np.asarray(spectra[name]) for name in plan.assembly.model.terms])[None]
 
 
 def _cloudy_spectra(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
     """Terms of cloudy columns (N, L), (N, K, V)."""
-    wavenumber, terms = plan.spectral_grid.wavenumber_cm1, plan.model.terms
+    wavenumber, terms = plan.spectral_grid.wavenumber_cm1, plan.assembly.model.terms
     if not thickness_m.size:
         return np.empty((0, len(terms), wavenumber.size))
-    found = plan.model.cloudy(wavenumber, thickness_m, sun)
-    return np.stack([np.asarray(found[name]) for name in terms], axis=1)
+    spectra = plan.assembly.model.cloudy(wavenumber, thickness_m, sun)
+    return np.stack([np.asarray(spectra[name]) for name in terms], axis=1)
 
 
 def _first_columns(plan: Plan) -> Array:
@@ -186,7 +182,7 @@ def _first_columns(plan: Plan) -> Array:
     rows = []
     for layer in _cloudy(plan):
         low, high = _range(plan, layer)
-        ends = np.array(breakpoints(plan.layers[layer], plan.profile.altitude_m))
+        ends = np.array(breakpoints(plan.layers[layer], plan.assembly.profile.altitude_m))
         between = 0.5 * (ends[:-1] + ends[1:])
         rows.append(_alone(plan, layer, np.concatenate((low * (high / low) ** share, between))))
     if len(rows) > 1:
@@ -209,7 +205,7 @@ def _trials(plan: Plan) -> Iterator[Array]:
 
 
 def _cloudy(plan: Plan) -> list[int]:
-    return [layer for layer, cloudy in enumerate(plan.cloudy_layers) if cloudy]
+    return [layer for layer, cloudy in enumerate(plan.assembly.cloudy_layers) if cloudy]
 
 
 def _range(plan: Plan, layer: int) -> tuple[float, float]:

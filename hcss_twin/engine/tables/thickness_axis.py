@@ -1,14 +1,9 @@
-"""Naming who makes radiance jump as a cloud grows, and where.
-
-Radiance against thickness between exact columns: a spline of degree 5 in ln(thickness).
-
-The thickness axis of the radiance tables: where spectra are computed, and how frames look between.
+"""The thickness axis of the radiance tables: exact columns, splines between them, and nodes of the linear look-up.
 
 Radiance against thickness is smooth except where the moving face of the cloud crosses a level of the profile. Between
-two such breakpoints a spline in ln(thickness) through few exact columns meets the tolerance (``curve.py``); it is then
-sampled densely, so that the look-up of each pixel is linear.
-
-Each term of the radiance is interpolated; the total is their sum.
+two such breakpoints a spline of degree 5 in ln(thickness) through few exact columns meets the tolerance; it is then
+sampled densely, so that the look-up of each pixel is linear. Each term of the radiance is interpolated; the total is
+their sum.
 """
 
 from __future__ import annotations
@@ -55,7 +50,6 @@ def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, pl
     ----------
     what : str
         What does not converge to what.
-    source : Source
     layer : CloudLayer
         The one that grows.
     thickness_m : ndarray (N,)

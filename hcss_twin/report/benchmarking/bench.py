@@ -58,7 +58,7 @@ def random_columns(plan: Plan, count: int) -> Array:
     size = plan.grid.rows * samples, plan.grid.columns * samples
     row, column = (random.integers(0, each, count).tolist() for each in size)
     found = np.zeros((count, len(plan.layers)))
-    for index, (layer, generator) in enumerate(zip(plan.layers, plan.generators, strict=True)):
+    for index, (layer, generator) in enumerate(zip(plan.layers, plan.assembly.generators, strict=True)):
         whole = None
         if not generator.declares.tileable:
             whole = generator.thickness_m(time_s, slice(0, size[0]), slice(0, size[1]))
@@ -87,7 +87,7 @@ def even_wavelengths(plan: Plan, count: int) -> SpectralGrid:
 def integrate(plan: Plan, grid: SpectralGrid, columns: Array, together: int = 1) -> Array:
     """Band radiance (N, B) of columns (N, L), each by itself or so many cloudy ones together."""
     sun = plan.sun_at(float(plan.frame_times_s[0]))
-    return reference_radiance(plan.model, grid, columns, sun, together)
+    return reference_radiance(plan.assembly.model, grid, columns, sun, together)
 
 
 def points_of_scene(plan: Plan) -> int:

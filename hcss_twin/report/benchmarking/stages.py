@@ -64,7 +64,7 @@ class _Timed:
 
 def with_timed_clouds(plan: Plan, clock: Clock) -> Plan:
     """Return a plan that makes the same frames and counts the time of its cloud generators."""
-    generators = tuple(_Timed(generator, clock) for generator in plan.generators)
+    generators = tuple(_Timed(generator, clock) for generator in plan.assembly.generators)
     return dataclasses.replace(plan, assembly=dataclasses.replace(plan.assembly, generators=generators))
 
 
@@ -229,7 +229,7 @@ def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario) -> Certifi
     """
     plan = make_plan(scenario)
     tables, sample = tables_of(plan), PixelSample(plan)
-    drawn = [frame for frame in range(plan.frame_times_s.size) if sample.of_frame(frame) is not None]
+    drawn = list(sample.counts)
     for _ in stream(plan, tables, sample, drawn):
         pass
     return rounds.time(prefix + CERTIFICATE, lambda: certify(plan, tables, sample.frames))

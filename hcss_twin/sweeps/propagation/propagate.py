@@ -256,7 +256,7 @@ def _cube(
     def report(certificate: Certificate) -> None:
         certificates.append(certificate)
         if not certificate.passed:
-            warnings.warn("; ".join(certificate.lines[:2]), CertificateWarning, stacklevel=5)
+            warnings.warn("; ".join(certificate.summary), CertificateWarning, stacklevel=5)
 
     scenario = source.scenario(sample.overrides(sample.mixtures[0], draw))
     return run(make_plan(scenario, shelf=source.cache), cube_path(path, draw), report=report)

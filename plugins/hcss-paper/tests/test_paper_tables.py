@@ -68,7 +68,7 @@ def baseline():
         changes = {"view.zenith": zenith, "bands": list(BANDS.values()), "frames.count": 1}
         plan = make_plan(Scenario.load("baseline", changes))
         thickness_m = [0.0, plan.layers[0].thickness_max_m]
-        found.append(reference_radiance(plan.model, plan.spectral_grid, thickness_m, plan.sun_track.at(0.0)))
+        found.append(reference_radiance(plan.assembly.model, plan.spectral_grid, thickness_m, plan.sun_track.at(0.0)))
     return np.array(found)
 
 
@@ -98,7 +98,7 @@ def test_the_corrected_physics_beside_is_brighter_by_day_in_the_mid_wave_and_ali
     monkeypatch.setattr(scene, "_PHYSICAL", PHYSICAL)
     plan = scene.scene.__wrapped__("physical", 20.0, ("mwir", "lwir"), 1.0, fitted("sea temperature"))
     clear, opaque = reference_radiance(
-        plan.model, plan.spectral_grid, [0.0, plan.layers[0].thickness_max_m], plan.sun_track.at(0.0)
+        plan.assembly.model, plan.spectral_grid, [0.0, plan.layers[0].thickness_max_m], plan.sun_track.at(0.0)
     )
     printed = columns_over_views("as-printed")
     assert 0.2 < clear[0] - printed.clear[2, 1] < 0.4
@@ -152,7 +152,7 @@ def test_mwir_rows_exclude_the_sunlight_that_eq_16_gives_the_cloud():
     changes["radiance.parameters"] = {"glint_scale": fitted("glint scale")}
     plan = make_plan(Scenario.load("baseline", changes))
     [[opaque]] = reference_radiance(
-        plan.model, plan.spectral_grid, [plan.layers[0].thickness_max_m], plan.sun_track.at(0.0)
+        plan.assembly.model, plan.spectral_grid, [plan.layers[0].thickness_max_m], plan.sun_track.at(0.0)
     )
     cover = fitted("cover of Table IV, 3-5 um")
     mixed = (1 - cover) * columns_over_views("as-printed").clear[-1, 1] + cover * opaque

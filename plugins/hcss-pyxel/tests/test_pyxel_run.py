@@ -89,7 +89,7 @@ def test_the_brightest_pixel_does_not_saturate(ran):
 
 def test_the_wavelength_of_an_example_is_that_of_the_scenes_own_spectra(cube, tmp_path):
     """Next to photons integrated here over the spectrum of each column of the same radiance."""
-    from hcss_twin.engine.mean_wavelength import mean_wavelengths_of
+    from hcss_pyxel.mean_wavelength import mean_wavelengths_of
 
     made = CliRunner().invoke(cli, ["example", str(cube), "--band", "lwir", "-o", str(tmp_path / "e")])
     told = float(re.search(r"wavelength_um: ([0-9.]+), by", made.output).group(1))

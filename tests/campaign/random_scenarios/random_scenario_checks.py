@@ -64,10 +64,10 @@ def recompute(plan: Plan, thickness: np.ndarray, wanted: int, seed: int) -> Pixe
         clear = here[~np.any(metres[here] > 0, axis=1)]
         cloudy = np.setdiff1d(here, clear)
         if clear.size:
-            radiance[clear] = _over_bands(plan, plan.model.clear(plan.spectral_grid.wavenumber_cm1, sun))
+            radiance[clear] = _over_bands(plan, plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, sun))
         for start in range(0, cloudy.size, 16):
             part = cloudy[start : start + 16]
-            terms = plan.model.cloudy(plan.spectral_grid.wavenumber_cm1, metres[part], sun)
+            terms = plan.assembly.model.cloudy(plan.spectral_grid.wavenumber_cm1, metres[part], sun)
             radiance[part] = _over_bands(plan, terms)
     return Pixels(place, metres, radiance)
 
@@ -153,9 +153,9 @@ def _warm(plan: Plan) -> None:
     wavenumber = plan.spectral_grid.wavenumber_cm1
     sun = plan.sun_at(float(plan.frame_times_s[0]))
     other = make_plan(plan.scenario)
-    other.model.clear(wavenumber, sun)
+    other.assembly.model.clear(wavenumber, sun)
     if plan.assembly.has_cloud:
-        other.model.cloudy(wavenumber, plan.extreme_thicknesses_m[:1], sun)
+        other.assembly.model.cloudy(wavenumber, plan.assembly.extreme_thicknesses_m[:1], sun)
 
 
 def _forget_tables() -> None:

@@ -130,12 +130,12 @@ def _needs_no_data() -> Check:
 
 def _has_terms() -> Check:
     plan = scene("physical", 20.0, tuple(BANDS.values()))
-    sunlight = plan.model.clear(plan.spectral_grid.wavenumber_cm1, None)
-    dark = all(not np.any(sunlight[name]) for name in plan.model.solar_terms)
+    sunlight = plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, None)
+    dark = all(not np.any(sunlight[name]) for name in plan.assembly.model.solar_terms)
     return Check(
-        f"physical interpretability: radiance comes in {len(plan.model.terms)} named terms, and the "
-        f"{len(plan.model.solar_terms)} of sunlight are 0 without sun",
-        dark and len(plan.model.terms) > 1,
+        f"physical interpretability: radiance comes in {len(plan.assembly.model.terms)} named terms, and the "
+        f"{len(plan.assembly.model.solar_terms)} of sunlight are 0 without sun",
+        dark and len(plan.assembly.model.terms) > 1,
     )
 
 

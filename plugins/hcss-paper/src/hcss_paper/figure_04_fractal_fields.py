@@ -58,7 +58,7 @@ def field(change: dict[str, Any], seed: int) -> Array:
             "seed": seed,
         },
     )
-    generator: Any = make_plan(scenario).generators[0]
+    generator: Any = make_plan(scenario).assembly.generators[0]
     values: Array = generator.field(0.0, slice(0, 800), slice(0, 800)).astype(np.float64)
     return values
 

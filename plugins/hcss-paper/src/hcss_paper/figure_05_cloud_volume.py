@@ -61,7 +61,7 @@ def figure_5(seed: int) -> Reproduction:
             "seed": seed,
         },
     )
-    generator: Any = make_plan(scenario).generators[0]
+    generator: Any = make_plan(scenario).assembly.generators[0]
     every = slice(0, SIDE_PIXELS)
     field: Array = generator.field(0.0, every, every).astype(np.float64)
     columns = _columns(simulate(scenario))

@@ -93,7 +93,7 @@ def stand_in(seed: int, size: int) -> NDArray[np.float32]:
             "output.variables": ["cloud_mask"],
         },
     )
-    generator: Any = make_plan(scenario).generators[0]
+    generator: Any = make_plan(scenario).assembly.generators[0]
     field = generator.field(0.0, slice(0, size), slice(0, size))
     return cloud_fraction_value(field.astype(np.float64)).astype(np.float32)
 

@@ -20,7 +20,7 @@ from hcss_paper.figure_base import (
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin.core.arrays import Array
-from hcss_twin.engine.sensing.sense import sense
+from hcss_twin.engine.sense import sense
 from hcss_twin.engine.simulate import simulate
 
 if TYPE_CHECKING:

@@ -78,8 +78,8 @@ def column_terms() -> ColumnTerms:
 def _spectra(plan: Plan) -> tuple[Array, Array, Array, Array]:
     """Emission of sea and air and glint of the clear column, and the opaque column, each (V,)."""
     nu, sun = plan.spectral_grid.wavenumber_cm1, plan.sun_track.at(0.0)
-    clear = plan.model.clear(nu, sun)
-    opaque = plan.model.cloudy(nu, np.array([[plan.layers[0].thickness_max_m]]), sun)
+    clear = plan.assembly.model.clear(nu, sun)
+    opaque = plan.assembly.model.cloudy(nu, np.array([[plan.layers[0].thickness_max_m]]), sun)
     whole: Array = np.sum([term[0] for term in opaque.values()], axis=0)
     return clear["sea_emission"], clear["path_emission"], clear["sea_reflected_sun"], whole
 
@@ -130,7 +130,9 @@ def fit_tables_5_and_6(terms: ColumnTerms, sea_temperature_K: float) -> dict[str
     suns, printed = [], []
     for table, of_table in (("table_5", suns_of_table_5()), ("table_6", suns_of_table_6())):
         # Glint of a sun at 1 au: irradiance goes as the inverse square of its distance.
-        glints = [sun.distance_au**2 * plan.model.clear(nu, sun)["sea_reflected_sun"] @ weights for sun in of_table]
+        glints = [
+            sun.distance_au**2 * plan.assembly.model.clear(nu, sun)["sea_reflected_sun"] @ weights for sun in of_table
+        ]
         suns.append(np.array(glints))
         printed.append(np.array([row[-1] for row in published()[table]["rows"]]))
 

@@ -117,7 +117,7 @@ def columns_over_suns(model: Model, suns: tuple[Sun, ...], one_distance: bool = 
 def _columns(plan: Plan, sun: Sun | None) -> Array:
     """Clear and opaque column, (2, B)."""
     thickness_m = [0.0, plan.layers[0].thickness_max_m]
-    return reference_radiance(plan.model, plan.spectral_grid, thickness_m, sun)
+    return reference_radiance(plan.assembly.model, plan.spectral_grid, thickness_m, sun)
 
 
 @dataclass(frozen=True)
@@ -164,6 +164,6 @@ def _clear_air() -> tuple[Array, Array, Array, Array]:
         plan = scene("as-printed", zenith, tuple(BANDS.values()))
         nu = plan.spectral_grid.wavenumber_cm1
         transmittance.append(plan.assembly.transmittance.transmittance(nu, [to_space(0.0, zenith)])[0])
-        path.append(plan.model.clear(nu, None)["path_emission"])
+        path.append(plan.assembly.model.clear(nu, None)["path_emission"])
     grid = plan.spectral_grid
     return grid.wavenumber_cm1, grid.weights_cm1, np.array(transmittance), np.array(path)

@@ -61,8 +61,8 @@ def _reading(times_s: tuple[float, ...]) -> str:
 @click.argument("cube", type=click.Path(exists=True, path_type=Path))
 def wavelength(cube: Path) -> None:
     """Say the mean wavelengths of the light of CUBE's scene, for wavelength_um, and how far the others are off."""
+    from hcss_pyxel.mean_wavelength import mean_wavelengths_of
     from hcss_pyxel.wavelengths import compared
-    from hcss_twin.engine.mean_wavelength import mean_wavelengths_of
 
     click.echo("mean wavelength in um; errors of the number of photons; radiance in W m-2 sr-1, clear sky first")
     click.echo(f"{'band':<16}{'scene':>9}{'central':>9}{'black-body':>12}{'radiance':>12}")

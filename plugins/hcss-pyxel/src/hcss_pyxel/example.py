@@ -182,7 +182,7 @@ def write_example(
 
 def _of_the_scene(cube: Path, band: str, radiance: NDArray[np.float64]) -> tuple[float | None, str]:
     """Return the mean wavelength of an image's light by the scene's own spectra, or why it is not known."""
-    from hcss_twin.engine.mean_wavelength import mean_wavelengths_of
+    from hcss_pyxel.mean_wavelength import mean_wavelengths_of
 
     try:
         of_bands = {each.band: each for each in mean_wavelengths_of(cube)}

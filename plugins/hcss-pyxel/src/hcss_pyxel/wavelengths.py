@@ -6,9 +6,9 @@ import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from hcss_pyxel.mean_wavelength import MeanWavelength
 from hcss_pyxel.radiometry import black_body_wavelength_um
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.engine.mean_wavelength import MeanWavelength
 
 
 @dataclass(frozen=True)

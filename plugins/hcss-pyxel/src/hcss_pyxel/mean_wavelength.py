@@ -9,13 +9,12 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.engine.recorded import Recorded
+from hcss_twin.engine.provenance import Recorded
 from hcss_twin.physics.planck import wavenumber_from_um
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
@@ -71,10 +70,10 @@ def mean_wavelengths(plan: Plan, time_s: float = 0.0) -> tuple[MeanWavelength, .
     """
     grid, sun = plan.spectral_grid, plan.sun_up_at(time_s)
     wavenumber = grid.wavenumber_cm1
-    spectra = [_total(plan.model.clear(wavenumber, sun))[None, :]]
+    spectra = [_total(plan.assembly.model.clear(wavenumber, sun))[None, :]]
     columns = _columns(plan)
     if columns.size:
-        spectra.append(_total(plan.model.cloudy(wavenumber, columns, sun)))
+        spectra.append(_total(plan.assembly.model.cloudy(wavenumber, columns, sun)))
     stacked = np.concatenate(spectra)
     wavelength_um = wavenumber_from_um(wavenumber)
     energy = stacked @ grid.weights_cm1.T
@@ -96,9 +95,8 @@ def mean_wavelengths_of(cube: str | os.PathLike[str]) -> tuple[MeanWavelength, .
     """
     with open_cube(cube) as dataset:
         recorded = Recorded.of(dict(dataset.attrs), os.fspath(cube))
-    known = recorded.bases()
-    base = known[0] if len(known) == 1 else Path.cwd()
-    return mean_wavelengths(make_plan(Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(cube))))
+    scenario = Scenario.from_dict(recorded.scenario, base=recorded.base, origin=os.fspath(cube))
+    return mean_wavelengths(make_plan(scenario))
 
 
 def _total(terms: Mapping[str, Array]) -> Array:
@@ -109,7 +107,7 @@ def _total(terms: Mapping[str, Array]) -> Array:
 def _columns(plan: Plan) -> Array:
     """Return columns (N, L) with cloud in one layer, from the thinnest to the thickest in equal ratios."""
     rows = []
-    for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.cloudy_layers, strict=True)):
+    for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.assembly.cloudy_layers, strict=True)):
         if not cloudy:
             continue
         for thickness in np.geomspace(layer.thickness_min_m, layer.thickness_max_m, _THICKNESSES):

@@ -1,10 +1,9 @@
-"""What a finished cube says that a sensor needs to know: bands, image, clock, motion, seed.
-
-Radiance of a frame together with what a sensor sees around it.
-"""
+"""What a sensor needs of a finished cube, of the scene around it, and what the measured cube records."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -16,15 +15,17 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.environment import versions
 from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
+from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
+from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
-from hcss_twin.engine.recorded import Recorded
+from hcss_twin.engine.parts import tile_shape
+from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
-from hcss_twin.engine.tiles import tile_shape
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import MadeSensor, sensor_bands
+from hcss_twin.plan.sensor import BuiltSensor, sensor_bands
 from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.bands import Bands, spectral_band
@@ -83,12 +84,7 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
     if "radiance" not in dataset:
         raise CubeError(f"{name} has no radiance, which a sensor measures; run its scenario with it")
     recorded = Recorded.of(dict(dataset.attrs), name)
-    scenario_base = base
-    if scenario_base is None:
-        known = recorded.bases()
-        scenario_base = known[0] if len(known) == 1 else Path.cwd()
-    scenario = recorded.scenario
-    catalog = Catalog(base=scenario_base)
+    scenario, catalog = recorded.scenario, Catalog(base=base or recorded.base)
     try:
         known_bands = {
             band.name: band
@@ -137,23 +133,23 @@ def _pixel_size_m(dataset: xr.Dataset, expected_m: float, name: str) -> float:
 
 def _corner(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple[int, int]:
     """Row and column of the first pixel in the image; (0, 0) for other pixels than those of the scenario."""
-    found = []
+    corner = []
     for name, count in zip(("y", "x"), image, strict=True):
         centres_m = dataset[name].to_numpy().astype(np.float64)
         place = centres_m / size_m + 0.5 * count - 0.5
         first = int(np.rint(place[0]))
         if first < 0 or np.max(np.abs(place - first - np.arange(place.size))) > 0.1:
             return 0, 0
-        found.append(first)
-    return found[0], found[1]
+        corner.append(first)
+    return corner[0], corner[1]
 
 
 def _speed_m_s(dataset: xr.Dataset, times_s: NDArray[np.float64], expected_m_s: float) -> float:
     """Speed of the image's centre, from the way it has come at the last frame."""
     if "centre_displacement" not in dataset or not times_s[-1] > 0.0:
         return expected_m_s
-    found = float(dataset["centre_displacement"].to_numpy()[-1]) / float(times_s[-1])
-    return expected_m_s if abs(found - expected_m_s) <= _SAME * abs(expected_m_s) else found
+    speed_m_s = float(dataset["centre_displacement"].to_numpy()[-1]) / float(times_s[-1])
+    return expected_m_s if abs(speed_m_s - expected_m_s) <= _SAME * abs(expected_m_s) else speed_m_s
 
 
 class SceneAround:
@@ -161,14 +157,13 @@ class SceneAround:
 
     Parameters
     ----------
-    plan : Plan
     tables : RadianceTables or None
         As the frames were made with.
-    sensor : MadeSensor
+    sensor : BuiltSensor
         The plan's, made for the part of the scene that it is given.
     """
 
-    def __init__(self, plan: Plan, tables: RadianceTables | None, sensor: MadeSensor) -> None:
+    def __init__(self, plan: Plan, tables: RadianceTables | None, sensor: BuiltSensor) -> None:
         self._plan, self._sensor = plan, sensor
         self._maker = PartMaker(plan, tables)
 
@@ -205,3 +200,50 @@ def _strips(given: Window, cube: Window) -> Iterator[Window]:
         (inner_rows, slice(inner_columns.stop, columns.stop)),
     )
     yield from (window for window in candidates if length(window[0]) and length(window[1]))
+
+
+def sensor_attributes(
+    clean: Mapping[str, Any], sensor: BuiltSensor, files: Mapping[str, str], clean_name: str
+) -> dict[str, Attribute | None]:
+    """Return global attributes that differ from those of the clean cube; None for those that go.
+
+    The certificate speaks of clean radiance, which a measured cube does not hold: it is quoted as the clean cube's.
+
+    Parameters
+    ----------
+    clean : mapping
+        Global attributes of the clean cube.
+    files : mapping of str to str
+        SHA-256 of the files read for the sensor, by name.
+    clean_name : str
+        Of the clean cube, without its folder; empty if it has no file.
+    """
+    stamp = creation_time().isoformat(timespec="seconds").replace("+00:00", "Z")
+    about = json.dumps(sensor.as_dict())
+    scenario = json.loads(str(clean[SCENARIO_ATTRIBUTE]))
+    scenario["sensor"] = sensor.section.model_dump(mode="json")
+    entry = sensor.entry
+    providers = json.loads(str(clean["hcss_providers"]))
+    providers[str(entry.kind)] = {"name": entry.name, "distribution": entry.distribution, "version": entry.version}
+    identifier = hashlib.sha256(f"{clean.get('id', '')}\n{about}".encode()).hexdigest()[:16]
+    title = str(clean.get("title", ""))
+    attributes: dict[str, Attribute | None] = {
+        "title": f"{title} - as measured by {sensor.title}" if title else f"As measured by {sensor.title}",
+        "summary": f"Measured by the simulated sensor '{sensor.title}' (model '{entry.name}'), not the radiance that "
+        f"reaches it: {clean.get('summary', '')}",
+        "processing_level": "simulated radiance as measured, with the effects of optics, detector and converter",
+        "instrument": sensor.title,
+        "id": f"hcss-{identifier}",
+        "history": f"{stamp} measured by hcss_twin from {clean_name or 'a clean cube'}\n{clean.get('history', '')}",
+        "date_created": stamp,
+        "clean_cube": clean_name,
+        "clean_cube_id": str(clean.get("id", "")),
+        SCENARIO_ATTRIBUTE: json.dumps(scenario, indent=1),
+        SENSOR_ATTRIBUTE: about,
+        "hcss_providers": json.dumps(providers),
+        "hcss_versions": json.dumps({**json.loads(str(clean["hcss_versions"])), **versions()}),
+        "hcss_files_sha256": json.dumps(dict(sorted({**json.loads(str(clean["hcss_files_sha256"])), **files}.items()))),
+    }
+    if "hcss_certificate" in clean:
+        attributes[CLEAN_CERTIFICATE] = str(clean["hcss_certificate"])
+    return {**attributes, **{name: None for name in CERTIFICATE if name in clean}}

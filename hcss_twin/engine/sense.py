@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
+from hcss_twin.core.files import require_not_read
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import is_replaced, measured_cube
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.cube.zarr_writer import is_zarr
-from hcss_twin.engine.sensing.cube_sensor import CleanCube, SceneAround, read_clean
-from hcss_twin.engine.sensing.provenance import sensor_attributes
+from hcss_twin.engine.cube_sensor import CleanCube, SceneAround, read_clean, sensor_attributes
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import MadeSensor, make_sensor
-from hcss_twin.plan.sensor_margin import alone
+from hcss_twin.plan.sensor import BuiltSensor, alone, make_sensor
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import SensorSection
@@ -80,19 +81,31 @@ def sense_run(
     if sensor is None:
         raise ValueError("the plan has no sensor")
     path = measured_path(clean_path)
-    with open_cube(clean_path) as dataset:
-        attributes = dict(dataset.attrs)
-    changed = sensor_attributes(attributes, sensor, plan.catalog.used, clean_path.name)
     around, first = SceneAround(plan, tables, sensor), plan.scenario.frames.first
-    with measured_cube(clean_path, path, sensor.variables, changed) as pair:
+
+    def measure(index: int, radiance: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
+        return sensor.measure(around.frame(index, radiance), first + index, float(plan.frame_times_s[index]))
+
+    _write_measured(clean_path, path, sensor, plan.catalog.used, measure, progress)
+    return path
+
+
+def _write_measured(
+    clean_path: Path,
+    path: Path,
+    sensor: BuiltSensor,
+    files: Mapping[str, str],
+    measure: Callable[[int, NDArray[np.float32]], dict[str, NDArray[Any]]],
+    progress: Progress | None,
+) -> None:
+    with open_cube(clean_path) as dataset:
+        attributes = sensor_attributes(dict(dataset.attrs), sensor, files, clean_path.name)
+    with measured_cube(clean_path, path, sensor.variables, attributes) as pair:
         frames: Iterable[int] = range(pair.frames)
         if progress is not None:
             frames = progress(frames, pair.frames)
         for index in frames:
-            radiance = around.frame(index, pair.radiance(index))
-            measured = sensor.measure(radiance, first + index, float(plan.frame_times_s[index]))
-            pair.write_frame(index, measured)
-    return path
+            pair.write_frame(index, measure(index, pair.radiance(index)))
 
 
 def sense_file(
@@ -139,15 +152,10 @@ def sense_file(
     path = measured_path(clean_path) if output is None else Path(output)
     with open_cube(clean_path) as dataset:
         cube = read_clean(dataset, str(clean_path), base)
-        attributes = dict(dataset.attrs)
-    sensor = _made(section, cube, str(clean_path))
-    changed = sensor_attributes(attributes, sensor, cube.inputs.catalog.used, clean_path.name)
-    with measured_cube(clean_path, path, sensor.variables, changed) as pair:
-        frames: Iterable[int] = range(pair.frames)
-        if progress is not None:
-            frames = progress(frames, pair.frames)
-        for index in frames:
-            pair.write_frame(index, _measured(sensor, cube, index, pair.radiance(index)))
+    sensor = _build(section, cube, str(clean_path))
+    files = cube.inputs.catalog
+    require_not_read(path, files.used_paths, CubeError)
+    _write_measured(clean_path, path, sensor, files.used, partial(_measure, sensor, cube), progress)
     return path
 
 
@@ -209,7 +217,7 @@ def section_of(sensor: Any) -> SensorSection:
         raise ScenarioError(problems_from(error, SensorSection, prefix="sensor", raw=raw)) from error
 
 
-def _made(section: SensorSection, cube: CleanCube, name: str) -> MadeSensor:
+def _build(section: SensorSection, cube: CleanCube, name: str) -> BuiltSensor:
     sensor = alone(make_sensor(section, cube.inputs))
     if sensor.provider.declares.remembers and np.any(np.diff(cube.frame_numbers) != 1):
         raise CubeError(
@@ -219,7 +227,7 @@ def _made(section: SensorSection, cube: CleanCube, name: str) -> MadeSensor:
     return sensor
 
 
-def _measured(sensor: MadeSensor, cube: CleanCube, index: int, radiance: Any) -> dict[str, Any]:
+def _measure(sensor: BuiltSensor, cube: CleanCube, index: int, radiance: Any) -> dict[str, Any]:
     return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]))
 
 
@@ -227,21 +235,21 @@ def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Pat
     import xarray as xr
 
     cube = read_clean(dataset, name, base)
-    made = _made(section, cube, name)
+    sensor = _build(section, cube, name)
     clean = dataset["radiance"].transpose("time", "band", "y", "x")
-    frames = [_measured(made, cube, index, clean.isel(time=index).to_numpy()) for index in range(clean.sizes["time"])]
-    kept = dataset.drop_vars([str(each) for each in dataset.data_vars if is_replaced(str(each))])
+    frames = [_measure(sensor, cube, index, clean.isel(time=index).to_numpy()) for index in range(clean.sizes["time"])]
+    measured = dataset.drop_vars([str(each) for each in dataset.data_vars if is_replaced(str(each))])
     # as open_cube shows variables: what CF needs to find coordinates is encoding there
-    for spec in made.variables:
+    for spec in sensor.variables:
         values = np.stack([frame[spec.name] for frame in frames])
         variable = xr.Variable(spec.dims, values, variable_attributes(spec))
         variable.encoding.update({key: value for key, value in clean.encoding.items() if key in _CF_ENCODING})
-        kept[spec.name] = variable
+        measured[spec.name] = variable
     clean_name = Path(name).name if os.path.isfile(name) else ""
-    changed = sensor_attributes(dataset.attrs, made, cube.inputs.catalog.used, clean_name)
+    changed = sensor_attributes(dataset.attrs, sensor, cube.inputs.catalog.used, clean_name)
     attributes = {**dataset.attrs, **changed}
-    kept.attrs = {key: value for key, value in attributes.items() if value is not None}
-    return kept
+    measured.attrs = {key: value for key, value in attributes.items() if value is not None}
+    return measured
 
 
 _CF_ENCODING = ("coordinates", "grid_mapping")

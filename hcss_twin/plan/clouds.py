@@ -1,54 +1,112 @@
-"""What the particles of a layer are, in the terms people know.
-
-Generators for which a pixel depends on its whole frame, and how large such frames may be.
-
-Cloud layers of a scene and the generator of each.
-"""
+"""Cloud layers of a scene, the generator of each, and generators of planes that slant paths make larger."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.optics.size_distribution import (
-    effective_radius_um,
-    effective_variance,
-    projected_area_m1,
-    water_content_kg_m3,
-)
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder
-from hcss_twin.plan.displaced_clouds import DisplacedClouds, require_one_sky, require_windows
 from hcss_twin.plan.slant_paths import SlantPaths, enlarged
 from hcss_twin.plan.surroundings import Surroundings
-from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
+from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Declares, Grid, Motion
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
 from hcss_twin.scenario.models import Layer, selected
 from hcss_twin.scenario.scenario import Scenario
 
 
-def told(layer: CloudLayer) -> Mapping[str, str | float]:
-    """Phase and bulk numbers of a layer's particles, for plan and cube.
+class DisplacedClouds:
+    """The cloud generator of a plane that is larger than the image, asked in the image's rows and columns.
 
-    ``large_particle_extinction_m1`` is twice the projected area, 3/2 of the water content over density and
-    effective radius: the extinction where particles are much larger than the wavelength, as in visible light.
+    All other attributes are those of the generator.
+
+    Parameters
+    ----------
+    generator : CloudGenerator
+        Made for the larger plane; gives windows.
+    margin : (int, int)
+        Rows and columns of the plane before and after those of the image.
+    view_shift : (int, int)
+        Displacement of what is seen from each point, within the margin.
     """
-    cloud = layer.microphysics
-    return {
-        "name": layer.name,
-        "phase": cloud.phase,
-        "effective_radius_um": effective_radius_um(cloud),
-        "effective_variance": effective_variance(cloud),
-        "water_content_g_m3": 1000.0 * water_content_kg_m3(cloud),
-        "number_density_m3": cloud.number_density_m3,
-        "large_particle_extinction_m1": 2.0 * projected_area_m1(cloud),
-    }
+
+    def __init__(self, generator: CloudGenerator, margin: tuple[int, int], view_shift: tuple[int, int]) -> None:
+        self._generator = generator
+        self._margin = margin
+        self._view_shift = view_shift
+
+    @property
+    def declares(self) -> Declares:
+        """What the generator says about itself."""
+        return self._generator.declares
+
+    def __getattr__(self, name: str) -> Any:
+        # copies and unpickled objects are asked for attributes before they have a generator
+        if name.startswith("__") or name == "_generator":
+            raise AttributeError(name)
+        attribute = getattr(self._generator, name)
+        # looked up here, so that hasattr() tells whether the generator has it
+        return self._thickness_around_m if name == "thickness_around_m" else attribute
+
+    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the thickness (y, x) seen from a window of the image."""
+        return self.displaced_m(time_s, rows, columns, self._view_shift)
+
+    def _thickness_around_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> NDArray[np.float32]:
+        """Return the thickness (y, x) seen from a window that may reach outside the image."""
+        return self.displaced_m(time_s, rows, columns, self._view_shift)
+
+    def displaced_m(self, time_s: float, rows: slice, columns: slice, shift: tuple[int, int]) -> NDArray[np.float32]:
+        """Return the thickness (y, x) so many rows north and columns east of a window of the image.
+
+        Raises
+        ------
+        ValueError
+            If the displacement exceeds the margin.
+        """
+        if any(abs(by) > room for by, room in zip(shift, self._margin, strict=True)):
+            raise ValueError(f"shift: {shift} given, allowed: up to {self._margin}")
+        moved = (
+            slice(window.start + room + by, window.stop + room + by)
+            for window, room, by in zip((rows, columns), self._margin, shift, strict=True)
+        )
+        # Its sky may go on beyond the plane, where the window does.
+        around = getattr(self._generator, "thickness_around_m", None)
+        if around is not None:
+            sky: NDArray[np.float32] = around(time_s, *moved, None)
+            return sky
+        return self._generator.thickness_m(time_s, *moved)
+
+
+_REMEDY = "or slant.shadows = false and slant.parallax = false"
+
+
+def _require_one_sky(layer: CloudLayer, field: str, margin: tuple[int, int]) -> None:
+    """Refuse a coverage that is that of the image where paths leave it."""
+    if layer.coverage_mode != "field" and margin != (0, 0):
+        message = (
+            f"\"frame\" fixes the coverage of the image, and slant paths meet '{layer.name}' up to {margin[0]} rows "
+            f'and {margin[1]} columns of points outside it; allowed: "field", {_REMEDY}'
+        )
+        raise ScenarioError([Problem(f"{field}.coverage_mode", message)])
+
+
+def _require_windows(generator: CloudGenerator, layer: CloudLayer, field: str) -> None:
+    """Refuse a generator that only makes whole frames where paths leave the image."""
+    if not generator.declares.tileable:
+        message = (
+            f"that of '{layer.name}' only makes whole frames, and slant paths meet clouds outside the image; allowed: "
+            f"a generator that gives windows (closest is 'fractal'), {_REMEDY}"
+        )
+        raise ScenarioError([Problem(f"{field}.generator", message)])
 
 
 MAX_POINTS = 2**26
@@ -63,14 +121,8 @@ def sums_up(generator: CloudGenerator) -> bool:
     return hasattr(generator, "frame_summary") and hasattr(generator, "thickness_in_frame_m")
 
 
-def require_few_points(points: Grid, samples: int, layer: CloudLayer, field: str) -> None:
-    """Refuse frames that are too large for a generator that only makes whole ones.
-
-    Raises
-    ------
-    ScenarioError
-        Naming ``image.samples_per_pixel`` or ``image.rows``.
-    """
+def _require_few_points(points: Grid, samples: int, layer: CloudLayer, field: str) -> None:
+    """Refuse frames that are too large for a generator that only makes whole ones."""
     count = points.rows * points.columns
     # One point per pixel is as large as the image itself, which is the user's choice as far as memory may go.
     allowed = MAX_POINTS if samples > 1 else MAX_PIXELS_AT_ONCE
@@ -110,24 +162,24 @@ def assemble_clouds(
 
     The third of each is the field to be named where an optics provider refuses the layer's particles.
     """
-    found: list[tuple[ResolvedLayer, Layer, str]] = []
+    layers: list[tuple[ResolvedLayer, Layer, str]] = []
     for index, section in enumerate(scenario.clouds.layers):
         field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
         with builder.collect_problems(f"{field}.type"):
             resolved = resolve_layer(section, catalog, field)
             if around is not None:
                 _require_top_inside(resolved.layer, around.profile, field)
-            found.append((resolved, section, field))
+            layers.append((resolved, section, field))
     geometries = {
         field: (section, LayerGeometry(resolved.layer.base_m, resolved.layer.top_m, resolved.layer.thickness_min_m))
-        for resolved, section, field in found
+        for resolved, section, field in layers
     }
     builder.keep(overlap_problems(geometries))
-    found.sort(key=lambda each: each[0].layer.base_m)
+    layers.sort(key=lambda each: each[0].layer.base_m)
     samples = scenario.image.samples_per_pixel
     points = Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
     clouds: list[tuple[CloudLayer, CloudGenerator, str]] = []
-    for index, (resolved, section, field) in enumerate(found):
+    for index, (resolved, section, field) in enumerate(layers):
         margin = slant.margin(resolved.layer, points.pixel_size_m)
         inputs = CloudInputs(
             resolved.layer,
@@ -137,20 +189,20 @@ def assemble_clouds(
             catalog,
             resolved.type_parameters,
         )
-        label = str(Kind.CLOUDS) if len(found) == 1 else f"{Kind.CLOUDS}[{index}]"
+        label = str(Kind.CLOUDS) if len(layers) == 1 else f"{Kind.CLOUDS}[{index}]"
         with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
-            require_one_sky(resolved.layer, field, margin)
+            _require_one_sky(resolved.layer, field, margin)
             slant.require_short(resolved.layer, points.pixel_size_m, samples)
             name = selected(section, "generator")
             generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
             if not (generator.declares.tileable or sums_up(generator)):
-                require_few_points(points, samples, resolved.layer, field)
+                _require_few_points(points, samples, resolved.layer, field)
             if margin != (0, 0):
-                require_windows(generator, resolved.layer, field)
+                _require_windows(generator, resolved.layer, field)
                 shift = slant.of_view(resolved.layer, points.pixel_size_m)
                 generator = DisplacedClouds(generator, margin, shift)
-            blamed = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
-            clouds.append((resolved.layer, generator, f"{field}.{blamed}"))
+            particle_key = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
+            clouds.append((resolved.layer, generator, f"{field}.{particle_key}"))
     return clouds
 
 

@@ -1,9 +1,4 @@
-"""The sun at the frames of a scene, and a few of its positions that stand for all.
-
-Sunlight that a radiance model does without once the sun is very low.
-
-Whether sunlight matters at all: by day, too, some scenes can do without.
-"""
+"""The sun at the frames of a scene, and sunlight that is omitted: under a very low sun, and where it is negligible."""
 
 from __future__ import annotations
 
@@ -17,8 +12,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission, few_columns
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.omissions.bounds import SAFETY_FACTOR, FewColumns, Omission, few_columns
 from hcss_twin.providers import Sun, View
 
 SAME_DEG = 0.25
@@ -31,7 +26,6 @@ class SunFrames:
 
     Attributes
     ----------
-    track : SunTrack
     time_s, zenith_deg, azimuth_deg : ndarray (F,)
         Of each frame.
     """
@@ -48,21 +42,21 @@ class SunFrames:
 
     def at(self, frames: Iterable[int]) -> list[tuple[float, Sun | None]]:
         """Return time and sun, None below the horizon, of some frames; of those with the sun at one place the first."""
-        found: list[tuple[float, Sun | None]] = []
+        frames_and_suns: list[tuple[float, Sun | None]] = []
         for frame in frames:
             time_s = float(self.time_s[frame])
             position = self.track.at(time_s)
             sun = position if position.is_up else None
-            if not any(_same(sun, other) for _, other in found):
-                found.append((time_s, sun))
-        return found
+            if not any(_same(sun, other) for _, other in frames_and_suns):
+                frames_and_suns.append((time_s, sun))
+        return frames_and_suns
 
     def evenly(self, count: int) -> list[tuple[float, Sun | None]]:
         """Time and sun of at most so many frames from the first to the last."""
         frames = np.linspace(0, self.time_s.size - 1, count).round().astype(np.intp)
         return self.at(np.unique(frames).tolist())
 
-    def telling(self, view: View) -> list[tuple[float, Sun | None]]:
+    def extremes(self, view: View) -> list[tuple[float, Sun | None]]:
         """Time and sun where it is nearest to the mirror direction, highest and lowest, and of a frame without it."""
         up = self.up
         frames = list(np.flatnonzero(self.zenith_deg >= 90.0)[:1])
@@ -155,7 +149,6 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
 
     Parameters
     ----------
-    sun : SunFrames
     limit : float
         Relative to the total of a band.
 
@@ -164,7 +157,7 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
     float or None
         None where sunlight matters, or is below the horizon anyway.
     """
-    suns = [position for _, position in sun.telling(assembly.view) if position is not None]
+    suns = [position for _, position in sun.extremes(assembly.view) if position is not None]
     if not suns:
         return None
     largest = 0.0

@@ -1,9 +1,4 @@
-"""A line of the ledger.
-
-Columns that bound a scene, at few wavenumbers: what the ledger's numbers are made from.
-
-How much brighter one pixel of a scene can be than another: the bound of whatever moves clouds about.
-"""
+"""Omissions, and few columns at few wavenumbers that bound a scene: the radiance that an omission could change."""
 
 from __future__ import annotations
 
@@ -78,8 +73,8 @@ class FewColumns:
         """Return each term, (C, B), of C columns, the clear one first."""
         parts = []
         if self.clear:
-            found = model.clear(self.wavenumber_cm1, sun)
-            parts.append({name: np.asarray(values)[None] for name, values in found.items()})
+            clear = model.clear(self.wavenumber_cm1, sun)
+            parts.append({name: np.asarray(values)[None] for name, values in clear.items()})
         if self.thickness_m.size:
             parts.append(dict(model.cloudy(self.wavenumber_cm1, self.thickness_m, sun)))
         return {

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from hcss_pyxel.mean_wavelength import MeanWavelength, mean_wavelengths, mean_wavelengths_of
 from scipy import constants
 from scipy.integrate import quad
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.engine.mean_wavelength import MeanWavelength, mean_wavelengths, mean_wavelengths_of
 
+CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 SMALL = {"image.rows": 16, "image.columns": 16, "frames.count": 1, **CHEAP}
 NIGHT = {"time": "2024-04-20T23:30:00+10:00"}
 

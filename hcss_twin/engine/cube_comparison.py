@@ -1,0 +1,241 @@
+"""Values of a cube compared with those of its recomputation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import CubeError
+from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_values
+from hcss_twin.cube.geometry import PixelGeometry
+from hcss_twin.cube.header import CubeHeader
+from hcss_twin.cube.variables import GEOMETRY, LAYER, VariableSpec
+from hcss_twin.engine.provenance import Change
+
+TOLERANCE = 1e-6
+"""Largest difference of what counts as equal; single precision resolves 6e-8."""
+
+SAME_TIME_NS = 1000
+"""Between times of one frame, for readers and writers that round."""
+
+
+@dataclass(frozen=True)
+class ValueAt:
+    """One value of a variable: at frame, row and column by number from 0, band and layer by name."""
+
+    position: Mapping[str, int | str]
+    cube: float
+    recomputed: float
+
+
+@dataclass(frozen=True)
+class VariableCheck:
+    """The comparison of one variable.
+
+    Attributes
+    ----------
+    relative_to : str
+        What differences are relative to: ``value``, ``largest`` (of the variable in the frame, or in the tile of a
+        large one) or ``exact`` where any difference counts.
+    values, unequal, beyond : int
+        Values compared, those that are not the same to the bit, and those beyond the tolerance.
+    largest : float
+        Largest relative difference; infinite where only one of both is a number.
+    largest_at, first : ValueAt or None
+        Where it is, and the first value beyond the tolerance, or without such the first that is unequal.
+    """
+
+    name: str
+    relative_to: str
+    values: int = 0
+    unequal: int = 0
+    beyond: int = 0
+    largest: float = 0.0
+    largest_at: ValueAt | None = None
+    first: ValueAt | None = None
+
+    def extended(self, cube: NDArray[Any], ours: NDArray[Any], value_at: Callable[[int], ValueAt]) -> VariableCheck:
+        """Return the check of two more arrays of one shape; ``value_at`` gives the values at a place in them."""
+        known, unequal = replace(self, values=self.values + ours.size), _unequal(cube, ours)
+        if not unequal.any():
+            return known
+        difference = _difference(cube, ours, self.relative_to)
+        beyond = unequal & (difference > (0.0 if self.relative_to == "exact" else TOLERANCE))
+        if self.first is None or (not self.beyond and beyond.any()):
+            known = replace(known, first=value_at(int(np.argmax(beyond if beyond.any() else unequal))))
+        at = int(np.argmax(difference))
+        if self.largest_at is None or difference.flat[at] > self.largest:
+            known = replace(known, largest=float(difference.flat[at]), largest_at=value_at(at))
+        counts = self.unequal + int(unequal.sum()), self.beyond + int(beyond.sum())
+        return replace(known, unequal=counts[0], beyond=counts[1])
+
+
+def _unequal(cube: NDArray[Any], ours: NDArray[Any]) -> NDArray[np.bool_]:
+    """Where two arrays differ in any bit; of arrays of different types, where their values differ."""
+    if cube.dtype != ours.dtype:
+        different: NDArray[np.bool_] = (cube != ours) & ~(np.isnan(cube) & np.isnan(ours))
+        return different
+    one, other = (
+        np.ascontiguousarray(each).reshape(each.shape).view(f"u{ours.dtype.itemsize}") for each in (cube, ours)
+    )
+    return np.asarray(one != other)
+
+
+def _difference(cube: NDArray[Any], ours: NDArray[Any], relative_to: str) -> NDArray[np.float64]:
+    """Relative difference; infinite where only one of both is a finite number."""
+    a, b = cube.astype(np.float64), ours.astype(np.float64)
+    finite = np.isfinite(a) & np.isfinite(b)
+    scale = np.maximum(np.abs(a), np.abs(b))
+    largest = float(np.max(np.abs(b[np.isfinite(b)]), initial=0.0))
+    if relative_to == "largest" and largest > 0.0:
+        scale = np.full_like(b, largest)
+    apart = np.where(finite | (np.isnan(a) & np.isnan(b)), 0.0, np.inf)
+    with np.errstate(invalid="ignore"):
+        np.divide(np.abs(a - b), scale, out=apart, where=finite & (scale > 0))
+    return apart
+
+
+class CubeComparison:
+    """A cube beside its recomputation: frames are matched by time, bands and layers by name.
+
+    Parameters
+    ----------
+    axes : mapping of str to ndarray
+        Times of its frames, and names of its bands and layers.
+    header : CubeHeader
+        Of the recomputation.
+
+    Attributes
+    ----------
+    frames : list of (int, int)
+        Numbers of the frames that both have, in the cube and in the recomputation.
+    changes : list of Change
+        What the cube does not have as its scenario makes it.
+    checks : dict of str to VariableCheck
+        By variable, coordinates first.
+    """
+
+    def __init__(self, path: str, file: Any, axes: Mapping[str, NDArray[Any]], header: CubeHeader) -> None:
+        self._path, self._file, self._header, self._geometry = path, file, header, PixelGeometry(header)
+        self.changes: list[Change] = []
+        self.checks: dict[str, VariableCheck] = {}
+        self.frames = self._match_frames(axes["time"].astype("datetime64[ns]").astype(np.int64))
+        # Along each dimension, numbers in the cube and in the recomputation of what both have.
+        self._common = {"time": tuple(zip(*self.frames, strict=True)) or ((), ())}
+        self._labels: dict[str, list[str]] = {}
+        names = {"band": [band.name for band in header.bands], LAYER: [layer.name for layer in header.layers]}
+        for dim in ("band", *((LAYER,) if LAYER in header.sizes else ())):
+            theirs, ours = [str(each) for each in axes.get(dim, [])], names[dim]
+            self._expect(f"{dim}s", ", ".join(theirs), ", ".join(ours))
+            self._labels[dim] = both = [name for name in ours if name in theirs]
+            self._common[dim] = tuple(map(theirs.index, both)), tuple(map(ours.index, both))
+        rows, columns = (file.dimensions[dim].size if dim in file.dimensions else 0 for dim in ("y", "x"))
+        image = self._expect("rows", rows, header.sizes["y"]), self._expect("columns", columns, header.sizes["x"])
+        self._specs = self._comparable(all(image))
+        values = coordinate_values(header)
+        for name in self._specs:
+            if name in values:
+                self._add(name, ..., values[name], self._specs[name].dims)
+        self._add_geometry(self._geometry.of_image, None, 0.0, None)
+
+    def add_part(
+        self, theirs: int, ours: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]
+    ) -> None:
+        """Compare a frame, or the rows and columns ``place`` of it, with the recomputation."""
+        self._add_geometry(self._geometry.of_frames, theirs, self._header.frame_times_s[ours], place)
+        corner = (0, 0) if place is None else (place[0].start, place[1].start)
+        index: Any = theirs if place is None else (theirs, ..., *place)
+        for spec in self._header.variables:
+            if spec.name in self._specs:
+                dims = [dim for dim in spec.dims if dim != "time"]
+                self._add(spec.name, index, arrays[spec.name], dims, theirs, corner)
+
+    def _expect(self, what: str, cube: object, ours: object) -> bool:
+        if cube != ours:
+            self.changes.append(Change(what, str(cube) or "none", str(ours) or "none"))
+        return cube == ours
+
+    def _match_frames(self, theirs: NDArray[np.int64]) -> list[tuple[int, int]]:
+        start = np.datetime64(self._header.start_utc.replace(tzinfo=None), "ns").astype(np.int64)
+        ours = start + np.round(np.asarray(self._header.frame_times_s) * 1e9).astype(np.int64)
+        # The first of ours that is not earlier by more than what readers round.
+        nearest = np.minimum(np.searchsorted(ours, theirs - SAME_TIME_NS), ours.size - 1)
+        same = np.abs(ours[nearest] - theirs) <= SAME_TIME_NS
+        if self._expect("frames", theirs.size, ours.size) and not same.all():
+            first, now = (np.datetime64(int(each[0]), "ns").astype("datetime64[ms]") for each in (theirs, ours))
+            self.changes.append(Change("times of frames", f"from {first} UTC", f"from {now} UTC"))
+        return list(zip(np.flatnonzero(same).tolist(), nearest[same].tolist(), strict=True))
+
+    def _comparable(self, same_image: bool) -> dict[str, VariableSpec]:
+        """Return the variables that both have with the same dimensions, coordinates first; others are changes."""
+        values, header = coordinate_values(self._header), self._header
+        coordinates = [
+            spec for spec in COORDINATES if spec.name in values and spec.dtype != "str" and spec.name != "time"
+        ]
+        ours = {spec.name: spec for spec in (*coordinates, *header.geometry, *header.variables)}
+        # What a cube may have beside these.
+        known = {spec.name for spec in COORDINATES} - set(ours) | {GRID_MAPPING}
+        located = {spec.name for spec in GEOMETRY}
+        theirs = {
+            name: ", ".join(each.dimensions)
+            for name, each in self._file.variables.items()
+            if name in ours or (name not in known and ("time" in each.dimensions or name in located))
+        }
+        dims = {name: ", ".join(spec.dims) for name, spec in ours.items()}
+        lacking, extra = ({f"{n} ({d})" for n, d in dims.items()}, {f"{n} ({d})" for n, d in theirs.items()})
+        self._expect("variables", "; ".join(sorted(extra - lacking)), "; ".join(sorted(lacking - extra)))
+        for spec in header.variables:
+            if spec.name in theirs:
+                self._expect(f"type of {spec.name}", str(self._file[spec.name].dtype), str(np.dtype(spec.dtype)))
+        return {
+            name: spec
+            for name, spec in ours.items()
+            if theirs.get(name) == dims[name] and (same_image or not {"x", "y"} & set(spec.dims))
+        }
+
+    def _add_geometry(
+        self, names: Sequence[str], frame: int | None, time_s: float, inside: tuple[slice, slice] | None
+    ) -> None:
+        """Compare coordinates of pixels, of one frame or of all, part by part."""
+        present = tuple(name for name in names if name in self._specs)
+        for place, values in self._geometry.parts(present, time_s=time_s, inside=inside):
+            index: Any = place if frame is None else (frame, *place)
+            for name, ours in values.items():
+                self._add(name, index, ours, ("y", "x"), frame, (place[0].start, place[1].start))
+
+    def _add(
+        self,
+        name: str,
+        index: Any,
+        ours: NDArray[Any],
+        dims: Sequence[str],
+        frame: int | None = None,
+        corner: tuple[int, int] = (0, 0),
+    ) -> None:
+        """Compare part of a variable, of a ``frame`` where it has frames, from row and column ``corner`` on."""
+        try:
+            cube = np.asarray(self._file[name][index])
+        except (OSError, RuntimeError, IndexError) as error:
+            raise CubeError(f"cannot read {self._path}: {error}") from error
+        for axis, dim in enumerate(dims):
+            if dim in self._common:
+                theirs, own = self._common[dim]
+                cube, ours = cube.take(theirs, axis), ours.take(own, axis)
+        offsets = {"y": corner[0], "x": corner[1]}
+
+        def value_at(flat: int) -> ValueAt:
+            place = np.unravel_index(flat, ours.shape)
+            position: dict[str, int | str] = {} if frame is None else {"frame": frame}
+            for dim, number in zip(dims, map(int, place), strict=True):
+                called = {"time": "frame", "y": "row", "x": "column"}.get(dim, dim)
+                position[called] = self._labels[dim][number] if dim in self._labels else number + offsets.get(dim, 0)
+            return ValueAt(position, float(cube[place]), float(ours[place]))
+
+        spec = self._specs[name]
+        relative_to = "exact" if np.dtype(spec.dtype).kind != "f" else "value" if spec.needs_radiance else "largest"
+        known = self.checks.get(name) or VariableCheck(name, relative_to)
+        self.checks[name] = known.extended(cube, ours, value_at)

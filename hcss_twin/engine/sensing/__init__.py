@@ -1,1 +1,0 @@
-"""What a sensor makes of a scene's frames: the second cube of a pair."""

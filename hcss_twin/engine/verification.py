@@ -1,0 +1,234 @@
+"""Recompute a cube from its own provenance and compare it, frame by frame, large frames tile by tile."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import CubeError, HcssError, ScenarioError
+from hcss_twin.core.json_numbers import json_number, json_value
+from hcss_twin.cube.header import CubeHeader
+from hcss_twin.cube.metadata import window_attribute
+from hcss_twin.cube.reader import open_cube, stored_arrays
+from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE, is_replaced
+from hcss_twin.cube.variables import LAYER
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.cube_comparison import TOLERANCE, CubeComparison, VariableCheck
+from hcss_twin.engine.cube_sensor import SceneAround, sensor_attributes
+from hcss_twin.engine.parts import Part, stream_parts, tiles
+from hcss_twin.engine.provenance import Change, FileChange, Recorded
+from hcss_twin.engine.simulate import cube_header
+from hcss_twin.engine.stream import stream
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sensor import BuiltSensor, alone
+from hcss_twin.scenario.scenario import Scenario
+
+Progress = Callable[[Iterable[Any], int], Iterable[Any]]
+
+
+class Verdict(StrEnum):
+    """Outcome of a verification."""
+
+    IDENTICAL = "identical"
+    EQUAL = "equal"
+    DIFFERENT = "different"
+    NOT_RECOMPUTED = "not recomputed"
+
+
+@dataclass(frozen=True)
+class Verification:
+    """A cube compared with what its own provenance makes today.
+
+    Attributes
+    ----------
+    cube, base : str
+        The file, and the folder where relative paths of its scenario lead.
+    frames, frames_checked : int
+        Frames of the cube, and how many of them were recomputed.
+    problems : tuple of str
+        Why it could not be recomputed; empty where it was.
+    layout : tuple of Change
+        Dimensions, variables and types that are not those the scenario makes.
+    versions, providers, attributes : tuple of Change
+        Possible causes; they do not make a cube different by themselves.
+    variables : tuple of VariableCheck
+        Coordinates first.
+    """
+
+    cube: str
+    base: str
+    frames: int
+    frames_checked: int = 0
+    problems: tuple[str, ...] = ()
+    layout: tuple[Change, ...] = ()
+    files: tuple[FileChange, ...] = ()
+    versions: tuple[Change, ...] = ()
+    providers: tuple[Change, ...] = ()
+    attributes: tuple[Change, ...] = ()
+    variables: tuple[VariableCheck, ...] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        """Outcome."""
+        if self.problems:
+            return Verdict.NOT_RECOMPUTED
+        if self.layout or any(each.beyond for each in self.variables):
+            return Verdict.DIFFERENT
+        return Verdict.EQUAL if any(each.unequal for each in self.variables) else Verdict.IDENTICAL
+
+    @property
+    def passed(self) -> bool:
+        """Whether the cube is identical, or equal within the tolerance."""
+        return self.verdict in (Verdict.IDENTICAL, Verdict.EQUAL)
+
+    @property
+    def largest(self) -> float:
+        """Largest relative difference of all variables."""
+        return max((each.largest for each in self.variables), default=0.0)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for ``hcss verify --json``; numbers that JSON does not have are None."""
+        return {
+            "verdict": str(self.verdict),
+            "passed": self.passed,
+            "tolerance": TOLERANCE,
+            "largest_difference": json_number(self.largest),
+            **json_value(asdict(self)),
+        }
+
+
+def verify_cube(
+    path: str | os.PathLike[str], base: Path | None = None, frames: int | None = None, progress: Progress | None = None
+) -> Verification:
+    """Compute the scene of a cube again, from its scenario alone, and compare.
+
+    A cube that a sensor measured is computed together with the clean one it was made of. Results of earlier runs are
+    not used, neither tables nor cloud optics, and nothing is written.
+
+    Parameters
+    ----------
+    path : path
+        A finished cube.
+    base : Path, optional
+        Where relative paths of its scenario lead. By default where they led when it was made, if its files are
+        still there, otherwise the working folder.
+    frames : int, optional
+        How many frames to check, spread from the first to the last; by default all.
+    progress : callable, optional
+        Wraps the iterable of frames, given their number.
+
+    Returns
+    -------
+    Verification
+        Also where the cube cannot be recomputed, with the reasons.
+
+    Raises
+    ------
+    CubeError
+        If the file is no finished cube, carries no provenance, or cannot be read.
+    """
+    with open_cube(path) as dataset:
+        recorded = Recorded.of(dict(dataset.attrs), os.fspath(path))
+        axes = {name: dataset[name].to_numpy() for name in ("time", "band", LAYER) if name in dataset.coords}
+    if axes.get("time", np.empty(0)).dtype.kind != "M":
+        raise CubeError(f"cannot read {os.fspath(path)}: it has no times of frames (coordinate time)")
+    base = recorded.base if base is None else base
+    outcome = Verification(os.fspath(path), str(base), axes["time"].size, versions=recorded.version_changes())
+    plan: Plan | None = None
+    try:
+        plan = make_plan(Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path)), keeps_results=False)
+        if SENSOR_ATTRIBUTE in recorded.attributes:
+            plan = replace(plan, sensor=_sensor_then(plan, recorded.attributes))
+        outcome = _compare(outcome, plan, recorded, axes, frames, progress)
+    except CubeError:
+        raise
+    except ScenarioError as error:
+        outcome = replace(outcome, problems=tuple(map(str, error.problems)))
+    except HcssError as error:
+        outcome = replace(outcome, problems=(str(error),))
+    # Files are read when they are needed: of a plan that failed, those it read need not be all.
+    return replace(
+        outcome,
+        files=recorded.file_changes(None if plan is None or outcome.problems else plan.catalog.used),
+        providers=recorded.provider_changes(None if plan is None else plan.assembly.entries),
+    )
+
+
+def _compare(
+    outcome: Verification,
+    plan: Plan,
+    recorded: Recorded,
+    axes: Mapping[str, NDArray[Any]],
+    wanted: int | None,
+    progress: Progress | None,
+) -> Verification:
+    tables = compile_tables(plan) if plan.needs_radiance else None
+    header = cube_header(plan, tables)
+    measured = SENSOR_ATTRIBUTE in recorded.attributes
+    if measured and plan.sensor is not None:
+        header = _measured_header(plan, plan.sensor, header)
+    with stored_arrays(outcome.cube) as file:
+        comparison = CubeComparison(outcome.cube, file, axes, header)
+        pairs = comparison.frames
+        if wanted is not None and pairs:
+            pairs = [pairs[each] for each in np.unique(np.linspace(0, len(pairs) - 1, wanted).round().astype(int))]
+        numbers = [ours for _, ours in pairs]
+        count = 1 if measured else len(tiles(plan))
+        parts: Iterable[Part] = (
+            _measured_parts(plan, tables, numbers) if measured else stream_parts(plan, tables, frames=numbers)
+        )
+        if progress is not None:
+            parts = progress(parts, len(pairs) * count)
+        for position, part in enumerate(parts):
+            comparison.add_part(*pairs[position // count], part.place, part.arrays)
+    return replace(
+        outcome,
+        frames_checked=len(pairs),
+        layout=tuple(comparison.changes),
+        attributes=recorded.attribute_changes({**header.attributes, **window_attribute(header)}),
+        variables=tuple(comparison.checks.values()),
+    )
+
+
+def _sensor_then(plan: Plan, attributes: Mapping[str, Any]) -> BuiltSensor:
+    """Return the sensor of a measured cube's plan, given the scene around the cube if it was given that then."""
+    try:
+        from_scene = json.loads(attributes[SENSOR_ATTRIBUTE]).get("measured_from") == "scene"
+    except (ValueError, TypeError, AttributeError) as error:
+        raise CubeError(f"the global attribute {SENSOR_ATTRIBUTE} is malformed: {error}") from error
+    if plan.sensor is None:
+        raise CubeError("it was measured by a sensor, but its scenario has none")
+    return plan.sensor if from_scene else alone(plan.sensor)
+
+
+def _measured_header(plan: Plan, sensor: BuiltSensor, clean: CubeHeader) -> CubeHeader:
+    changed = sensor_attributes(clean.attributes, sensor, plan.catalog.used, "")
+    return replace(
+        clean,
+        variables=(*(spec for spec in clean.variables if not is_replaced(spec.name)), *sensor.variables),
+        attributes={name: value for name, value in {**clean.attributes, **changed}.items() if value is not None},
+    )
+
+
+def _measured_parts(plan: Plan, tables: RadianceTables | None, numbers: Sequence[int]) -> Iterator[Part]:
+    """Compute frames of a measured cube, with all before them where the sensor remembers those."""
+    sensor = plan.sensor
+    assert sensor is not None
+    computed = range(max(numbers, default=-1) + 1) if sensor.provider.declares.remembers else numbers
+    around, first, wanted = SceneAround(plan, tables, sensor), plan.scenario.frames.first, set(numbers)
+    for number, clean in zip(computed, stream(plan, tables, frames=computed), strict=True):
+        radiance = around.frame(number, clean["radiance"])
+        measured = sensor.measure(radiance, first + number, float(plan.frame_times_s[number]))
+        if number in wanted:
+            truth = {name: values for name, values in clean.items() if not is_replaced(name)}
+            yield Part(number, None, {**truth, **measured})

@@ -1,1 +1,0 @@
-"""A cube recomputed from its own provenance and compared."""

@@ -1,1 +1,0 @@
-"""What a scene does without, and a bound on what that costs."""

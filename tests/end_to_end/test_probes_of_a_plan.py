@@ -1,0 +1,48 @@
+"""What fails while a plan probes the radiance model and the clouds is attributed to what is wrong."""
+
+import pytest
+from cheap import CHEAP
+
+from hcss_twin import ProviderError, Scenario, ScenarioError, make_plan
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.radiance.as_printed import AsPrinted
+
+SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands": ["lwir-10.8"]}
+
+
+def plan():
+    return make_plan(Scenario.load("stratus", SMALL))
+
+
+def test_a_broken_radiance_model_is_no_problem_of_the_time(monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError("by a plugin")
+
+    monkeypatch.setattr(AsPrinted, "clear", broken)
+    with pytest.raises(ProviderError, match=r"as-printed.*clear\(\) raised ZeroDivisionError: by a plugin") as caught:
+        plan()
+    assert "sun" not in str(caught.value)
+
+
+def test_a_model_that_refuses_a_low_sun_is_a_problem_of_the_time(monkeypatch):
+    clear = AsPrinted.clear
+
+    def up_to_35_deg(self, wavenumber, sun):
+        if sun is not None and sun.zenith_deg > 35.0:
+            raise ProviderError("no sun so low")
+        return clear(self, wavenumber, sun)
+
+    monkeypatch.setattr(AsPrinted, "clear", up_to_35_deg)
+    with pytest.raises(
+        ScenarioError, match=r"time: with the sun at zenith .*no sun so low; allowed: times with the sun"
+    ):
+        make_plan(Scenario.load("stratus", {**SMALL, "time": "2024-04-20T16:30:00+10:00"}))
+
+
+def test_a_generator_that_fails_at_every_time_is_no_problem_of_the_frames(monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError("by a plugin")
+
+    monkeypatch.setattr(FractalClouds, "thickness_m", broken)
+    with pytest.raises(ProviderError, match=r"thickness_m\(\) raised ZeroDivisionError: by a plugin"):
+        make_plan(Scenario.load("stratus", {**SMALL, "clouds.coverage_mode": "field"}))
