@@ -358,7 +358,7 @@ class ScenarioModel(Section):
         description="Allowed error of the engine: a fraction of the band radiance (1e-6 to 0.1), or text with %, K or "
         'mK, the latter of brightness temperature (`"0.1 K"`; 0.001 to 10 K).',
     )
-    time: Instant = Field(description="Start, with time zone: 2024-04-20T12:30:00+10:00.")
+    time: Instant = Field(description="Start, with time zone, for example 2024-04-20T12:30:00+10:00.")
     place: PlaceSection = Field(
         description="Centre of the first image, for example {latitude = 35.0, longitude = 150.0}."
     )
