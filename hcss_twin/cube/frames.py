@@ -10,27 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
+from hcss_twin.cube.geometry import Window
 from hcss_twin.cube.header import CubeHeader
 from hcss_twin.cube.variables import VariableSpec
 
-Place = tuple[slice, slice]
-"""Rows and columns of a part of a frame."""
-
 
 class WrittenFrames:
-    """Which parts of which frames of a cube were written.
-
-    Parameters
-    ----------
-    header : CubeHeader
-    """
+    """Record of the parts of frames that were written."""
 
     def __init__(self, header: CubeHeader) -> None:
         self._header = header
         self._complete: set[int] = set()
-        self._begun: dict[int, list[Place]] = {}
+        self._begun: dict[int, list[Window]] = {}
 
-    def room_for(self, index: int, place: Place | None) -> Place:
+    def room_for(self, index: int, place: Window | None) -> Window:
         """Return rows and columns of a part, all where ``place`` is None, after checking that it is yet to be written.
 
         Raises
@@ -50,10 +43,10 @@ class WrittenFrames:
             raise CubeError(f"frame {index}: already written{'' if place is None else ' in part'}")
         return wanted
 
-    def add(self, index: int, place: Place) -> None:
-        """Take a part as written."""
+    def add(self, index: int, place: Window) -> None:
+        """Record a part as written."""
         parts = [*self._begun.pop(index, []), place]
-        # They do not meet, so that their areas say whether anything is left.
+        # parts do not overlap, so that their areas add up to the frame
         area = sum((rows.stop - rows.start) * (columns.stop - columns.start) for rows, columns in parts)
         if area == self._header.rows * self._header.columns:
             self._complete.add(index)
@@ -68,11 +61,13 @@ class WrittenFrames:
             raise CubeError(f"{path}: {len(missing)} of {self._header.frames} frames were not written: {listed}")
 
 
-def _meet(one: Place, other: Place) -> bool:
+def _meet(one: Window, other: Window) -> bool:
     return all(a.start < b.stop and b.start < a.stop for a, b in zip(one, other, strict=True))
 
 
-def check_frame(header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any]], place: Place | None = None) -> None:
+def check_frame(
+    header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any]], place: Window | None = None
+) -> None:
     """Check that a frame, or a part of it, has exactly the header's variables and that each array obeys its spec.
 
     Raises
@@ -92,7 +87,7 @@ def check_frame(header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any
         _check_array(f"frame {index}, {spec.name}", spec, shape, arrays[spec.name])
 
 
-def frame_shape(header: CubeHeader, spec: VariableSpec, place: Place | None = None) -> tuple[int, ...]:
+def frame_shape(header: CubeHeader, spec: VariableSpec, place: Window | None = None) -> tuple[int, ...]:
     """Return the shape of one frame of a variable, or of a part of it."""
     sizes = header.sizes
     if place is not None:

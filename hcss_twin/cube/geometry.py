@@ -65,8 +65,8 @@ def footprint(header: CubeHeader) -> Footprint:
 PIXELS_AT_ONCE = 2**18
 """Pixels computed together."""
 
-Place = tuple[slice, slice]
-"""Rows and columns of the cube."""
+Window = tuple[slice, slice]
+"""Rows and columns of a part of the cube."""
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,8 @@ class PixelGeometry:
         names: tuple[str, ...],
         tile: tuple[int, int] | None = None,
         time_s: float = 0.0,
-        inside: Place | None = None,
-    ) -> Iterator[tuple[Place, dict[str, NDArray[Any]]]]:
+        inside: Window | None = None,
+    ) -> Iterator[tuple[Window, dict[str, NDArray[Any]]]]:
         """Yield parts of the cube, row by row from its first pixel on, with the values (y, x) of what is named.
 
         Parameters
@@ -118,7 +118,7 @@ class PixelGeometry:
             for columns in _cut(all_columns, width):
                 yield (rows, columns), self.values(names, (rows, columns), time_s)
 
-    def values(self, names: tuple[str, ...], place: Place, time_s: float = 0.0) -> dict[str, NDArray[Any]]:
+    def values(self, names: tuple[str, ...], place: Window, time_s: float = 0.0) -> dict[str, NDArray[Any]]:
         """Return the values (y, x) of what is named, for rows and columns of the cube.
 
         A pixel has the same bits in every part, and in every window of the image.
@@ -137,7 +137,7 @@ class PixelGeometry:
         return result
 
     @property
-    def _all(self) -> Place:
+    def _all(self) -> Window:
         return slice(0, self.header.rows), slice(0, self.header.columns)
 
     def _strip(self, names: tuple[str, ...], rows: slice, columns: slice, time_s: float) -> dict[str, Array]:

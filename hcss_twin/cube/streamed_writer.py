@@ -87,20 +87,7 @@ class StreamedWriter(ABC):
         return self
 
     def write_frame(self, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Write one frame; frames may come in any order, each once.
-
-        Parameters
-        ----------
-        index : int
-            Number of the frame, from 0.
-        arrays : mapping of str to ndarray
-            One array per variable of the header, without the time dimension, of the type in its spec.
-
-        Raises
-        ------
-        CubeError
-            If arrays do not match the header, a value is not allowed, or the disk refuses.
-        """
+        """Write one frame; frames may come in any order, each once. See :meth:`write_tile`."""
         self.write_tile(index, None, arrays)
 
     def write_tile(self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -113,7 +100,7 @@ class StreamedWriter(ABC):
         place : (slice, slice) or None
             Rows and columns of the cube; None for all of them.
         arrays : mapping of str to ndarray
-            As for :meth:`write_frame`, with the rows and columns of the part.
+            One array per variable of the header, without the time dimension, of the type in its spec.
 
         Raises
         ------

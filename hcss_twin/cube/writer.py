@@ -198,9 +198,7 @@ class CubeWriter(StreamedWriter):
         if any(spec.significant_bits is not None for spec in header.variables):
             info = dataset.createVariable(INFO, "S1", fill_value=False)
             info.setncatts(QUANTIZATION_ATTRIBUTES)
-        for spec in header.variables:
-            self._define_data(spec)
-        for spec in header.geometry:
+        for spec in (*header.variables, *header.geometry):
             self._define_data(spec)
         if header.geometry:
             rows, columns = self._chunk(header.geometry[0])[-2:]

@@ -155,14 +155,11 @@ def check_declares(declares: Declares) -> None:
         raise ValueError(f"declares.legs is {declares.legs!r}; {choose_from(str(declares.legs), LEGS)}")
     if not (math.isfinite(declares.resolution_cm1) and declares.resolution_cm1 >= 0.0):
         raise ValueError(f"declares.resolution_cm1 is {declares.resolution_cm1!r}; allowed: 0 or more")
-    # A lone string is a sequence of letters, each of which would become a note.
-    for name in ("notes", "own_errors"):
-        texts = getattr(declares, name)
+    by_phase = {f"notes_by_phase['{phase}']": notes for phase, notes in declares.notes_by_phase.items()}
+    for name, texts in {"notes": declares.notes, "own_errors": declares.own_errors, **by_phase}.items():
+        # a lone string is a sequence of letters, each of which would become a note
         if not isinstance(texts, tuple) or not all(isinstance(each, str) for each in texts):
             raise ValueError(f"declares.{name} is {texts!r}; expected a tuple of strings")
-    for phase, notes in declares.notes_by_phase.items():
-        if not isinstance(notes, tuple) or not all(isinstance(each, str) for each in notes):
-            raise ValueError(f"declares.notes_by_phase['{phase}'] is {notes!r}; expected a tuple of strings")
     for name in ("evolves", "tileable", "remembers"):
         if not isinstance(getattr(declares, name), bool):
             raise ValueError(f"declares.{name} is {getattr(declares, name)!r}; expected True or False")

@@ -39,7 +39,7 @@ from hcss_twin.scenario.units import (
     Temperature,
     WaterContent,
     Whole,
-    parse_quantity,
+    quantity_or_word,
 )
 
 
@@ -111,23 +111,9 @@ class Frames(Section):
     )
 
 
-def _evolution_time(value: object) -> object:
-    if value == "frozen":
-        return value
-    allowed = 'allowed: 0.001 to 1e12 s, or "frozen"'
-    if isinstance(value, str) and closest(value, ("frozen",)):
-        raise PydanticCustomError("evolution_time", f"{shown(value)} is not a duration; {allowed}; closest is 'frozen'")
-    number = parse_quantity(value, "duration")
-    if isinstance(number, bool) or not isinstance(number, int | float):
-        raise PydanticCustomError("evolution_time", f"{shown(value)} is not a duration; {allowed}")
-    if not 1e-3 <= number <= 1e12:
-        hint = "; closest valid choice is 0.001" if number < 1 else "; closest valid choice is 'frozen'"
-        hint = "" if number != number else hint  # NaN is close to nothing
-        raise PydanticCustomError("evolution_time", f"{shown(value)} is out of range; {allowed}{hint}")
-    return float(number)
-
-
-EvolutionTime = Annotated[Duration | Literal["frozen"], BeforeValidator(_evolution_time)]
+EvolutionTime = Annotated[
+    Duration | Literal["frozen"], BeforeValidator(quantity_or_word("duration", 1e-3, 1e12, "frozen", above="'frozen'"))
+]
 
 
 class MotionSection(Section):
@@ -358,7 +344,7 @@ class ScenarioModel(Section):
         description="Allowed error of the engine: a fraction of the band radiance (1e-6 to 0.1), or text with %, K or "
         'mK, the latter of brightness temperature (`"0.1 K"`; 0.001 to 10 K).',
     )
-    time: Instant = Field(description="Start, with time zone: 2024-04-20T12:30:00+10:00.")
+    time: Instant = Field(description="Start, with time zone, for example 2024-04-20T12:30:00+10:00.")
     place: PlaceSection = Field(
         description="Centre of the first image, for example {latitude = 35.0, longitude = 150.0}."
     )

@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.errors import closest, shown
-from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, parse_quantity
+from hcss_twin.core.errors import shown
+from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, quantity_or_word
 
 
 class Section(BaseModel):
@@ -119,24 +119,10 @@ LOWEST_M, HIGHEST_M = 100e3, 42_000e3
 FASTEST_M_S = 1e5
 
 
-def _platform_speed(value: object) -> object:
-    if value == ORBIT:
-        return value
-    allowed = f'allowed: -{FASTEST_M_S:g} to {FASTEST_M_S:g} m/s, or "{ORBIT}"'
-    if isinstance(value, str) and closest(value, (ORBIT,)):
-        raise PydanticCustomError("platform_speed", f"{shown(value)} is not a speed; {allowed}; closest is '{ORBIT}'")
-    number = parse_quantity(value, "speed")
-    if isinstance(number, bool) or not isinstance(number, int | float):
-        raise PydanticCustomError("platform_speed", f"{shown(value)} is not a speed; {allowed}")
-    if not -FASTEST_M_S <= number <= FASTEST_M_S:
-        nearest = (
-            "" if number != number else f"; closest valid choice is {FASTEST_M_S if number > 0 else -FASTEST_M_S:g}"
-        )
-        raise PydanticCustomError("platform_speed", f"{shown(value)} is out of range; {allowed}{nearest}")
-    return float(number)
-
-
-PlatformSpeed = Annotated[Speed | Literal["orbit"], BeforeValidator(_platform_speed)]
+PlatformSpeed = Annotated[
+    Speed | Literal["orbit"],
+    BeforeValidator(quantity_or_word("speed", -FASTEST_M_S, FASTEST_M_S, ORBIT, above=f"{FASTEST_M_S:g}")),
+]
 """Of the footprint, m/s, or ``"orbit"``; a scenario that was read has the number."""
 
 

@@ -57,6 +57,30 @@ def parse_quantity(value: object, dimension: str) -> object:
     return factor * float(number) + offset
 
 
+def quantity_or_word(dimension: str, low: float, high: float, word: str, above: str) -> Callable[[object], object]:
+    """Return a validator of a quantity from ``low`` to ``high``, or one word; ``above`` is suggested above ``high``."""
+    plain = next(iter(UNITS[dimension]))
+    allowed = f'allowed: {low:g} to {high:g} {plain}, or "{word}"'.replace("e+", "e")
+
+    def parse(value: object) -> object:
+        if value == word:
+            return value
+        if isinstance(value, str) and closest(value, (word,)):
+            raise PydanticCustomError(
+                "quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}; closest is '{word}'"
+            )
+        number = parse_quantity(value, dimension)
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise PydanticCustomError("quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}")
+        if not low <= number <= high:
+            nearest = f"{low:g}" if number < low else above
+            hint = f"; closest valid choice is {nearest}" if number == number else ""  # NaN is close to nothing
+            raise PydanticCustomError("quantity_or_word", f"{shown(value)} is out of range; {allowed}{hint}")
+        return float(number)
+
+    return parse
+
+
 def in_plain_units(text: str) -> float | None:
     """Return the plain number of a text with any known unit; None for other text."""
     for dimension, units in UNITS.items():

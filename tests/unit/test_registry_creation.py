@@ -132,7 +132,7 @@ def test_parameters_model_is_imported_on_request(entry):
         ("DeclaresText", "declares is str; expected hcss_twin.providers.Declares"),
         ("DeclaresNonsense", "'view_zenit'.*closest is 'view_zenith'"),
         ("DeclaresInverted", r"valid\['wavenumber_cm1'\]"),
-        ("DeclaresUnknownRange", "'wavenumber', which nobody keeps to.*closest is 'wavenumber_cm1'"),
+        ("DeclaresUnknownRange", "'wavenumber', which the engine does not use.*closest is 'wavenumber_cm1'"),
         ("DeclaresOneNote", "declares.notes is 'calm water only'; expected a tuple of strings"),
         ("WavesAsText", "significant_wave_height_m is '2 m'; expected a number of metres"),
         ("WeightsAreNoMethod", r"reflection_weights is \(0.5, 0.5\); expected a method"),

@@ -191,3 +191,10 @@ class TestSchema:
         assert not self.validator.is_valid(raw)
         with pytest.raises(ScenarioError):
             Scenario.from_dict(raw)
+
+
+@pytest.mark.parametrize("clouds", [{}, {"clouds": {}}])
+def test_without_cloud_keys_the_sky_is_clear_as_the_reference_says(clouds):
+    assert Scenario.from_dict({**RAW, **clouds}).clouds.layers == ()
+    section = REFERENCE.read_text(encoding="utf-8").split("## `[clouds]`")[1].split("## ")[0]
+    assert "Without keys in this section the sky is clear" in section

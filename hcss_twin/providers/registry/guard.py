@@ -9,9 +9,9 @@ All other attributes are those of the provider.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -31,7 +31,6 @@ THICKNESS_TOLERANCE = 1e-6
 _ANY = (-float("inf"), float("inf"))
 _POSITIVE = (0.0, float("inf"))
 _FRACTION = (-FRACTION_TOLERANCE, 1.0 + FRACTION_TOLERANCE)
-_Result = TypeVar("_Result")
 
 
 class _Guard:
@@ -58,9 +57,9 @@ class _Guard:
         checked = f"_checked_{name}"
         return object.__getattribute__(self, checked) if hasattr(type(self), checked) else provided
 
-    def _call(self, name: str, method: Callable[..., _Result], *arguments: Any, **keywords: Any) -> _Result:
+    def _call(self, name: str, *arguments: Any, **keywords: Any) -> Any:
         try:
-            return method(*arguments, **keywords)
+            return getattr(self._provider, name)(*arguments, **keywords)
         except HcssError:
             raise
         except FAILURES as error:
@@ -111,7 +110,7 @@ class _Guard:
     ) -> Array:
         """Call a method inside its declared spectral range and check its result (*shape, V)."""
         self._check_wavenumbers(name, wavenumber_cm1)
-        value = self._call(name, getattr(self._provider, name), wavenumber_cm1, *arguments, **keywords)
+        value = self._call(name, wavenumber_cm1, *arguments, **keywords)
         return self._array(f"{name}()", value, (*shape, wavenumber_cm1.size), limits)
 
     def _check_wavenumbers(self, name: str, wavenumber_cm1: Array) -> None:
@@ -153,7 +152,7 @@ class _Clouds(_Guard):
         return self._thickness("thickness_m", self._inside(rows, columns), time_s, rows, columns)
 
     def _checked_frame_summary(self, time_s: float) -> Any:
-        return self._call("frame_summary", self._provider.frame_summary, time_s)
+        return self._call("frame_summary", time_s)
 
     def _checked_thickness_in_frame_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> Any:
         return self._thickness("thickness_in_frame_m", self._inside(rows, columns), time_s, rows, columns, summary)
@@ -166,7 +165,7 @@ class _Clouds(_Guard):
         return len(range(*rows.indices(self._grid.rows))), len(range(*columns.indices(self._grid.columns)))
 
     def _thickness(self, name: str, shape: tuple[int, int], *arguments: Any) -> NDArray[np.float32]:
-        value = self._call(name, getattr(self._provider, name), *arguments)
+        value = self._call(name, *arguments)
         most = self._layer.thickness_max_m * (1.0 + THICKNESS_TOLERANCE)
         return self._array(f"{name}()", value, shape, (0.0, most), np.float32)
 
@@ -176,8 +175,9 @@ class _Waves(_Guard):
 
     def slopes(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         shape = (2, rows.stop - rows.start, columns.stop - columns.start)
-        value = self._call("wave_field().slopes", self._provider.slopes, time_s, rows, columns)
-        return self._array("wave_field().slopes()", value, shape, dtype=np.float32)
+        return self._array(
+            "wave_field().slopes()", self._call("slopes", time_s, rows, columns), shape, dtype=np.float32
+        )
 
 
 class _Sea(_Guard):
@@ -188,10 +188,15 @@ class _Sea(_Guard):
         return self._spectral("emissivity", mu.shape, _FRACTION, wavenumber_cm1, mu, *wind)
 
     def brdf(
-        self, wavenumber_cm1: Array, mu_out: Array, mu_in: Array, azimuth: Array, wind_azimuth: Array | None = None
+        self,
+        wavenumber_cm1: Array,
+        mu_out: Array,
+        mu_in: Array,
+        relative_azimuth: Array,
+        wind_azimuth: Array | None = None,
     ) -> Array:
-        azimuths = (azimuth,) if wind_azimuth is None else (azimuth, wind_azimuth)
-        return self._spectral("brdf", mu_out.shape, _POSITIVE, wavenumber_cm1, mu_out, mu_in, *azimuths)
+        directions = (mu_out, mu_in, relative_azimuth, *(() if wind_azimuth is None else (wind_azimuth,)))
+        return self._spectral("brdf", mu_out.shape, _POSITIVE, wavenumber_cm1, *directions)
 
     def _checked_reflection_weights(
         self, wavenumber_cm1: Array, mu: Array, mu_nodes: Array, *arguments: Any, **keywords: Any
@@ -200,15 +205,14 @@ class _Sea(_Guard):
         return self._spectral("reflection_weights", shape, _ANY, wavenumber_cm1, mu, mu_nodes, *arguments, **keywords)
 
     def _checked_wave_slope_rms(self, pixel_size_m: float) -> tuple[float, float]:
-        value = self._call("wave_slope_rms", self._provider.wave_slope_rms, pixel_size_m)
-        upwind, crosswind = self._array("wave_slope_rms()", value, (2,), _POSITIVE)
-        return float(upwind), float(crosswind)
+        rms = self._array("wave_slope_rms()", self._call("wave_slope_rms", pixel_size_m), (2,), _POSITIVE)
+        return float(rms[0]), float(rms[1])
 
     def _checked_wave_field(self, grid: api.Grid, motion: api.Motion, seed: int) -> _Waves:
-        return _Waves(self._call("wave_field", self._provider.wave_field, grid, motion, seed), self._label)
+        return _Waves(self._call("wave_field", grid, motion, seed), self._label)
 
     def _checked_tilted(self, upwind: float, crosswind: float, pixel_size_m: float) -> _Sea:
-        return _Sea(self._call("tilted", self._provider.tilted, upwind, crosswind, pixel_size_m), self._label)
+        return _Sea(self._call("tilted", upwind, crosswind, pixel_size_m), self._label)
 
 
 class _Optics(_Guard):
@@ -220,7 +224,7 @@ class _Optics(_Guard):
         The solvers allow no rounding error in albedo and moment 0: within the tolerance they become their limits.
         """
         self._check_wavenumbers("single_scattering", wavenumber_cm1)
-        value = self._call("single_scattering", self._provider.single_scattering, cloud, wavenumber_cm1)
+        value = self._call("single_scattering", cloud, wavenumber_cm1)
         what, size = "single_scattering()", wavenumber_cm1.size
         if not isinstance(value, api.SingleScattering):
             raise self._refuse(what, "SingleScattering", type(value).__name__)
@@ -262,11 +266,11 @@ class _Radiance(_Guard):
     """A radiance model whose terms are checked: names, shapes, finiteness; no sun, no solar term."""
 
     def clear(self, wavenumber_cm1: Array, sun: api.Sun | None) -> Mapping[str, Array]:
-        value = self._call("clear", self._provider.clear, wavenumber_cm1, sun)
+        value = self._call("clear", wavenumber_cm1, sun)
         return self._terms("clear()", value, (wavenumber_cm1.size,), sun)
 
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: api.Sun | None) -> Mapping[str, Array]:
-        value = self._call("cloudy", self._provider.cloudy, wavenumber_cm1, thickness_m, sun)
+        value = self._call("cloudy", wavenumber_cm1, thickness_m, sun)
         return self._terms("cloudy()", value, (thickness_m.shape[0], wavenumber_cm1.size), sun)
 
     def _terms(self, what: str, value: Any, shape: tuple[int, ...], sun: api.Sun | None) -> dict[str, Array]:
@@ -297,7 +301,7 @@ class _Sensor(_Guard):
         self._shape = len(inputs.bands), inputs.grid.rows, inputs.grid.columns
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> api.Measured:
-        value = self._call("measure", self._provider.measure, radiance, frame, time_s)
+        value = self._call("measure", radiance, frame, time_s)
         what, declared = "measure()", self._provider.variables
         if not isinstance(value, api.Measured):
             raise self._refuse(what, "Measured", type(value).__name__)
