@@ -156,7 +156,7 @@ def test_truth_of_two_layers(both):
     np.testing.assert_array_equal(both.cloud_fraction, both.cloud_mask)
     top = np.where(high > 0, 6000.0 + high, np.where(low > 0, 66.0 + low, np.nan))
     np.testing.assert_allclose(both.cloud_top_altitude, top, rtol=1e-6)
-    profile = make_plan(scenario(CUMULUS)).profile
+    profile = make_plan(scenario(CUMULUS)).assembly.profile
     temperature = np.interp(top, profile.altitude_m, profile.temperature_K)
     np.testing.assert_allclose(both.cloud_top_temperature, temperature, rtol=1e-5)
     depth = both.cloud_optical_thickness.values

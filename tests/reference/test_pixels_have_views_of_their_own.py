@@ -43,7 +43,7 @@ def narrow_model(plan, row, column):
     raw = {key: value for key, value in scenario.model_dump(mode="json").items() if key != "platform"}
     raw["view"] = {"zenith": float(seen.zenith_deg), "azimuth": float(seen.plane_azimuth_deg)}
     raw["image"] |= {"rows": 1, "columns": 1, "pixel_size": 1.0}
-    return make_plan(Scenario.from_dict(raw)).model
+    return make_plan(Scenario.from_dict(raw)).assembly.model
 
 
 @pytest.mark.parametrize(
