@@ -21,9 +21,9 @@ from pathlib import Path
 
 from baseline_ratios import PARTS
 from page import put
+from regression import Ratio, read_ratios, regressions, write_ratios
 
-from hcss_twin.report.benchmarking.bench import private_cache
-from hcss_twin.report.benchmarking.regression import Ratio, read_ratios, regressions, write_ratios
+from hcss_twin.reports.benchmark import private_cache
 
 COMMITTED = Path(__file__).with_name("baseline.json")
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from regression import Ratio
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.compile import compile_tables, tables_of
@@ -20,9 +21,8 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.plan.plan import Plan
-from hcss_twin.report.benchmarking.bench import even_wavelengths, integrate, random_columns
-from hcss_twin.report.benchmarking.regression import Ratio
-from hcss_twin.report.benchmarking.stages import Rounds, write_raw
+from hcss_twin.reports.benchmark import even_wavelengths, integrate, random_columns
+from hcss_twin.reports.benchmark_stages import Rounds, write_raw
 
 SCENE = "stratus"
 POINTS = 24
@@ -221,9 +221,9 @@ def peak_mb(frames: int, folder: Path, kept: bool) -> float:
     It compiles its tables, or finds those that an earlier one has ``kept``.
     """
     code = (
-        "import sys\n"
+        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
         "from hcss_twin import Scenario, make_plan\n"
-        "from hcss_twin.report.benchmarking.regression import peak_memory_mb\n"
+        "from regression import peak_memory_mb\n"
         "from hcss_twin.engine.simulate import run\n"
         "changes = {'output.certificate': 0, 'frames.count': int(sys.argv[1])}\n"
         f"run(make_plan(Scenario.load({SCENE!r}, changes)), sys.argv[2])\n"

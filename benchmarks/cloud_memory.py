@@ -11,7 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from hcss_twin.report.benchmarking.regression import peak_memory_mb
+from regression import peak_memory_mb
 
 PIXELS = 128
 FRAMES = (8, 5000)

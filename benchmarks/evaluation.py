@@ -31,8 +31,8 @@ from hcss_twin.analysis.comparison.result import Evaluation
 from hcss_twin.analysis.matching.match import match
 from hcss_twin.analysis.matching.target import ImageChoice, read_target
 from hcss_twin.engine.simulate import run
-from hcss_twin.report.evaluation_page import evaluation_page
-from hcss_twin.report.page.page import write_page
+from hcss_twin.reports.evaluation_page import evaluation_page
+from hcss_twin.reports.page import write_page
 
 BUDGET = 120
 SHOWN = ("EV", "Den", "DP", "FD", "coverage", "tops", "outline", "spectrum", "degree", "mean", "deviation")

@@ -23,7 +23,7 @@ from pathlib import Path
 from hcss_twin.analysis.matching.match import BUDGET, Match, match
 from hcss_twin.analysis.matching.target import ImageChoice, Target, read_target
 from hcss_twin.core.errors import HcssError
-from hcss_twin.report.image_preview import draw_match
+from hcss_twin.reports.preview import draw_match
 
 SUFFIXES = (".nc", ".jpg", ".png", ".tif", ".tiff")
 

@@ -17,9 +17,10 @@ from pathlib import Path
 
 def child(scenario: str, frames: int, assignments: list[str]) -> None:
     """Run and print the peak resident size in MB."""
+    from regression import peak_memory_mb
+
     from hcss_twin import Scenario, make_plan
     from hcss_twin.engine.simulate import run
-    from hcss_twin.report.benchmarking.regression import peak_memory_mb
     from hcss_twin.scenario.overrides import parse_assignment
 
     # Close frames: the sun stays up, and tables are few.

@@ -24,7 +24,7 @@ from pareto_peers import cloud_fields, has_lowtran, pixel_classes, wavelengths, 
 from pareto_tables import DRAWN, draw, fronts, tables
 
 from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.report.benchmarking.bench import bench, private_cache
+from hcss_twin.reports.benchmark import bench, private_cache
 
 RESULTS = Path(__file__).with_name("pareto.json")
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "pareto.png"

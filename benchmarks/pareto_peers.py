@@ -21,8 +21,8 @@ from hcss_twin.engine.stream import Frame, stream
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.registry import Registry
-from hcss_twin.report.benchmarking.bench import even_wavelengths, integrate, random_columns
-from hcss_twin.report.benchmarking.stages import Rounds, write_raw
+from hcss_twin.reports.benchmark import even_wavelengths, integrate, random_columns
+from hcss_twin.reports.benchmark_stages import Rounds, write_raw
 
 CLASSES = (2, 8, 32, 128)
 ERROR_POINTS = 100

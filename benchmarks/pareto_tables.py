@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hcss_twin.report.benchmark_text import Curve, Reference, fill_axes, power
-from hcss_twin.report.benchmarking.stages import CERTIFICATE, KEPT_RUN, NEW_RUN, RAW, STAGES
+from hcss_twin.reports.benchmark_stages import CERTIFICATE, KEPT_RUN, NEW_RUN, RAW, STAGES
+from hcss_twin.reports.benchmark_text import Curve, Reference, fill_axes, power
 
 DRAWN = ("physical", "physical-two-stream", "as-printed")
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from hcss_twin.engine.simulate import simulate
     from hcss_twin.plan.make_plan import make_plan
     from hcss_twin.providers.registry.specs import ProviderSpec, hookimpl
-    from hcss_twin.report.report import report
+    from hcss_twin.reports.report import report
     from hcss_twin.scenario.scenario import Scenario
     from hcss_twin.sweeps.dataset import open_sweep
     from hcss_twin.sweeps.propagation.dataset import open_propagation
@@ -100,7 +100,7 @@ def __getattr__(name: str) -> Any:
         "open_cube": "cube.reader",
         "open_propagation": "sweeps.propagation.dataset",
         "open_sweep": "sweeps.dataset",
-        "report": "report.report",
+        "report": "reports.report",
         "propagate": "sweeps.propagation.propagate",
         "sense": "engine.sense",
         "simulate": "engine.simulate",

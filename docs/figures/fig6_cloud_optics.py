@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.report.cloud_optics_plot import cloud_optics_figure
+from hcss_twin.reports.cloud_optics_plot import cloud_optics_figure
 
 
 def main() -> None:

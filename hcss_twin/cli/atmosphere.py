@@ -90,7 +90,7 @@ def atmosphere_plot(
 
     The JSON has mean transmittance and path radiance (W m-2 sr-1) of the bands 2.7-3.0, 3-5 and 8-14 um by angle.
     """
-    from hcss_twin.report import atmosphere_plot as plot
+    from hcss_twin.reports import atmosphere_plot as plot
 
     if len(sources) > 2:
         raise click.UsageError(f"{len(sources)} sources; one is drawn, or two are compared")
@@ -110,7 +110,7 @@ def atmosphere_plot(
 
 
 def _bands(spectra: Any) -> list[dict[str, Any]]:
-    from hcss_twin.report import atmosphere_plot as plot
+    from hcss_twin.reports import atmosphere_plot as plot
 
     means = [(band, plot.band_means(spectra, band)) for band in plot.BANDS_UM]
     return [

@@ -76,8 +76,8 @@ def bench(
     if len(set(accuracies)) < len(accuracies):
         raise click.BadParameter("the same accuracy is given twice", param_hint="--accuracy")
     loaded = load(scenario, assignments)
-    from hcss_twin.report.benchmark_text import bench_text, draw_bench
-    from hcss_twin.report.benchmarking.bench import bench as measure
+    from hcss_twin.reports.benchmark import bench as measure
+    from hcss_twin.reports.benchmark_text import bench_text, draw_bench
 
     start = time.monotonic()
 

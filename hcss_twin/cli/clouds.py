@@ -119,7 +119,7 @@ def import_command(
     from hcss_twin.analysis.cloud_import import ImportOptions, import_image
     from hcss_twin.models.clouds.database import SUFFIX, valid_entry_name, write_entry
     from hcss_twin.models.clouds.segmentation import Cleaning
-    from hcss_twin.report.image_preview import draw_entry
+    from hcss_twin.reports.preview import draw_entry
 
     if options["coverage"] is None and options["method"] == "coverage":
         raise click.UsageError("--method coverage needs --coverage, the fraction of cloudy pixels")
@@ -209,7 +209,7 @@ def clouds_list(folder: Path = Path("clouds"), as_json: bool = False) -> None:
 def clouds_preview(name: str, folder: Path, output: Path | None, as_json: bool) -> None:
     """Draw and describe the entry NAME."""
     from hcss_twin.models.clouds.database import entry_path, read_entry
-    from hcss_twin.report.image_preview import draw_entry
+    from hcss_twin.reports.preview import draw_entry
 
     path = entry_path(folder, name)
     entry = read_entry(path)

@@ -85,7 +85,7 @@ def report_command(source: Path, output: Path | None, force: bool, as_json: bool
 
     The page needs no other files and no network.
     """
-    from hcss_twin.report.report import report
+    from hcss_twin.reports.report import report
 
     page = report(source, output, replace=force)
     click.echo(json.dumps({"report": str(page), "bytes": page.stat().st_size}) if as_json else with_size(page))
@@ -177,7 +177,7 @@ def verify(context: click.Context, cube: Path, frames: int | None, base: Path | 
     """
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.engine.verification import verify_cube
-    from hcss_twin.report.verification_text import verification_text
+    from hcss_twin.reports.verification_text import verification_text
 
     if sys.stderr.isatty():
         click.echo("computing the radiance anew ...", err=True)
@@ -203,9 +203,8 @@ def volume(
     output = output or cube.with_name(f"{cube.stem}_volume.png")
     require_writable([output], force)
     require_writable([occupancy], force, "give another name with --occupancy")
-    from hcss_twin.report.cloud_columns import read_columns
-    from hcss_twin.report.cloud_volume import draw_volume
-    from hcss_twin.report.occupancy_file import write_occupancy
+    from hcss_twin.reports.cloud_columns import read_columns, write_occupancy
+    from hcss_twin.reports.cloud_volume import draw_volume
 
     columns = read_columns(cube, frame)
     picture = draw_volume(columns, output)

@@ -133,7 +133,7 @@ def evaluate_command(
     from hcss_twin.analysis.comparison.evaluate import evaluate
     from hcss_twin.analysis.comparison.footage import EvaluationChoice
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.report.evaluation_text import evaluation_text
+    from hcss_twin.reports.evaluation_text import evaluation_text
 
     def choice(side: str) -> EvaluationChoice:
         chosen: Method = options[f"{side}_method"] or method
@@ -158,8 +158,8 @@ def evaluate_command(
         result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
     text = json.dumps(result.as_dict(), allow_nan=False)
     if output is not None:
-        from hcss_twin.report.evaluation_page import evaluation_page
-        from hcss_twin.report.page.page import write_page
+        from hcss_twin.reports.evaluation_page import evaluation_page
+        from hcss_twin.reports.page import write_page
 
         write_page(output, evaluation_page(result))
     if json_file is not None and not to_screen:

@@ -128,7 +128,7 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
-    from hcss_twin.report.plan_text import plan_text
+    from hcss_twin.reports.plan_text import plan_text
 
     with announce_compilation(partial(click.echo, err=True)):
         made = make_plan(load(scenario, assignments))
@@ -167,7 +167,7 @@ def preview(
     cube: Path, output: Path | None, kelvin: bool, variable: str | None, frames: int, animation: bool, as_json: bool
 ) -> None:
     """Draw a contact sheet and an animation for each band of CUBE."""
-    from hcss_twin.report.preview import draw_preview
+    from hcss_twin.reports.preview import draw_preview
 
     paths = draw_preview(
         cube, output or cube.parent, kelvin=kelvin, frames=frames, animation=animation, variable=variable
@@ -184,7 +184,7 @@ def plugins(name: str | None, as_json: bool) -> None:
 
     registry = Registry.discover()
     if name is not None:
-        from hcss_twin.report.provider_text import described, provider_text
+        from hcss_twin.reports.provider_text import described, provider_text
 
         providers = described(registry, name)
         click.echo(json.dumps(providers) if as_json else "\n\n".join(map(provider_text, providers)))

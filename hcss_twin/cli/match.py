@@ -182,7 +182,7 @@ class _Result:
 def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, cloud_type: str) -> _Result:
     from hcss_twin.analysis.matching.match import match, match_fragment
     from hcss_twin.analysis.matching.target import ImageChoice, read_target
-    from hcss_twin.report.image_preview import draw_match
+    from hcss_twin.reports.preview import draw_match
 
     with worded_for_options():
         target = read_target(image, ImageChoice(**options))
@@ -261,7 +261,7 @@ def _match_range(
         match_dimension,
     )
     from hcss_twin.analysis.matching.structure import simulate_image
-    from hcss_twin.report.image_preview import draw_dimension
+    from hcss_twin.reports.preview import draw_dimension
 
     if done is not None and done.match is not None:
         match = done.match

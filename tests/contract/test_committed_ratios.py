@@ -7,33 +7,36 @@ from pathlib import Path
 import pytest
 
 import hcss_twin
-from hcss_twin.report.benchmarking.regression import read_ratios, regressions
 
 FOLDER = Path(hcss_twin.__file__).parents[1] / "benchmarks"
 pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="not in an installed package")
 
 
 @pytest.fixture
-def parts(monkeypatch):
+def benchmarks(monkeypatch):
     monkeypatch.syspath_prepend(str(FOLDER))
     import baseline_ratios
+    import regression
 
-    yield baseline_ratios.PARTS
-    sys.modules.pop("baseline_ratios")
+    yield baseline_ratios.PARTS, regression
+    for name in ("baseline_ratios", "regression"):
+        sys.modules.pop(name)
 
 
-def test_each_committed_ratio_belongs_to_a_part_and_each_part_has_one(parts):
-    committed = read_ratios(FOLDER / "baseline.json")
+def test_each_committed_ratio_belongs_to_a_part_and_each_part_has_one(benchmarks):
+    parts, regression = benchmarks
+    committed = regression.read_ratios(FOLDER / "baseline.json")
     assert {name.partition(":")[0] for name in committed} == set(parts)
 
 
-def test_a_committed_ratio_that_gets_worse_by_half_is_reported():
-    committed = read_ratios(FOLDER / "baseline.json")
+def test_a_committed_ratio_that_gets_worse_by_half_is_reported(benchmarks):
+    _, regression = benchmarks
+    committed = regression.read_ratios(FOLDER / "baseline.json")
     for name, ratio in committed.items():
         for factor in (1.5, 1.0 / 1.5):
             changed = {**committed, name: replace(ratio, value=ratio.value * factor)}
             is_worse = (factor > 1.0) == (ratio.better == "lower")
-            lines = regressions(committed, changed)
+            lines = regression.regressions(committed, changed)
             assert [line.partition(":")[0] for line in lines] == [name.partition(":")[0]] * is_worse
 
 

@@ -1,6 +1,7 @@
 """``hcss bench``: what it measures and tells, what it refuses, and what it leaves behind."""
 
 import json
+import re
 
 import pytest
 from cheap import CHEAP_OPTIONS
@@ -19,6 +20,12 @@ SMALL = [
 
 def bench(*arguments):
     return CliRunner().invoke(cli, ["bench", *SMALL, *arguments])
+
+
+def rows(text):
+    """Cells of each line by its label; at least two blanks are between them."""
+    cells = (re.split(r" {2,}", line.strip()) for line in text.splitlines())
+    return {label: rest for label, *rest in cells}
 
 
 @pytest.fixture(scope="module")
@@ -60,8 +67,8 @@ def test_brute_force_errs_by_leaving_out_wavenumbers_only(answer):
 
 def test_the_table_has_a_column_for_each_accuracy_and_names_every_stage(answer):
     _, printed, _ = answer
-    lines = {line[:34].strip(): line[34:].split() for line in printed.splitlines()}
-    assert lines["accuracy asked for"] == ["1e-02", "1e-04"]
+    lines = rows(printed)
+    assert lines["requested accuracy"] == ["1e-02", "1e-04"]
     for stage in ("plan", "compile tables", "tables kept earlier", "clouds", "look-up", "write", "certificate"):
         assert len(lines[stage]) == 2
 
@@ -109,7 +116,7 @@ def test_wrong_options_are_named(tmp_path, monkeypatch, arguments, told):
 
 def test_every_accuracy_of_the_default_list_is_told_beside_the_scenarios_own(monkeypatch):
     from hcss_twin import Scenario
-    from hcss_twin.report.benchmarking.bench import ACCURACIES, asked_for
+    from hcss_twin.reports.benchmark import ACCURACIES, asked_for
 
     def of(accuracy):
         return asked_for(Scenario.load("stratus", {"accuracy": accuracy}), None)
@@ -132,8 +139,8 @@ def test_kelvin_are_kept_the_scenarios_own_is_marked_and_progress_goes_to_stderr
     assert 0.0 < kelvin["achieved_K"] <= 0.5
     # Wien's law: c2 / (lambda T^2) per kelvin, between 14 um at 310 K and 8 um at 280 K.
     assert 0.5 * 14388 / (14 * 310**2) < kelvin["accuracy"] < 0.5 * 14388 / (8 * 280**2)
-    lines = {line[:34].strip(): line[34:].split() for line in done.stdout.splitlines()}
-    assert lines["accuracy asked for"] == ["1e-03", "0.5", "K*"]
+    lines = rows(done.stdout)
+    assert lines["requested accuracy"] == ["1e-03", "0.5 K*"]
     assert "* the scenario's own accuracy" in done.stdout.splitlines()
     told = done.stderr.splitlines()
     assert any("round 1 of 1, accuracy 0.5 K" in line for line in told)

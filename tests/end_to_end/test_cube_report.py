@@ -17,9 +17,9 @@ from hcss_twin.cli.main import cli
 from hcss_twin.cube.header import BandInfo
 from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.writer import CubeWriter
-from hcss_twin.report.cube_report import choice, content
-from hcss_twin.report.cube_report.content import Reader, spread
-from hcss_twin.report.cube_report.scale import LEVELS
+from hcss_twin.reports import cube_frames
+from hcss_twin.reports.colour_scale import LEVELS
+from hcss_twin.reports.cube_frames import Reader, spread
 
 MASK = tuple(expand(["cloud_mask"], {}))
 """Of a cube without curves, for what is not about them."""
@@ -70,7 +70,7 @@ def test_a_page_is_one_file_beside_its_cube_that_needs_nothing_else(cube, page):
     found = read_page(page)
     with open_cube(cube) as data:
         assert data.attrs["title"] in found.text
-    for title in ("Frames", "Scene", "Certificate", "Plan and what it left out", "Provenance"):
+    for title in ("Frames", "Scene", "Certificate", "Plan and approximations", "Provenance"):
         assert title in found.text
     assert page.stat().st_size < 2_000_000
 
@@ -135,7 +135,7 @@ def test_certificate_and_ledger_are_those_of_the_cube(cube, page):
         attributes = data.attrs
     achieved = json.loads(attributes["hcss_accuracy_achieved"])
     asked, estimated = (f"{attributes[f'hcss_{key}']:.3g}" for key in ("accuracy_requested", "table_error_estimated"))
-    rows = found.table("band", "asked for", "estimated", "achieved")
+    rows = found.table("band", "requested", "estimated", "achieved")
     assert rows == [[band, asked, estimated, f"{error:.3g}"] for band, error in achieved.items()]
     assert "certificate passed" in found.text
     for part in attributes["hcss_certificate"].split("; "):
@@ -244,12 +244,12 @@ def test_of_many_frames_some_are_shown_the_ends_among_them(tmp_path):
     page = hcss_twin.report(path)
     view = view_of(page)
     numbers = [view["frames"][place]["number"] for place in view["radiance"]["frames"]]
-    assert len(numbers) == choice.FRAMES
+    assert len(numbers) == cube_frames.FRAMES
     assert numbers[0] == 0
     assert numbers[-1] == 199
     steps = np.diff(numbers)
     assert steps.max() - steps.min() <= 1
-    assert len(view["cloud_mask"]["frames"]) == choice.OTHER_FRAMES
+    assert len(view["cloud_mask"]["frames"]) == cube_frames.OTHER_FRAMES
     assert "radiance 24 of 200 frames, evenly spread" in read_page(page).text
     with open_cube(path) as data:
         for place, number in zip(range(24), numbers, strict=True):
@@ -267,7 +267,7 @@ def test_spread_numbers_are_distinct_and_as_many_as_wanted(count, wanted):
 
 
 def test_of_large_frames_single_pixels_are_read_and_numbers_are_theirs(tmp_path, monkeypatch):
-    monkeypatch.setattr(content, "READ_PIXELS", 100)
+    monkeypatch.setattr(cube_frames, "READ_PIXELS", 100)
     path = written(tmp_path / "c.nc", rows=50, columns=70)
     largest = []
     read = Reader._read
@@ -292,14 +292,14 @@ def test_of_frames_that_would_take_too_long_to_read_fewer_are_shown(tmp_path, mo
     path = written(tmp_path / "c.nc", frames=20, variables=tuple(expand(["radiance"], {})))
     with open_cube(path) as data:
         frame = data.radiance[0].nbytes
-    monkeypatch.setattr(choice, "READ_BYTES", 10 * frame)
+    monkeypatch.setattr(cube_frames, "READ_BYTES", 10 * frame)
     view = view_of(hcss_twin.report(path))
     assert len(view["radiance"]["frames"]) == 5
 
 
 def test_where_space_is_short_pictures_are_means_over_squares(tmp_path, monkeypatch):
     path = written(tmp_path / "c.nc", rows=50, columns=71, variables=tuple(expand(["radiance", "cloud_mask"], {})))
-    monkeypatch.setattr(choice, "PICTURE_BYTES", 6000)
+    monkeypatch.setattr(cube_frames, "PICTURE_BYTES", 6000)
     page = hcss_twin.report(path)
     view = view_of(page)
     total = sum(len(png) * 3 / 4 for q in ("radiance", "cloud_mask") for p in view[q]["parts"] for png in p["png"])

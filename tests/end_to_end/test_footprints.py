@@ -13,7 +13,7 @@ from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.description import describe
 from hcss_twin.plan.windows import windows
-from hcss_twin.report.plan_text import plan_text
+from hcss_twin.reports.plan_text import plan_text
 
 ROWS, COLUMNS, SIZE = 24, 32, 40.0
 BANDS = ["mwir-3.7", "lwir-10.8"]

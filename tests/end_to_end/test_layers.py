@@ -12,7 +12,7 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.plan.clouds import layer_seed
 from hcss_twin.plan.description import describe
-from hcss_twin.report.plan_text import plan_text
+from hcss_twin.reports.plan_text import plan_text
 
 BASE = {
     "time": "2024-04-20T12:30:00+10:00",

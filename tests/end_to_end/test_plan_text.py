@@ -10,7 +10,8 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.plugins import Origin
 from hcss_twin.plan.description import describe
-from hcss_twin.report.plan_text import WIDTH, plan_text
+from hcss_twin.reports.plan_text import plan_text
+from hcss_twin.reports.tables import WIDTH
 
 TINY = {**CHEAP, "image.rows": 8, "image.columns": 8}
 NIGHT = {"time": "2024-04-20T00:30:00+10:00"}
@@ -47,12 +48,12 @@ def test_the_text_tells_place_time_clouds_sea_bands_and_what_comes_out():
     assert row(text, "sun").startswith("zenith 24.389..")
     assert row(text, "clouds") == "stratus: coverage 0.3, 33..1000 m, 10 to 967 m thick; fractal"
     assert row(text, "particles").endswith("270 K")
-    assert row(text, "wind") == "carries clouds at 7 m/s from 270 deg; shapes change in 1800 s"
-    assert row(text, "sea") == "291.4 K, wind 10 m/s from 270 deg, waves averaged; cox-munk"
+    assert row(text, "wind") == "moves clouds at 7 m/s from 270 deg; shapes change in 1800 s"
+    assert row(text, "sea") == "291.4 K, wind 10 m/s from 270 deg, statistical waves; cox-munk"
     assert row(text, "atmosphere") == "us-standard-1976; band-model"
     assert row(text, "bands") == "swir-2.7-3.0 (2.7-3 um), mwir (3-5 um), lwir (8-14 um)"
     assert row(text, "output") == "radiance, cloud_mask: 0.0 MB; certificate of 24 pixels"
-    assert row(text, "accuracy").startswith("0.001 of the band radiance; of it 25 % wavenumbers")
+    assert row(text, "accuracy").startswith("0.001 of the band radiance; error budget: 25 % wavenumbers")
 
 
 def test_what_is_filled_in_is_in_the_row_of_the_sea_too():
@@ -65,10 +66,10 @@ def test_what_is_filled_in_is_in_the_row_of_the_sea_too():
     assert row(text, "filled in").count(" = ") == 3
 
 
-def test_the_largest_that_is_left_out_comes_first_and_what_loses_nothing_last():
+def test_the_largest_approximation_comes_first_and_what_loses_nothing_last():
     text = plan_text(planned())
-    told = row(text, "left out")
-    places = [told.index(word) for word in ("footprint of a pixel", "view angles", "nothing ", "in law ")]
+    told = row(text, "approximated")
+    places = [told.index(word) for word in ("footprint of a pixel", "view angles", "nothing ", "statistical ")]
     assert places == sorted(places)
 
 
@@ -76,9 +77,9 @@ def test_octaves_are_gathered_in_the_text_and_all_there_in_json():
     plan = planned("baseline", image__pixel_size=2000.0)
     several = [item["what"] for item in describe(plan)["skipped"] if "interpolation of octave" in item["what"]]
     assert len(several) > 3
-    assert "interpolation of octave 1 to 10" in row(plan_text(plan), "left out")
+    assert "interpolation of octave 1 to 10" in row(plan_text(plan), "approximated")
     assert plan_text(plan).count("interpolation of octave") == 1
-    assert len(json.dumps(describe(plan)["skipped"])) > len(row(plan_text(plan), "left out"))
+    assert len(json.dumps(describe(plan)["skipped"])) > len(row(plan_text(plan), "approximated"))
 
 
 def test_a_night_scene_is_not_told_about_sunlight():
@@ -88,7 +89,7 @@ def test_a_night_scene_is_not_told_about_sunlight():
     terms = next(item.why for item in night.omissions if item.what == "look-up of terms of the radiance")
     assert "sea_emission" in terms
     assert "sun" not in terms
-    words = plan_text(night).lower().split("nothing", 1)[0].split("left out", 1)[1]
+    words = plan_text(night).lower().split("nothing", 1)[0].split("approximated", 1)[1]
     assert "sunlight" not in words
     assert row(plan_text(night), "sun").endswith("below the horizon in 8 of 8 frames")
 

@@ -8,8 +8,8 @@ from pages import read_page
 import hcss_twin
 from hcss_twin.analysis.uncertainty.posterior_file import Diagnostic, VariogramCheck, write_posterior
 from hcss_twin.core.errors import HcssError
-from hcss_twin.report.posterior_report.contents import prior_density, read_contents
-from hcss_twin.report.posterior_report.figures import mass_levels
+from hcss_twin.reports.posterior_figures import mass_levels, prior_density
+from hcss_twin.reports.posterior_page import read_contents
 
 RANDOM = np.random.default_rng(5)
 CHAINS = {"H": RANDOM.normal(0.4, 0.03, (8, 40)), "Lx": RANDOM.lognormal(2.0, 0.1, (8, 40))}

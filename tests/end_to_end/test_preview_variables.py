@@ -11,7 +11,7 @@ from PIL import Image, ImageColor
 from hcss_twin import Scenario, simulate
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CubeError
-from hcss_twin.report.preview import MISSING, draw_preview
+from hcss_twin.reports.preview import MISSING, draw_preview
 
 SMALL = {**CHEAP, "image.rows": 40, "image.columns": 60, "frames.count": 2, "bands": ["mwir", "lwir"]}
 LAYERS = {"clouds.layers.0.coverage": 0.3, "clouds.layers.1.coverage": 0.5}

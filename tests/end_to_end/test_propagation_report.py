@@ -11,7 +11,7 @@ from posterior_example import example_posterior
 
 import hcss_twin
 from hcss_twin.core.errors import HcssError
-from hcss_twin.report.propagation_report.tables import with_error
+from hcss_twin.reports.propagation_tables import with_error
 from hcss_twin.sweeps.propagation.dataset import open_propagation
 
 SMALL = CHEAP | {"image.rows": 36, "image.columns": 36, "frames.count": 1, "bands": ["mwir", "lwir"]}

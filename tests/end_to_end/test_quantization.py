@@ -12,7 +12,7 @@ from hcss_twin.engine.simulate import run
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan import output
 from hcss_twin.plan.description import describe
-from hcss_twin.report.plan_text import plan_text
+from hcss_twin.reports.plan_text import plan_text
 
 SMALL = CHEAP | {
     "image.rows": 64,

@@ -16,8 +16,8 @@ from hcss_twin import Scenario, simulate
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.report.cloud_columns import read_columns
-from hcss_twin.report.cloud_volume import draw_volume
+from hcss_twin.reports.cloud_columns import read_columns
+from hcss_twin.reports.cloud_volume import draw_volume
 
 SMALL = {"image.rows": 24, "image.columns": 32, "frames.count": 2, "bands": ["lwir"], **CHEAP}
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.report.cube_report.series import frame_spectrum
+from hcss_twin.reports.cube_frames import frame_spectrum
 
 
 def test_the_spectrum_of_white_noise_is_its_variance_times_the_area_of_a_pixel():

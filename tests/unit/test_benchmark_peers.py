@@ -9,7 +9,7 @@ from cheap import CHEAP
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.report.benchmarking.bench import (
+from hcss_twin.reports.benchmark import (
     even_wavelengths,
     every_nth,
     integrate,
@@ -17,7 +17,7 @@ from hcss_twin.report.benchmarking.bench import (
     private_cache,
     random_columns,
 )
-from hcss_twin.report.benchmarking.stages import Clock, Rounds, with_timed_clouds, write_raw
+from hcss_twin.reports.benchmark_stages import Clock, Rounds, with_timed_clouds, write_raw
 
 SMALL = CHEAP | {"image.rows": 30, "image.columns": 40, "frames.count": 3, "output.certificate": 0}
 

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.report.preview import draw_preview, time_label
+from hcss_twin.reports.preview import draw_preview, time_label
 
 
 @pytest.mark.parametrize(

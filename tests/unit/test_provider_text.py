@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
-from hcss_twin.report.provider_text import described, provider_text
+from hcss_twin.reports.provider_text import described, provider_text
 
 
 class Parameters(BaseModel):

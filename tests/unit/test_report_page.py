@@ -6,7 +6,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.report.page.page import (
+from hcss_twin.reports.figures import picture, png_of
+from hcss_twin.reports.page import (
     Markup,
     Page,
     Section,
@@ -17,10 +18,9 @@ from hcss_twin.report.page.page import (
     joined,
     page_text,
     paragraph,
-    table,
     write_page,
 )
-from hcss_twin.report.page.pictures import picture, png_of
+from hcss_twin.reports.tables import WIDTH, Table, aligned, bound_text, labelled, number
 
 VOID = {"meta", "img", "br", "input", "link", "hr"}
 
@@ -59,7 +59,7 @@ def parsed(text):
 
 SECTIONS = (
     Section("First & <last>", [paragraph("a < b & c"), badge("passed", "good"), picture(figure(), "a line", "x")]),
-    Section("Second", [table(["name", "value"], [["<x>", "1"]]), folded("more", facts([("k", "v")]))]),
+    Section("Second", [Table(["name", "value"], [["<x>", "1"]]), folded("more", facts([("k", "v")]))]),
     Section("Third", ["plain <text>"]),
 )
 
@@ -94,7 +94,7 @@ def test_markup_is_not_escaped_again_and_attributes_always_are():
 
 def test_rows_and_titles_that_do_not_fit_are_refused():
     with pytest.raises(ValueError, match="a row of 1 cells in a table of 2"):
-        table(["a", "b"], [["1"]])
+        Table(["a", "b"], [["1"]])
     with pytest.raises(ValueError, match="titles that differ"):
         page_text(Page("t", "s", [Section("A b", []), Section("a-B", [])]))
 
@@ -105,3 +105,38 @@ def test_a_page_that_cannot_be_written_is_an_error_and_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
     write_page(tmp_path / "page.html", Page("t", "s", SECTIONS))
     assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
+
+
+# --- the same as text
+
+
+def test_a_table_is_one_on_a_page_and_aligned_lines_on_a_terminal():
+    data = Table(["name", "value"], [["<x>", "1"], ["longer", "23.5"]], "All of them.")
+    assert list(data.lines()) == ["All of them.", "  name    value", "  <x>         1", "  longer   23.5"]
+    found = parsed(page_text(Page("t", "s", [Section("A", [data])])))
+    for text in ("All of them.", "<x>", "23.5"):
+        assert text in found.text
+
+
+def test_a_row_of_one_cell_is_a_heading_that_widens_no_column():
+    rows = [["", "a", "b"], ["a group of measures"], ["x", "1", "22"]]
+    assert list(aligned(rows)) == ["     a   b", "a group of measures", "  x  1  22"]
+
+
+def test_text_beside_a_label_is_wrapped_below_itself_and_words_stay_whole():
+    lines = labelled("sea", "word " * 60, 13, 4).splitlines()
+    assert lines[0].startswith("  sea          word")
+    assert all(line.startswith(" " * 19 + "word") for line in lines[1:])
+    assert max(map(len, lines)) <= WIDTH
+    assert labelled("", "x" * 200, 13).endswith("x" * 200)
+
+
+@pytest.mark.parametrize(
+    ("bound", "text"), [(None, "unknown"), (0.0, "nothing"), (0.0123, "1.2 %"), (1.0, "1 x"), (2.55, "2.5 x")]
+)
+def test_bounds_are_percentages_below_one_and_factors_above(bound, text):
+    assert bound_text(bound) == text
+
+
+def test_a_number_that_is_none_is_missing_and_zero_has_no_sign():
+    assert [number(each) for each in (None, float("nan"), float("inf"), -0.0, 1.23456)] == ["-", "-", "-", "0", "1.235"]

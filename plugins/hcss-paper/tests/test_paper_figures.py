@@ -23,14 +23,15 @@ from hcss_paper import (
 )
 from hcss_paper.index import FIGURES
 from hcss_paper.reproduction import Check, Row, in_words
+from hcss_paper.run import COLOURS, small_png
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.sea.pierson_moskowitz import spectrum_m2_s
 from hcss_twin.physics.paths import to_space
-from hcss_twin.report.cloud_optics_plot import efficiencies, optics_providers, particles
-from hcss_twin.report.page.pictures import COLOURS, png_of, small_png
+from hcss_twin.reports.cloud_optics_plot import efficiencies, optics_providers, particles
+from hcss_twin.reports.figures import png_of
 
 FITTED = "reproduced with fitted inputs"
 MISSING = "not reproducible"

@@ -10,7 +10,7 @@ PUBLIC = {"hcss_twin", "hcss_twin.providers", "hcss_twin.physics.paths", "hcss_t
 
 
 MODULES_BY_NAME = {"pierson_moskowitz", "atmosphere_plot"}
-"""Imported from their package, as ``from hcss_twin.report import atmosphere_plot``."""
+"""Imported from their package, as ``from hcss_twin.reports import atmosphere_plot``."""
 
 
 def imported():

@@ -26,7 +26,7 @@ from hcss_paper.run import Outcome, outcomes, relative
 from matplotlib.figure import Figure
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.report.page.page import page_text
+from hcss_twin.reports.page import page_text
 
 GOOD, BAD = Check("good", True), Check("bad", False)
 SEA = in_words("sea")

@@ -34,7 +34,7 @@ def test_the_command_writes_a_table_a_page_and_json_that_agree(cube, seviri, tmp
     assert done.exit_code == 0, done.output
     told = json.loads(numbers.read_text(encoding="utf-8"))
     rmse = f"{100 * told['eq24']['as-printed']['RMSE']:.2f} %"
-    assert f"as-printed ~   {rmse}, relative to the simulated values" in done.output
+    assert f"as-printed ~  {rmse}, relative to the simulated values" in done.output
     assert {each["name"] for each in told["metrics"]} >= {*FOUR, "coverage", "degree", "long axis", "mean"}
     assert set(told["definitions"]) == {"EV", "Den", "DP", "FD", "RMSE"}
     assert told["unit"] == "K"

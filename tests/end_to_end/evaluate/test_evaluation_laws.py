@@ -218,9 +218,9 @@ def test_a_dimension_that_no_surface_can_have_is_marked_on_its_side_on_screen_an
     surfaces = [found.metric(name) for name in ("tops", "variogram", "spectrum", "boxes", "boxes, raw")]
     beyond = [each for each in surfaces if each.sim < 2.0 or each.sim > 3.0]
     assert beyond
-    assert done.output.count("out of range, 2 to 3: simulated") == len(beyond)
+    assert done.output.count("(out of range 2 to 3)") == len(beyond)
     words = page.read_text(encoding="utf-8")
-    assert words.count("(out of range)") == len(beyond)
+    assert words.count("(out of range 2 to 3)") == len(beyond)
     assert all(2.0 <= each.real <= 3.0 for each in surfaces)
 
 

@@ -55,7 +55,7 @@ def reproduce(
     from hcss_paper.report import reproduction_page, worst_text
     from hcss_paper.run import outcomes
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.report.page.page import write_page
+    from hcss_twin.reports.page import write_page
 
     with announce_compilation(partial(click.echo, err=True)):
         stop = context.ensure_object(Stop)

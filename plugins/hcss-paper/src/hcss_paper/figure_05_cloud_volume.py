@@ -15,8 +15,8 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.models.clouds.coverage import cloud_fraction_value
 from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.report.cloud_columns import CloudColumns
-from hcss_twin.report.cloud_volume import volume_figure
+from hcss_twin.reports.cloud_columns import CloudColumns
+from hcss_twin.reports.cloud_volume import volume_figure
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from hcss_paper.figure_base import blank
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.report.cloud_optics_plot import (
+from hcss_twin.reports.cloud_optics_plot import (
     RANGE_UM,
     TYPES,
     Efficiencies,

@@ -14,7 +14,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.providers import TransmittanceProvider
-from hcss_twin.report.atmosphere_plot import open_source
+from hcss_twin.reports.atmosphere_plot import open_source
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:

@@ -11,20 +11,9 @@ from hcss_paper.equations import TITLE
 from hcss_paper.index import heading
 from hcss_paper.reproduction import Check, Reproduction, Row
 from hcss_paper.run import Outcome, relative
-from hcss_twin.report.page.page import (
-    Markup,
-    Page,
-    Section,
-    Tone,
-    badge,
-    bullets,
-    element,
-    folded,
-    note,
-    paragraph,
-    table,
-)
-from hcss_twin.report.page.pictures import picture
+from hcss_twin.reports.figures import picture
+from hcss_twin.reports.page import Block, Markup, Page, Section, Tone, badge, bullets, element, folded, note, paragraph
+from hcss_twin.reports.tables import Table
 from hcss_twin.version import __version__
 
 _TONES: dict[str, Tone] = {
@@ -69,7 +58,7 @@ def _summary(outcomes: Sequence[Outcome]) -> Section:
         "Summary",
         [
             paragraph(", ".join(f"{counts[name]} {name}" for name in _TONES if counts[name]) + "."),
-            table(["item", "verdict", "largest difference", "what it shows"], rows, text_columns=4),
+            Table(["item", "verdict", "largest difference", "what it shows"], rows, text_columns=4),
             folded(
                 "How to read this",
                 bullets(
@@ -115,7 +104,7 @@ def _section(outcome: Outcome) -> Section:
     if outcome.result is None:
         return Section(title, [head, note(outcome.error, "bad")])
     result = outcome.result
-    content = [head, note(result.reason, _TONES[result.verdict])]
+    content: list[Block] = [head, note(result.reason, _TONES[result.verdict])]
     content += _checks(result.checks)
     content += _rows(result)
     if outcome.worst is not None:
@@ -129,14 +118,14 @@ def _section(outcome: Outcome) -> Section:
     return Section(title, content)
 
 
-def _checks(checks: Sequence[Check]) -> list[Markup]:
+def _checks(checks: Sequence[Check]) -> list[Block]:
     if not checks:
         return []
     rows = [[badge("holds", "good") if each.holds else badge("fails", "bad"), each.statement] for each in checks]
-    return [table(["check", "statement"], rows, text_columns=2)]
+    return [Table(["check", "statement"], rows, text_columns=2)]
 
 
-def _rows(result: Reproduction) -> list[Markup]:
+def _rows(result: Reproduction) -> list[Block]:
     if not result.rows:
         return []
     # A column without any number is left out.
@@ -144,7 +133,7 @@ def _rows(result: Reproduction) -> list[Markup]:
     used = [any(getattr(row, name) is not None for row in result.rows) for name in names]
     header = ["", "unit", *compress(names, used)]
     rows = [[row.label, row.unit, *compress(_numbers(row, _decimals(row, result.rows)), used)] for row in result.rows]
-    shown = table(header, rows, text_columns=2)
+    shown = Table(header, rows, text_columns=2)
     return [folded(f"All {len(rows)} rows", shown)] if len(rows) > _ROWS_SHOWN else [shown]
 
 

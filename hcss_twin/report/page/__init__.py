@@ -1,1 +1,0 @@
-"""Self-contained web pages: what all HTML reports are made of."""

@@ -1,1 +1,0 @@
-"""Page of a posterior: corner plot, traces, convergence, priors, prediction."""

@@ -1,1 +1,0 @@
-"""Page of a propagation: how radiance scatters over draws, and which input it scatters by."""

@@ -1,1 +1,0 @@
-"""Page of a sweep: its axes, what its points gave, those that failed."""

@@ -1,0 +1,343 @@
+"""Run time against error of one scene at several accuracies, beside brute force: the spectrum of every pixel
+integrated by itself, at all wavenumbers or at fewer.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import statistics
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid, dense_grid
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
+from hcss_twin.reports.benchmark_stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, time_certificate, time_stages
+from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.units import parse_accuracy
+
+
+@contextlib.contextmanager
+def private_cache(folder: Path) -> Iterator[None]:
+    """Use an empty cache in a folder while the block runs, so that no earlier result is used and none is left."""
+    own = {"HCSS_CACHE_DIR": str(folder), "HCSS_CACHE_MB": "10000"}
+    before = {name: os.environ.get(name) for name in own}
+    os.environ.update(own)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+_SEED = 20_240_420
+
+
+def random_columns(plan: Plan, count: int) -> Array:
+    """Thickness (N, L) at random points of the first frame, clear and cloudy as they come."""
+    random = np.random.default_rng(_SEED)
+    samples, time_s = plan.samples_per_pixel, float(plan.frame_times_s[0])
+    size = plan.grid.rows * samples, plan.grid.columns * samples
+    rows, across = (random.integers(0, each, count).tolist() for each in size)
+    columns = np.zeros((count, len(plan.layers)))
+    for index, (layer, generator) in enumerate(zip(plan.layers, plan.assembly.generators, strict=True)):
+        whole = None
+        if not generator.declares.tileable:
+            whole = generator.thickness_m(time_s, slice(0, size[0]), slice(0, size[1]))
+        for point, (y, x) in enumerate(zip(rows, across, strict=True)):
+            one = generator.thickness_m(time_s, slice(y, y + 1), slice(x, x + 1)) if whole is None else whole[y:, x:]
+            value = float(one[0, 0])
+            if value > 0:
+                # Values that single precision puts beyond the limits are clipped, as in the look-up.
+                columns[point, index] = min(max(value, layer.thickness_min_m), layer.thickness_max_m)
+    return columns
+
+
+def every_nth(plan: Plan, step: int) -> SpectralGrid:
+    """Return every ``step``-th wavenumber of the provider's grid, with the edges of the bands."""
+    return dense_grid(plan.bands, plan.spectral_grid.wavenumber_cm1[::step])
+
+
+def even_wavelengths(plan: Plan, count: int) -> SpectralGrid:
+    """Return a grid of evenly spaced wavelengths, so many per band."""
+    inside = [1e4 / np.linspace(band.lower_um, band.upper_um, count) for band in plan.bands]
+    return dense_grid(plan.bands, np.unique(np.concatenate(inside)))
+
+
+def integrate(plan: Plan, grid: SpectralGrid, columns: Array, together: int = 1) -> Array:
+    """Band radiance (N, B) of columns (N, L), one by one or several cloudy ones at once."""
+    sun = plan.sun_at(float(plan.frame_times_s[0]))
+    return reference_radiance(plan.assembly.model, grid, columns, sun, together)
+
+
+def points_of_scene(plan: Plan) -> int:
+    """Points of all frames that have a column."""
+    return plan.frame_times_s.size * plan.grid.rows * plan.grid.columns * plan.samples_per_pixel**2
+
+
+ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
+BRUTE_FORCE = ((1, False), (1, True), (4, True), (16, True))
+"""Brute force: every n-th wavenumber of the provider, and whether the model computes all pixels at once."""
+
+_BRUTE = "brute force, every {}, together {}"
+
+
+@dataclass(frozen=True)
+class AccuracyResult:
+    """One accuracy.
+
+    Attributes
+    ----------
+    asked : str
+        The accuracy as it was requested: a share of the radiance, or kelvin of its brightness temperature.
+    own : bool
+        Whether it is the scenario's own.
+    accuracy, estimated : float
+        The request as a share of the radiance, and the error estimated while the tables were made.
+    achieved : float or None
+        Largest relative error of the checked pixels in any band; None where none could be checked.
+    achieved_K : float or None
+        The same in kelvin, where kelvin were requested.
+    checked, exceeding : int
+        Pixels of the certificate, and those beyond the accuracy.
+    seconds : dict of str to float
+        Of each stage, medians over rounds.
+    over_raw : dict of str to float
+        Of each whole run, ``stages.RUNS``: its time over that of writing the same bytes raw.
+    over_brute_force : dict of str to float
+        Of the same: the time of integrating every pixel at every wavenumber over that of the run.
+    """
+
+    asked: str
+    own: bool
+    accuracy: float
+    estimated: float
+    achieved: float | None
+    achieved_K: float | None
+    checked: int
+    exceeding: int
+    seconds: dict[str, float]
+    over_raw: dict[str, float]
+    over_brute_force: dict[str, float]
+
+
+@dataclass(frozen=True)
+class BruteForceResult:
+    """Integration of every pixel's spectrum by itself, timed on a few pixels and scaled to all.
+
+    Attributes
+    ----------
+    every, wavenumbers : int
+        Step through the provider's wavenumbers, and the number of those used.
+    together : int
+        Pixels that the model has at once.
+    seconds_per_point : float
+    seconds : float
+        All points of the scene, without what the model computes once.
+    over_raw : float
+        That over writing the cube's bytes raw.
+    error : float
+        Largest relative error against all wavenumbers in any band of the pixels; 0 for all of them.
+    """
+
+    every: int
+    wavenumbers: int
+    together: int
+    seconds_per_point: float
+    seconds: float
+    over_raw: float
+    error: float
+
+
+@dataclass(frozen=True)
+class BenchResult:
+    """Result of one run of the benchmark.
+
+    Attributes
+    ----------
+    scene : str
+        The scene in a few words.
+    rounds, points, timed_points : int
+        Rounds; points of all frames; points that brute force was timed on.
+    accuracies : tuple of AccuracyResult
+    brute_force : tuple of BruteForceResult
+    """
+
+    scene: str
+    rounds: int
+    points: int
+    timed_points: int
+    accuracies: tuple[AccuracyResult, ...]
+    brute_force: tuple[BruteForceResult, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {
+            **vars(self),
+            "accuracies": [vars(each) for each in self.accuracies],
+            "brute_force": [vars(each) for each in self.brute_force],
+        }
+
+
+def bench(
+    scenario: Scenario,
+    accuracies: Sequence[float | str] | None = None,
+    rounds: int = 3,
+    pixels: int = 24,
+    folder: Path | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> BenchResult:
+    """Time a scene at several accuracies, stage by stage, and measure its error.
+
+    Parameters
+    ----------
+    accuracies : sequence of float or str, optional
+        Put in place of the scenario's: shares of the radiance, or kelvin such as ``"0.1 K"``. By default
+        ``ACCURACIES`` and the scenario's own.
+    rounds : int
+        Times that everything is run, in turn; tables are compiled, and certificates made, in the first one only.
+    pixels : int
+        Pixels of the certificate at each accuracy, and pixels that brute force is timed on.
+    folder : Path, optional
+        Where cubes are written for a moment; by default the folder for temporary files.
+    tell : callable, optional
+        Given a few words on what comes next.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario is wrong, computes no radiance, or cannot have one of the accuracies.
+    """
+    say = tell or (lambda text: None)
+    with tempfile.TemporaryDirectory(prefix=".hcss-bench-", dir=folder) as name, private_cache(Path(name) / "cache"):
+        return _bench(scenario, asked_for(scenario, accuracies), rounds, pixels, Path(name), say)
+
+
+def asked_for(scenario: Scenario, accuracies: Sequence[float | str] | None) -> tuple[float | str, ...]:
+    """Return the accuracies to measure: those given, or the default ones and the scenario's own."""
+    if accuracies is not None:
+        return tuple(parse_accuracy(each) for each in accuracies)
+    if scenario.accuracy in ACCURACIES:
+        return ACCURACIES
+    if isinstance(scenario.accuracy, str):
+        return (*ACCURACIES, scenario.accuracy)
+    return tuple(sorted((*ACCURACIES, scenario.accuracy), reverse=True))
+
+
+def _bench(
+    scenario: Scenario,
+    accuracies: tuple[float | str, ...],
+    rounds: int,
+    pixels: int,
+    folder: Path,
+    say: Callable[[str], None],
+) -> BenchResult:
+    times = Rounds()
+    say("planning the scene and compiling kernels")
+    # All plans first: an accuracy that the scene cannot have is refused before anything is measured.
+    plan, *_ = [make_plan(_at(scenario, accuracy, 0)) for accuracy in accuracies]
+    if not plan.needs_radiance:
+        message = "none of these needs radiance, so that there is nothing to measure; add radiance"
+        raise ScenarioError([Problem("output.variables", message)], scenario.origin)
+    time_stages(Rounds(), "", plan.scenario, folder, True)
+    say("some pixels by themselves, at all wavenumbers and at fewer")
+    grids = {step: every_nth(plan, step) for step, _ in BRUTE_FORCE}
+    columns = random_columns(plan, pixels)
+    known = {step: integrate(plan, grid, columns, pixels) for step, grid in grids.items()}
+    checks: dict[float | str, Certificate] = {}
+    for number in range(rounds):
+        raw = []
+        for accuracy in accuracies:
+            what = "new tables, stages, whole run, certificate" if number == 0 else "stages and whole run"
+            say(f"round {number + 1} of {rounds}, accuracy {_text(accuracy)}: {what}")
+            # Tables and certificates take longest; once they are made they are the same in every round.
+            time_stages(times, _name(accuracy), _at(scenario, accuracy, 0), folder, number == 0)
+            raw.append(times.last(_name(accuracy) + RAW))
+            if number == 0:
+                checked = _at(scenario, accuracy, pixels)
+                checks[accuracy] = time_certificate(times, _name(accuracy), checked)
+        # The bytes are equally many at all accuracies, and disks have moods.
+        times.add(RAW, statistics.median(raw))
+        say(f"round {number + 1} of {rounds}, every pixel by itself")
+        for step, together in BRUTE_FORCE:
+            call = partial(integrate, plan, grids[step], columns, pixels if together else 1)
+            times.time(_BRUTE.format(step, together), call)
+    scale = points_of_scene(plan) / columns.shape[0]
+    errors = {step: float(np.max(np.abs(each / known[1] - 1.0))) for step, each in known.items()}
+    return BenchResult(
+        scene=_scene(plan),
+        rounds=rounds,
+        points=points_of_scene(plan),
+        timed_points=columns.shape[0],
+        accuracies=tuple(
+            _accuracy(times, accuracy, accuracy == scenario.accuracy, check, scale)
+            for accuracy, check in checks.items()
+        ),
+        brute_force=tuple(
+            BruteForceResult(
+                every=step,
+                wavenumbers=int(grids[step].wavenumber_cm1.size),
+                together=pixels if together else 1,
+                seconds_per_point=times.seconds(_BRUTE.format(step, together)) / columns.shape[0],
+                seconds=scale * times.seconds(_BRUTE.format(step, together)),
+                over_raw=scale * times.ratio(_BRUTE.format(step, together), RAW),
+                error=errors[step],
+            )
+            for step, together in BRUTE_FORCE
+        ),
+    )
+
+
+def _accuracy(times: Rounds, accuracy: float | str, is_own: bool, check: Certificate, scale: float) -> AccuracyResult:
+    own, every = _name(accuracy), _BRUTE.format(1, False)
+    return AccuracyResult(
+        asked=_text(accuracy),
+        own=is_own,
+        accuracy=check.requested.relative,
+        estimated=check.estimated,
+        achieved=max(check.achieved.values(), default=None),
+        achieved_K=max(check.achieved_K.values(), default=None),
+        checked=check.checked,
+        exceeding=check.exceeding,
+        seconds={stage: times.seconds(own + stage) for stage in (*STAGES, CERTIFICATE, *RUNS, RAW)},
+        over_raw={run: times.ratio(own + run, RAW) for run in RUNS},
+        over_brute_force={run: scale * times.ratio(every, own + run) for run in RUNS},
+    )
+
+
+def _text(accuracy: float | str) -> str:
+    """Write an accuracy as in a scenario."""
+    return accuracy if isinstance(accuracy, str) else f"{accuracy:g}"
+
+
+def _at(scenario: Scenario, accuracy: float | str, pixels: int) -> Scenario:
+    overrides = {"accuracy": accuracy, "output.certificate": pixels}
+    return Scenario.from_dict(json.loads(scenario.to_json()), overrides, scenario.base, scenario.origin)
+
+
+def _name(accuracy: float | str) -> str:
+    return f"{_text(accuracy)}, "
+
+
+def _scene(plan: Plan) -> str:
+    providers = {kind: entry.name for kind, entry in plan.assembly.entries.items()}
+    named = ", ".join(f"{kind} {name}" for kind, name in providers.items())
+    return (
+        f"{plan.scenario.origin}: {plan.frame_times_s.size} frames of {plan.grid.rows} x {plan.grid.columns} pixels, "
+        f"{len(plan.bands)} bands; {named}"
+    )

@@ -1,0 +1,222 @@
+"""Times of the stages of one run, each measured apart through the functions a run is made of.
+
+Stages, whole runs and raw writing of the same bytes take turns: a disk and a processor that others use too drift, and
+a ratio within one round does not.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.cache import TABLES, Store
+from hcss_twin.core.files import flush
+from hcss_twin.cube.writer import CubeWriter
+from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+from hcss_twin.engine.certificate.certify import certify
+from hcss_twin.engine.compile import table_key, tables_of
+from hcss_twin.engine.simulate import cube_header, run
+from hcss_twin.engine.stream import Frame, stream
+from hcss_twin.engine.tables.over_views import plans_over_views
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import CloudGenerator
+from hcss_twin.scenario.scenario import Scenario
+
+
+@dataclass
+class Clock:
+    """Seconds spent so far."""
+
+    seconds: float = 0.0
+
+
+class _Timed:
+    """A generator that measures the time it takes."""
+
+    def __init__(self, generator: CloudGenerator, clock: Clock) -> None:
+        self._generator, self._clock = generator, clock
+        self.declares = generator.declares
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._generator, name)
+
+    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the thickness of a window."""
+        start = time.perf_counter()
+        try:
+            return self._generator.thickness_m(time_s, rows, columns)
+        finally:
+            self._clock.seconds += time.perf_counter() - start
+
+
+def with_timed_clouds(plan: Plan, clock: Clock) -> Plan:
+    """Return a plan that makes the same frames and counts the time of its cloud generators."""
+    generators = tuple(_Timed(generator, clock) for generator in plan.assembly.generators)
+    return dataclasses.replace(plan, assembly=dataclasses.replace(plan.assembly, generators=generators))
+
+
+def write_raw(path: Path, plane: NDArray[Any], times: int) -> None:
+    """Write an array so many times, one after the other, into a file whose space is reserved before.
+
+    As a cube does, it grows under another name, is flushed to the disk, and replaces an older one in one step.
+
+    Raises
+    ------
+    OSError
+        If the disk refuses; no file remains.
+    """
+    draft = path.with_name(f".{path.name}.partial")
+    data = np.ascontiguousarray(plane).data.cast("B")
+    try:
+        with draft.open("wb", buffering=0) as file:
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(file.fileno(), 0, data.nbytes * times)
+            else:
+                file.truncate(data.nbytes * times)
+            for _ in range(times):
+                written = 0
+                while written < data.nbytes:  # one call writes at most 2 GiB
+                    written += file.write(data[written:])
+            os.fsync(file.fileno())
+        draft.replace(path)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
+    flush(path.parent)
+
+
+_T = TypeVar("_T")
+
+
+class Rounds:
+    """Seconds of named things, round by round.
+
+    The speed of a machine that others use drifts: things that take turns meet the same machine, and a ratio is that
+    of one round. The result over all rounds is the median.
+    """
+
+    def __init__(self) -> None:
+        self._seconds: dict[str, list[float]] = {}
+
+    def time(self, name: str, call: Callable[[], _T]) -> _T:
+        """Call, and record the seconds as one round of ``name``."""
+        start = time.perf_counter()
+        result = call()
+        self.add(name, time.perf_counter() - start)
+        return result
+
+    def add(self, name: str, seconds: float) -> None:
+        """Record seconds that were measured otherwise."""
+        self._seconds.setdefault(name, []).append(seconds)
+
+    def last(self, name: str) -> float:
+        """Seconds of its last round."""
+        return self._seconds[name][-1]
+
+    def seconds(self, name: str) -> float:
+        """Median over rounds."""
+        return statistics.median(self._seconds[name])
+
+    def ratio(self, above: str, below: str) -> float:
+        """Median of the time of one over that of another, of the rounds that have both.
+
+        What takes long may be timed in the first rounds only.
+        """
+        pairs = zip(self._seconds[above], self._seconds[below], strict=False)
+        return statistics.median(one / other for one, other in pairs)
+
+    def shortest(self, name: str) -> float:
+        """Shortest time of all rounds."""
+        return min(self._seconds[name])
+
+    def shortest_ratio(self, above: str, below: str) -> float:
+        """Shortest time of one over that of another, which others on the machine affect least."""
+        return self.shortest(above) / self.shortest(below)
+
+
+PLAN, COMPILE, KEPT = "plan", "compile tables", "tables kept earlier"
+CLOUDS, LOOK_UP, WRITE = "clouds", "look-up", "write"
+CERTIFICATE = "certificate"
+STAGES = (PLAN, COMPILE, KEPT, CLOUDS, LOOK_UP, WRITE)
+KEPT_RUN, NEW_RUN = "whole run, kept tables", "whole run, new tables"
+RUNS = (NEW_RUN, KEPT_RUN)
+RAW = "raw write of the same bytes"
+
+
+def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, compiled: bool) -> None:
+    """Add one round of all stages of a scenario, of its whole run, and of writing its bytes raw.
+
+    The whole run has its tables from an earlier one and makes no certificate; one with new tables takes longer by what
+    compiling them takes beyond finding them.
+
+    Parameters
+    ----------
+    prefix : str
+        Put before the names of the stages.
+    folder : Path
+        Where cubes are written.
+    compiled : bool
+        Whether its tables are compiled; else they are in the cache already.
+    """
+    output = folder / "cube.nc"
+    plan = rounds.time(prefix + PLAN, lambda: make_plan(scenario))
+    if compiled:
+        for toward in plans_over_views(plan):
+            Store(*TABLES).forget(table_key(toward))
+        rounds.time(prefix + COMPILE, lambda: tables_of(plan))
+    tables = rounds.time(prefix + KEPT, lambda: tables_of(plan))
+    frame = _time_frames(rounds, prefix, plan, tables)
+    rounds.time(prefix + WRITE, lambda: _write(plan, tables, frame, output))
+    rounds.time(prefix + KEPT_RUN, lambda: run(make_plan(scenario), output))
+    if compiled:
+        instead = rounds.last(prefix + COMPILE) - rounds.last(prefix + KEPT)
+        rounds.add(prefix + NEW_RUN, rounds.last(prefix + KEPT_RUN) + instead)
+    planes = np.concatenate([np.ravel(each).view(np.uint8) for each in frame.values()])
+    rounds.time(prefix + RAW, lambda: write_raw(folder / "raw.bin", planes, plan.frame_times_s.size))
+
+
+def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario) -> Certificate:
+    """Make the frames that a certificate checks, add the time of checking them, and return what it found.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its ``output.certificate`` is the number of pixels.
+    """
+    plan = make_plan(scenario)
+    tables, sample = tables_of(plan), PixelSample(plan)
+    drawn = list(sample.counts)
+    for _ in stream(plan, tables, sample, drawn):
+        pass
+    return rounds.time(prefix + CERTIFICATE, lambda: certify(plan, tables, sample.frames))
+
+
+def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables) -> Frame:
+    """Make all frames; what is not spent on clouds counts as look-up. Returns the last frame."""
+    clock, frame = Clock(), Frame()
+    start = time.perf_counter()
+    for each in stream(with_timed_clouds(plan, clock), tables):
+        frame = each
+    whole = time.perf_counter() - start
+    rounds.add(prefix + CLOUDS, clock.seconds)
+    rounds.add(prefix + LOOK_UP, whole - clock.seconds)
+    return frame
+
+
+def _write(plan: Plan, tables: RadianceTables, frame: Frame, output: Path) -> None:
+    compression = plan.scenario.output.compression or None
+    with CubeWriter(output, cube_header(plan, tables), compression=compression) as writer:
+        for index in range(plan.frame_times_s.size):
+            writer.write_frame(index, frame)

@@ -1,0 +1,136 @@
+"""Pictures of cloud optics: efficiencies, single-scattering albedo and phase functions of cloud types."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.optics.mie import BulkOptics, MieOptics
+from hcss_twin.models.optics.size_distribution import projected_area_m1
+from hcss_twin.models.optics.spheres import phase_function
+from hcss_twin.models.parameters import BulkParameters, MieParameters
+from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
+from hcss_twin.providers import Microphysics, Optics, OpticsInputs
+from hcss_twin.reports.figures import new_figure
+from hcss_twin.scenario.cloud_types import load_cloud_type
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+TYPES = ("cumulus", "stratus", "cirrus")
+RANGE_UM = (0.3, 14.3)
+PHASE_UM = (3.7, 10.8)
+
+_COLOURS = ("tab:blue", "tab:green", "tab:red")
+# Ice spheres are large: their forward peak has more moments than ship.
+_MOMENTS = 640
+
+
+@dataclass(frozen=True)
+class Efficiencies:
+    """Of one cloud type by one provider, over wavelength.
+
+    Attributes
+    ----------
+    wavelength_um : ndarray (V,)
+        Ascending.
+    extinction, scattering, absorption : ndarray (V,)
+        Per projected area of the particles.
+    albedo : ndarray (V,)
+        Of single scattering.
+    """
+
+    wavelength_um: Array
+    extinction: Array
+    scattering: Array
+    absorption: Array
+    albedo: Array
+
+
+def particles(name: str, catalog: Catalog) -> Microphysics:
+    """Return the particles of a cloud type."""
+    cloud_type = load_cloud_type(name, catalog)
+    return cloud_type.microphysics.particles(cloud_type.layer.phase)
+
+
+def optics_providers(catalog: Catalog, moments: int | None = None) -> dict[str, Optics]:
+    """Return providers ``bulk`` and ``mie`` (the HCSS paper's spheres) as they are by default.
+
+    Parameters
+    ----------
+    catalog : Catalog
+    moments : int, optional
+        Of the phase function by ``mie``, where other than the default.
+    """
+    inputs = OpticsInputs(catalog)
+    spheres = MieParameters() if moments is None else MieParameters(moments=moments)
+    return {"bulk": BulkOptics(inputs, BulkParameters()), "mie": MieOptics(inputs, spheres)}
+
+
+def efficiencies(provider: Optics, cloud: Microphysics, wavelength_um: Array) -> Efficiencies:
+    """Return the efficiencies of one cloud at ascending wavelengths (V,)."""
+    optics = provider.single_scattering(cloud, 1e4 / wavelength_um[::-1])
+    extinction, share = optics.extinction_m1[::-1] / projected_area_m1(cloud), optics.albedo[::-1]
+    return Efficiencies(wavelength_um, extinction, extinction * share, extinction * (1.0 - share), share)
+
+
+def cloud_optics_figure(catalog: Catalog, types: Sequence[str] = TYPES) -> Figure:
+    """Draw efficiencies and albedo at 0.3 to 14.3 um, and phase functions at 3.7 and 10.8 um, of up to three types."""
+    providers, in_full = optics_providers(catalog), optics_providers(catalog, _MOMENTS)
+    styles: Mapping[str, str] = {"bulk": "-", "mie": ":"}
+    figure = new_figure(11.0, 11.5)
+    panels = figure.subplots(3, 2)
+    angular = panels[2]
+    wavelength = np.linspace(*RANGE_UM, 1401)
+    angle = np.linspace(0.0, 180.0, 361)
+    for name, colour in zip(types, _COLOURS, strict=False):
+        cloud = particles(name, catalog)
+        for kind, provider in providers.items():
+            line = {"label": name if kind == "bulk" else None, "color": colour, "linestyle": styles[kind]}
+            curves = efficiencies(provider, cloud, wavelength)
+            spectral = (curves.extinction, curves.scattering, curves.absorption, curves.albedo)
+            for axis, values in zip(panels.ravel(), spectral, strict=False):
+                axis.plot(wavelength, values, linewidth=1.2, **line)
+            # Only ice spheres need the many moments, and they alone take long.
+            full = in_full[kind] if cloud.phase == "ice" else provider
+            for axis, at_um in zip(angular, PHASE_UM, strict=True):
+                axis.semilogy(angle, _phase(full, cloud, at_um, angle), linewidth=1.2, **line)
+    titles = (
+        "(a) extinction efficiency",
+        "(b) scattering efficiency",
+        "(c) absorption efficiency",
+        "(d) single-scattering albedo",
+        f"(e) phase function at {PHASE_UM[0]} um",
+        f"(f) phase function at {PHASE_UM[1]} um",
+    )
+    for place, (axis, title) in enumerate(zip(panels.ravel(), titles, strict=True)):
+        axis.set_title(title, fontsize=11)
+        axis.grid(alpha=0.3)
+        if place >= 4:
+            axis.set_xlabel("scattering angle (deg)")
+            axis.set_xlim(0.0, 180.0)
+        else:
+            axis.set_xlabel("wavelength (um)")
+            axis.set_xlim(*RANGE_UM)
+            axis.set_ylim(bottom=0.0)
+    panels[0, 0].legend(fontsize=9)
+    figure.suptitle(
+        "solid: provider bulk (water at 273 K, rough crystals); dotted: provider mie (water at 298 K, ice spheres)",
+        fontsize=10,
+    )
+    return figure
+
+
+def _phase(provider: Optics, cloud: Microphysics, wavelength_um: float, angle_deg: Array) -> Array:
+    moments = provider.single_scattering(cloud, np.array([1e4 / wavelength_um])).moments
+    mu = np.cos(np.radians(angle_deg))
+    if moments.shape[0] == 2:
+        return henyey_greenstein(mu, float(moments[1, 0]))
+    values: Array = phase_function(moments, mu)[:, 0]
+    return values

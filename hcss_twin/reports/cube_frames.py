@@ -1,0 +1,351 @@
+"""The frames that the page of a cube shows: which variables, which frames, how many pixels, and their numbers.
+
+A page is a file that can be sent, so its pictures have a budget in bytes. A large cube is read in part: some frames,
+and of large frames every n-th row and column; never a large frame as a whole.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.analysis.measures import power_spectrum
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import ImageError
+from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.reports.colour_scale import ColourScale
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+PLANE = ("time", "y", "x")
+
+CURVES = ("radiance", "brightness_temperature")
+"""Quantities with histogram, spectrum and mean over time; they are shown first."""
+
+READ_PIXELS = 1_000_000
+"""Pixels read of a plane; of larger planes every n-th row and column is read."""
+
+READ_BYTES = 6_000_000_000
+"""Bytes that the disk may have to move for all frames shown; at least one frame is."""
+
+WINDOW_PIXELS = 1024
+"""Side of the central part of a frame whose spectrum is computed."""
+
+PICTURE_BYTES = 6_400_000
+"""All pictures of frames together; as text in the page they need a third more."""
+
+FRAMES = 24
+"""Frames shown of radiance, or of the first quantity."""
+
+OTHER_FRAMES = 8
+"""Frames shown of every other quantity."""
+
+HISTOGRAM_BINS = 120
+
+_PICTURES = 480  # of the first quantity, and of the others: with very many bands there are fewer frames
+_FIRST_SHARE = 0.55  # of the bytes, for the first quantity
+_UNITS = {"W m-2 sr-1": "W m⁻² sr⁻¹", "s-1": "s⁻¹", "1": ""}
+
+
+@dataclass(frozen=True)
+class ImageQuantity:
+    """A variable of a cube with frames.
+
+    Attributes
+    ----------
+    name : str
+        Of the variable.
+    label, units : str
+        As shown; units are empty for plain numbers.
+    dim : str or None
+        The dimension beside time, y and x: ``band``, ``layer``.
+    parts : tuple of str
+        Names along it; one empty name without that dimension.
+    flags : tuple of str
+        Meanings of 0, 1, ... of a variable of flags.
+    """
+
+    name: str
+    label: str
+    units: str
+    dim: str | None
+    parts: tuple[str, ...]
+    flags: tuple[str, ...] = ()
+
+    @property
+    def is_radiation(self) -> bool:
+        """Whether it is what a sensor sees: radiance, a term of it or brightness temperature."""
+        return self.name in CURVES or self.name.startswith(TERM_PREFIX)
+
+
+def quantities(dataset: xr.Dataset) -> list[ImageQuantity]:
+    """Return all variables with frames: radiance and brightness temperature, terms, then the others."""
+    listed = []
+    for key, data in dataset.data_vars.items():
+        others = [str(dim) for dim in data.dims if dim not in PLANE]
+        if not set(PLANE) <= set(data.dims) or len(others) > 1:
+            continue
+        name, dim = str(key), others[0] if others else None
+        parts = tuple(str(each) for each in dataset[dim].to_numpy()) if dim is not None else ("",)
+        flags = tuple(word.replace("_", " ") for word in str(data.attrs.get("flag_meanings", "")).split())
+        label = (f"{name.removeprefix(TERM_PREFIX)} (term)" if name.startswith(TERM_PREFIX) else name).replace("_", " ")
+        units = str(data.attrs.get("units", ""))
+        listed.append(ImageQuantity(name, label, _UNITS.get(units, units), dim, parts, flags))
+    order = {name: place for place, name in enumerate(CURVES)}
+    return sorted(listed, key=lambda each: order.get(each.name, 2 if each.is_radiation else 3))
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Planes of an open cube; ``step`` is 1 but for large frames, of which every so many rows and columns are read."""
+
+    dataset: xr.Dataset
+    step: int
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset) -> Reader:
+        """Return the reader of a cube."""
+        pixels = dataset.sizes["y"] * dataset.sizes["x"]
+        return cls(dataset, max(1, math.ceil(math.sqrt(pixels / READ_PIXELS))))
+
+    def plane(self, quantity: ImageQuantity, part: int, frame: int) -> NDArray[Any]:
+        """Return one plane (y, x), every ``step``-th row and column of it."""
+        every = slice(None, None, self.step)
+        return self._read(quantity, part, frame, every, every)
+
+    def window(self, quantity: ImageQuantity, part: int, frame: int) -> NDArray[Any]:
+        """Return the centre of one plane with all its pixels, at most ``WINDOW_PIXELS`` squared."""
+        rows, columns = (_middle(self.dataset.sizes[dim]) for dim in ("y", "x"))
+        return self._read(quantity, part, frame, rows, columns)
+
+    def _read(self, quantity: ImageQuantity, part: int, frame: int, rows: slice, columns: slice) -> NDArray[Any]:
+        where: dict[str, Any] = {"time": frame, "y": rows, "x": columns}
+        if quantity.dim is not None:
+            where[quantity.dim] = part
+        plane: NDArray[Any] = self.dataset[quantity.name].isel(where).transpose("y", "x").to_numpy()
+        return plane
+
+    def bytes_moved(self, quantity: ImageQuantity) -> int:
+        """Bytes that the disk moves for one frame of all parts: whole tiles, else the rows that are read."""
+        data = self.dataset[quantity.name]
+        whole = data.dtype.itemsize * data.size // max(1, data.sizes["time"])
+        tiled = bool(data.encoding.get("chunks") or data.encoding.get("chunksizes"))
+        return whole if tiled or self.step == 1 else whole // self.step
+
+
+def _middle(size: int) -> slice:
+    first = max(0, (size - WINDOW_PIXELS) // 2)
+    return slice(first, min(size, first + WINDOW_PIXELS))
+
+
+def spread(count: int, wanted: int) -> list[int]:
+    """Return at most ``wanted`` of the numbers 0 to ``count - 1``, evenly spread, the ends among them."""
+    chosen = np.unique(np.linspace(0, count - 1, min(count, max(1, wanted))).round().astype(int))
+    return [int(each) for each in chosen]
+
+
+@dataclass(frozen=True)
+class FrameSpectrum:
+    """Power spectrum averaged over directions.
+
+    Attributes
+    ----------
+    cycles_per_km : ndarray (K,)
+        Mean wavenumber of each ring, four rings per octave.
+    power : ndarray (K,)
+        Mean power density in the ring, units of the image squared times km squared; its integral over the plane of
+        wavenumbers is the variance.
+    """
+
+    cycles_per_km: Array
+    power: Array
+
+
+def frame_spectrum(images: Iterable[NDArray[Any]], pixel_size_m: float) -> FrameSpectrum | None:
+    """Return the mean spectrum of images (y, x) of one shape, or None where no image has one.
+
+    Images below 32 x 32 pixels, with missing values, or that are planes have none
+    (:mod:`hcss_twin.analysis.measures.power_spectrum`).
+    """
+    spectra = []
+    for image in images:
+        try:
+            spectra.append(power_spectrum.power_spectrum(image))
+        except ImageError:
+            continue
+    mean = power_spectrum.mean_spectrum(spectra)
+    if mean is None:
+        return None
+    pixel_km = pixel_size_m / 1e3
+    return FrameSpectrum(mean.wavenumber / pixel_km, mean.power * pixel_km**2)
+
+
+@dataclass(frozen=True)
+class FrameNumbers:
+    """Mean, lowest and highest value of the pixels of one frame that were read; NaN where none has a value."""
+
+    mean: float
+    lowest: float
+    highest: float
+
+    @classmethod
+    def of(cls, plane: NDArray[Any]) -> FrameNumbers:
+        """Return those of a plane."""
+        known = plane[np.isfinite(plane)] if plane.dtype.kind == "f" else plane.ravel()
+        if not known.size:
+            return cls(np.nan, np.nan, np.nan)
+        return cls(float(known.mean(dtype=np.float64)), float(known.min()), float(known.max()))
+
+
+@dataclass(frozen=True)
+class Series:
+    """The shown frames of a quantity in one band or layer.
+
+    Attributes
+    ----------
+    quantity : ImageQuantity
+    part : str
+        Name of the band or layer, or empty.
+    frames : tuple of int
+        Numbers of the shown frames in the cube.
+    scale : ColourScale
+    pictures : tuple of bytes
+        A PNG for each frame.
+    numbers : tuple of FrameNumbers
+    histogram : (counts, edges) or None
+        Of all values that were read, of radiation.
+    spectrum : FrameSpectrum or None
+        Mean over the frames, of radiation.
+    """
+
+    quantity: ImageQuantity
+    part: str
+    frames: tuple[int, ...]
+    scale: ColourScale
+    pictures: tuple[bytes, ...]
+    numbers: tuple[FrameNumbers, ...]
+    histogram: tuple[NDArray[Any], NDArray[Any]] | None
+    spectrum: FrameSpectrum | None
+
+
+@dataclass(frozen=True)
+class FrameSelection:
+    """Frames shown of a group of quantities, and the binning of the rows and columns that are read."""
+
+    frames: tuple[int, ...]
+    binning: int
+
+
+def read_all(reader: Reader, shown: Sequence[ImageQuantity]) -> tuple[list[Series], FrameSelection, FrameSelection]:
+    """Read what the page shows of a cube.
+
+    Returns
+    -------
+    series : list of Series
+        Each part of each quantity.
+    first, others : FrameSelection
+        Of the first quantity, and of the rest.
+    """
+    groups = [list(shown[:1]), list(shown[1:])]
+    left = float(PICTURE_BYTES)
+    series: list[Series] = []
+    selections = []
+    for group, most in zip(groups, (FRAMES, OTHER_FRAMES), strict=True):
+        budget = left * (_FIRST_SHARE if group is groups[0] and groups[1] else 1.0)
+        selection = _select(reader, group, budget, most)
+        own = _read(reader, group, selection)
+        while _size(own) > budget and _side(own) > 1:
+            larger = max(selection.binning + 1, math.floor(selection.binning * math.sqrt(_size(own) / budget)))
+            selection = replace(selection, binning=larger)
+            own = _read(reader, group, selection)
+        left -= _size(own)
+        series += own
+        selections.append(selection)
+    return series, selections[0], selections[1]
+
+
+def _select(reader: Reader, group: Sequence[ImageQuantity], budget: float, most: int) -> FrameSelection:
+    parts = sum(len(quantity.parts) for quantity in group)
+    if not parts:
+        return FrameSelection((), 1)
+    moved = sum(reader.bytes_moved(quantity) for quantity in group)
+    affordable = int(READ_BYTES / 2 // max(1, moved))
+    frames = spread(reader.dataset.sizes["time"], max(1, min(most, affordable, _PICTURES // parts)))
+    # one plane of each quantity predicts how much space the others will take
+    samples = [(quantity, reader.plane(quantity, 0, frames[len(frames) // 2])) for quantity in group]
+    binning = 1
+    while True:
+        size = 0
+        for quantity, plane in samples:
+            shown = binned(plane, binning, bool(quantity.flags))
+            size += len(_scale(quantity, shown[None]).png(shown)) * len(quantity.parts) * len(frames)
+        if size <= budget or max(shown.shape) == 1:
+            return FrameSelection(tuple(frames), binning)
+        binning = max(binning + 1, math.floor(binning * math.sqrt(size / budget)))
+
+
+def _read(reader: Reader, group: Sequence[ImageQuantity], selection: FrameSelection) -> list[Series]:
+    return [_series(reader, quantity, part, selection) for quantity in group for part in range(len(quantity.parts))]
+
+
+def _series(reader: Reader, quantity: ImageQuantity, part: int, selection: FrameSelection) -> Series:
+    frames = selection.frames
+    planes = np.stack([reader.plane(quantity, part, frame) for frame in frames])
+    shown = [binned(plane, selection.binning, bool(quantity.flags)) for plane in planes]
+    scale = _scale(quantity, np.stack(shown))
+    histogram = spectrum = None
+    if quantity.name in CURVES:
+        size = float(reader.dataset["x"][1] - reader.dataset["x"][0]) if planes.shape[2] > 1 else np.nan
+        spectrum = frame_spectrum((reader.window(quantity, part, frame) for frame in frames), size)
+        known = planes[np.isfinite(planes)].astype(np.float64)
+        if known.size and known.max() > known.min():
+            histogram = np.histogram(known, HISTOGRAM_BINS)
+    pictures = tuple(scale.png(plane) for plane in shown)
+    numbers = tuple(FrameNumbers.of(plane) for plane in planes)
+    return Series(quantity, quantity.parts[part], frames, scale, pictures, numbers, histogram, spectrum)
+
+
+def _scale(quantity: ImageQuantity, planes: NDArray[Any]) -> ColourScale:
+    return ColourScale.of(planes, "gray" if quantity.is_radiation else "viridis", quantity.flags)
+
+
+def binned(plane: NDArray[Any], binning: int, flags: bool) -> NDArray[Any]:
+    """Return means over squares of pixels, fewer at the upper edges; of flags every n-th.
+
+    Missing values do not count; a square without any value has none.
+    """
+    if binning == 1:
+        return plane
+    if flags:
+        return plane[::binning, ::binning]
+    starts = [np.arange(0, size, binning) for size in plane.shape]
+
+    def sums(values: NDArray[Any]) -> NDArray[Any]:
+        partial = np.add.reduceat(values.astype(np.float64), starts[0], axis=0)
+        total: NDArray[Any] = np.add.reduceat(partial, starts[1], axis=1)
+        return total
+
+    known = np.isfinite(plane)
+    count = sums(known)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(sums(np.where(known, plane, 0.0)) / np.where(count > 0, count, np.nan))
+
+
+def _size(series: Sequence[Series]) -> int:
+    return sum(len(picture) for each in series for picture in each.pictures)
+
+
+def _side(series: Sequence[Series]) -> int:
+    return max(png_size(series[0].pictures[0]))
+
+
+def png_size(picture: bytes) -> tuple[int, int]:
+    """Return width and height in pixels, from the header of a PNG."""
+    return int.from_bytes(picture[16:20], "big"), int.from_bytes(picture[20:24], "big")

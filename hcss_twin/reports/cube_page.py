@@ -1,0 +1,301 @@
+"""The page of a cube: frames, curves, geometry of the scene, certificate, approximations, provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
+from hcss_twin.cube.zarr_writer import cube_bytes
+from hcss_twin.reports.cube_frames import CURVES, WINDOW_PIXELS, Reader, Series, quantities, read_all
+from hcss_twin.reports.cube_viewer import viewer, viewer_script
+from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, axis_label, drawing, panels
+from hcss_twin.reports.page import (
+    Block,
+    Markup,
+    Page,
+    Section,
+    badge,
+    beside,
+    bullets,
+    element,
+    facts,
+    folded,
+    note,
+    paragraph,
+)
+from hcss_twin.reports.provenance import certificate_badge, json_attribute, names_in, origin, provenance
+from hcss_twin.reports.scene_geometry import scene_blocks
+from hcss_twin.reports.tables import Table, bound_text, frames_text, number
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def cube_page(path: Path) -> Page:
+    """Return the page of a cube, clean or measured, NetCDF or Zarr.
+
+    Raises
+    ------
+    CubeError
+        If it is no finished cube.
+    """
+    with open_cube(path) as dataset:
+        attributes = {str(name): value for name, value in dataset.attrs.items()}
+        sections, scripts = _frames(dataset)
+        if SENSOR_ATTRIBUTE in attributes:
+            sections.append(Section("Sensor", [_sensor(attributes)]))
+        file = f"{path.name}, {cube_bytes(path) / 1e6:.1f} MB"
+        keys = {"id": "identifier", "date_created": "written", "hcss_seed": "seed"}
+        about = provenance(attributes, file, keys, shown=names_in((), "hcss_", "geospatial_", "time_coverage_"))
+        sections += [
+            Section("Scene", list(scene_blocks(dataset))),
+            Section("Certificate", list(_certificate(attributes))),
+            Section("Plan and approximations", list(_plan(attributes))),
+            Section("Provenance", [*about, *origin(attributes)]),
+        ]
+        return Page(str(attributes.get("title", path.name)), _subtitle(dataset, path), sections, scripts)
+
+
+def _frames(dataset: xr.Dataset) -> tuple[list[Section], list[str]]:
+    shown = quantities(dataset)
+    if not shown or not all(dataset.sizes.values()):
+        return [Section("Frames", [note("The cube holds no variable with frames.")])], []
+    reader = Reader.of(dataset)
+    series, first, others = read_all(reader, shown)
+    window = (min(WINDOW_PIXELS, dataset.sizes["y"]), min(WINDOW_PIXELS, dataset.sizes["x"]))
+    return [
+        Section("Frames", [viewer(reader, series, first, others)]),
+        Section("Numbers and curves", [_curves(dataset, series, window), _numbers(series)]),
+    ], [viewer_script(dataset, series)]
+
+
+def _subtitle(dataset: xr.Dataset, path: Path) -> str:
+    sizes = dataset.sizes
+    parts = []
+    if "time" in sizes:
+        parts.append(frames_text(sizes["time"]))
+    if {"y", "x"} <= set(sizes):
+        parts.append(f"{sizes['y']} x {sizes['x']} pixels")
+    if "band" in sizes:
+        parts.append("bands " + ", ".join(str(each) for each in dataset["band"].to_numpy()))
+    if "time" in dataset.coords:
+        parts.append(f"from {np.datetime_as_string(dataset['time'].to_numpy()[0], unit='s')}Z")
+    kind = "Measured cube" if SENSOR_ATTRIBUTE in dataset.attrs else "Cube"
+    return f"{kind} {path.name}: {', '.join(parts)}"
+
+
+def _numbers(series: Sequence[Series]) -> Table:
+    """Return mean, lowest and highest value of every quantity in every band, over the shown frames."""
+    rows = []
+    for one in series:
+        known = [each for each in one.numbers if not np.isnan(each.mean)]
+        values = ["none"] * 3
+        if known:
+            mean = np.mean([each.mean for each in known])
+            ends = min(each.lowest for each in known), max(each.highest for each in known)
+            values = [f"{value:.5g}" for value in (mean, *ends)]
+        rows.append([one.quantity.label, one.part, str(len(one.frames)), *values, one.quantity.units])
+    header = ["quantity", "band or layer", "frames", "mean", "lowest", "highest", "unit"]
+    return Table(header, rows, "Over the frames shown above; the mean is that of the frames' means.", text_columns=2)
+
+
+def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, int]) -> Markup:
+    """Return the figures of every quantity that has a histogram.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The cube, for its times.
+    series : sequence of Series
+    window : (int, int)
+        Rows and columns of the central part of the frame whose spectrum is drawn.
+    """
+    # kinds of curves below each other, so that those of radiance and temperature are side by side
+    kinds: list[list[Markup]] = [[], [], []]
+    for name in CURVES:
+        own = [one for one in series if one.quantity.name == name]
+        group = [one for one in own if one.histogram is not None]
+        if not group:
+            continue
+        shown, label, frames = group[:DRAWN_BANDS], own[0].quantity.label, frames_text(len(own[0].frames))
+        more = f" The first {DRAWN_BANDS} of {len(group)} bands." if len(group) > DRAWN_BANDS else ""
+        if len(group) < len(own):
+            alike = ", ".join(one.part for one in own if one.histogram is None)
+            more += f" Without {alike}, where all pixels have one value."
+        kinds[0].append(
+            drawing(_histograms(shown), f"histograms of {label}", f"Histograms of {label}, pixels of {frames}.{more}")
+        )
+        if any(one.spectrum is not None for one in shown):
+            caption = (
+                f"Power spectra of {label}, averaged over directions and {frames}: the central {window[0]} x "
+                f"{window[1]} pixels, tapered after a plane was subtracted.{more}"
+            )
+            kinds[1].append(drawing(_spectra(shown), f"power spectra of {label}", caption))
+        if len(own[0].frames) > 1:
+            caption = f"Mean of {label} over the frame; the band spans the lowest to the highest pixel.{more}"
+            kinds[2].append(drawing(_over_time(dataset, shown), f"{label} over time", caption))
+    return beside(*(figure for kind in kinds for figure in kind))
+
+
+def _histograms(group: Sequence[Series]) -> Figure:
+    figure, axes = panels(len(group))
+    for axis, one in zip(axes, group, strict=True):
+        assert one.histogram is not None
+        counts, edges = one.histogram
+        axis.stairs(100.0 * counts / counts.sum(), edges, fill=True, color=INK, alpha=0.75)
+        axis.set_yscale("log")
+        axis.minorticks_off()
+        axis.set_title(one.part, fontsize=LETTERS, loc="left")
+        axis.set_ylabel("% of pixels", fontsize=LETTERS)
+    axes[-1].set_xlabel(axis_label(group[0].quantity.label, group[0].quantity.units), fontsize=LETTERS)
+    return figure
+
+
+def _spectra(group: Sequence[Series]) -> Figure:
+    figure, (axis,) = panels(1, 3.0)
+    for place, one in enumerate(group):
+        if one.spectrum is not None:
+            style = ("-", "--", "-.", ":")[place % 4]
+            axis.loglog(one.spectrum.cycles_per_km, one.spectrum.power, style, label=one.part, lw=1.3)
+    axis.minorticks_off()
+    axis.set_xlabel("wavenumber (cycles per km)", fontsize=LETTERS)
+    units = group[0].quantity.units
+    axis.set_ylabel(f"power (({units})² km²)" if units else "power (km²)", fontsize=LETTERS)
+    axis.legend(fontsize=LETTERS - 1, frameon=False)
+    return figure
+
+
+def _over_time(dataset: xr.Dataset, group: Sequence[Series]) -> Figure:
+    figure, axes = panels(len(group))
+    times = dataset["time"].to_numpy()
+    for axis, one in zip(axes, group, strict=True):
+        seconds = (times[list(one.frames)] - times[0]) / np.timedelta64(1, "ns") * 1e-9
+        lowest, highest, mean = (
+            [getattr(each, name) for each in one.numbers] for name in ("lowest", "highest", "mean")
+        )
+        axis.fill_between(seconds, lowest, highest, color=INK, alpha=0.15, lw=0)
+        axis.plot(seconds, mean, "o-", color=INK, ms=3, lw=1.2)
+        axis.set_title(one.part, fontsize=LETTERS, loc="left")
+        axis.set_ylabel(one.quantity.units, fontsize=LETTERS)
+    axes[-1].set_xlabel("time (s)", fontsize=LETTERS)
+    return figure
+
+
+def _sensor(attributes: Mapping[str, Any]) -> Block:
+    """Return what the sensor of a measured cube is; properties it lacks are omitted."""
+    about = json_attribute(attributes, SENSOR_ATTRIBUTE, {})
+    pairs: list[tuple[str, str]] = []
+    for key, value in about.items():
+        if isinstance(value, dict):
+            items = (f"{_spaced(name)}: {_value(each)}" for name, each in value.items() if each is not None)
+            pairs.append((_spaced(key), bullets(items)))
+        elif value not in (None, "", []):
+            pairs.append((_spaced(key), _value(value)))
+    if "clean_cube" in attributes:
+        pairs.append(("clean cube", str(attributes["clean_cube"])))
+    return facts(pairs)
+
+
+def _spaced(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _value(value: object) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{_spaced(str(key))} {_value(each)}" for key, each in value.items())
+    if isinstance(value, list):
+        return "; ".join(_value(each) for each in value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
+    """Yield the accuracy that was requested, estimated and achieved."""
+    requested = attributes.get("hcss_accuracy_requested")
+    words = attributes.get("hcss_certificate")
+    none = badge("no certificate", "plain" if requested is None else "fair")
+    yield element("p", certificate_badge(words, "certificate ") or none)
+    if words is None:
+        unchecked = "No pixel was checked: the scenario's output.certificate is 0."
+        yield note("The cube holds no radiance that could be checked." if requested is None else unchecked)
+    if SENSOR_ATTRIBUTE in attributes:
+        yield note("The certificate is that of the clean cube, whose radiance the sensor measured.")
+    if requested is not None:
+        yield _achieved(attributes)
+    strata = json_attribute(attributes, "hcss_certificate_strata", [])
+    if strata:
+        bands = list(dict.fromkeys(band for each in strata for band in each.get("error", {})))
+        rows = [
+            [
+                *(str(each[key]) for key in ("name", "pixels", "checked", "exceeding")),
+                str(sum(each.get("left_out", {}).values())),
+                *(_error(each.get("error", {}).get(band)) for band in bands),
+            ]
+            for each in strata
+        ]
+        header = ["kind of pixel", "there are", "checked", "exceed", "excluded", *(f"error {each}" for each in bands)]
+        yield Table(header, rows, "Pixels of the checked frames by kind.")
+    terms = json_attribute(attributes, "hcss_certificate_terms", {})
+    if terms:
+        rows = [[_spaced(name), _error(error)] for name, error in terms.items()]
+        yield Table(["term", "largest error"], rows, "Terms of the radiance, relative to the total of the band.")
+    if words is not None:
+        yield folded("The certificate in words", bullets(str(words).split("; ")))
+
+
+def _achieved(attributes: Mapping[str, Any]) -> Table:
+    requested, estimated = (
+        _error(attributes.get(f"hcss_{key}")) for key in ("accuracy_requested", "table_error_estimated")
+    )
+    errors = json_attribute(attributes, "hcss_accuracy_achieved", {})
+    rows = [[band, requested, estimated, _error(error)] for band, error in errors.items()]
+    rows = rows or [["all", requested, estimated, "not checked"]]
+    header = ["band", "requested", "estimated", "achieved"]
+    if "hcss_accuracy_requested_kelvin" in attributes:
+        kelvin = json_attribute(attributes, "hcss_accuracy_achieved_kelvin", {})
+        asked_kelvin = _error(attributes["hcss_accuracy_requested_kelvin"])
+        header += ["requested, K", "achieved, K"]
+        rows = [[*row, asked_kelvin, _error(kelvin.get(row[0]))] for row in rows]
+    caption = "Largest error relative to the radiance of the band; achieved: of the checked pixels."
+    return Table(header, rows, caption)
+
+
+def _error(value: Any) -> str:
+    return number(None if value is None else float(value), 3, "none")
+
+
+def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
+    """Yield what was filled in, the approximations with their bounds, and the error of each."""
+    filled = json_attribute(attributes, "hcss_filled_in", [])
+    if filled:
+        rows = [[str(each[key]) for key in ("field", "value", "why")] for each in filled]
+        yield Table(["filled in", "value", "why"], rows, "Values that the scenario does not give.", text_columns=3)
+    skipped = json_attribute(attributes, "hcss_skipped", [])
+    if skipped:
+        # unknown bounds come after the known ones, and before those that are nothing
+        ranked = sorted(skipped, key=lambda each: -(1e-300 if each.get("bound") is None else each["bound"]))
+        rows = [[str(each["what"]), bound_text(each.get("bound")), str(each["why"])] for each in ranked]
+        caption = (
+            "Approximations and omitted physics, with the largest share of the radiance of any pixel that each can "
+            "change. Unknown: equal in distribution, not pixel by pixel, or as the reason says."
+        )
+        yield Table(["what", "at most", "why"], rows, caption, text_columns=3)
+    notes = json_attribute(attributes, "hcss_notes", [])
+    if notes:
+        yield element("h3", "Notes of the providers")
+        yield bullets(str(each) for each in notes)
+    if not (filled or skipped or notes):
+        yield paragraph("The cube carries no plan.")
+    errors = [(name, error) for name, error in json_attribute(attributes, "hcss_table_errors", {}).items() if error]
+    if errors:
+        rows = [[_spaced(name), _error(error)] for name, error in sorted(errors, key=lambda each: -each[1])]
+        caption = "Relative error measured while the radiance tables were made; the other approximations have none."
+        yield Table(["approximation", "measured error"], rows, caption)
+    if "hcss_wavenumbers_used" in attributes:
+        used, known = attributes["hcss_wavenumbers_used"], attributes.get("hcss_wavenumbers_known")
+        yield paragraph(f"{used} weighted wavenumbers represent {known}.")

@@ -1,0 +1,186 @@
+"""The frames of a cube to step through: a slider of time, switches of bands and quantities.
+
+Without a script the page shows the first frame of every band of the first quantity.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hcss_twin.core.errors import ordinal
+from hcss_twin.reports.cube_frames import FrameSelection, Reader, Series, png_size
+from hcss_twin.reports.figures import data_address
+from hcss_twin.reports.page import Markup, element, joined, resource
+from hcss_twin.reports.preview import FRAME_DURATION_MS, time_label
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+COARSE_PIXELS = 300
+"""Pictures with a smaller longest side are drawn with visible pixels."""
+
+
+def viewer(reader: Reader, series: Sequence[Series], first: FrameSelection, others: FrameSelection) -> Markup:
+    """Return the pictures and their controls, which need :func:`viewer_script` to work."""
+    dataset = reader.dataset
+    controls = element(
+        "div",
+        element("label", "show", element("select", class_="quantity")),
+        element("label", element("span"), element("select", class_="part"), class_="parts"),
+        element(
+            "div",
+            element("button", "Play", type="button", class_="play", aria_pressed="false"),
+            element("input", type="range", min="0", value="0", step="1", aria_label="frame"),
+            class_="time",
+        ),
+        class_="controls",
+    )
+    numbers = joined((joined([f"{name} ", element("b", class_=name)]) for name in ("mean", "lowest", "highest")), ", ")
+    about = element(
+        "p",
+        element("b", class_="frame"),
+        ", ",
+        element("span", class_="instant"),
+        element("span", class_="sun"),
+        element("br"),
+        numbers,
+        " ",
+        element("span", class_="units"),
+        class_="about",
+    )
+    stage = element(
+        "div",
+        _sky(dataset, "data:,", "", coarse=False),
+        element("div", element("div", class_="scale"), about, class_="beside-sky"),
+        class_="stage",
+    )
+    stills = (_still(dataset, one) for one in series if one.quantity == series[0].quantity)
+    width, height = _side(dataset, "x") / 1e3, _side(dataset, "y") / 1e3
+    hint = (
+        "Keys, once this box is clicked: ← and → step, space plays, b is the next band, q the next quantity. North is "
+        f"up, east to the right; {width:.4g} km east to west and {height:.4g} km north to south. "
+        f"{_selection_text(reader, first, others, series)}"
+    )
+    content = controls, stage, element("div", *stills, class_="stills beside"), element("p", hint, class_="hint")
+    return element("div", *content, class_="viewer", tabindex="0")
+
+
+def _sky(dataset: xr.Dataset, address: str, alternative: str, coarse: bool) -> Markup:
+    """Return a picture with a scale bar: the largest of 1, 2 and 5 times a power of ten within a quarter of it."""
+    width_m = _side(dataset, "x")
+    decade = 10.0 ** math.floor(math.log10(width_m / 4.0))
+    length_m = max(factor * decade for factor in (1, 2, 5) if factor * decade <= width_m / 4.0 * (1 + 1e-9))
+    text = f"{length_m / 1e3:g} km" if length_m >= 1e3 else f"{length_m:g} m"
+    return element(
+        "div",
+        element("img", src=address, alt=alternative),
+        element("span", element("b", text), class_="length", style=f"width:{100 * length_m / width_m:.2f}%"),
+        class_="sky coarse" if coarse else "sky",
+        style=f"--aspect:{width_m / _side(dataset, 'y'):.4f}",
+    )
+
+
+def _side(dataset: xr.Dataset, dim: str) -> float:
+    """Length of the image along a dimension, m; a single pixel has that of the other side, or one metre."""
+    for name in (dim, "x", "y"):
+        if dataset.sizes[name] > 1:
+            return abs(float(dataset[name][1] - dataset[name][0])) * dataset.sizes[dim]
+    return 1.0
+
+
+def _is_coarse(one: Series) -> bool:
+    return max(png_size(one.pictures[0])) < COARSE_PIXELS
+
+
+def _still(dataset: xr.Dataset, one: Series) -> Markup:
+    label = " ".join(word for word in (one.quantity.label, one.part) if word)
+    times, frame = dataset["time"].to_numpy(), one.frames[0]
+    moment = element("span", f"frame {frame}, {time_label(times[frame], times[0])}", class_="frame")
+    return element(
+        "figure",
+        _sky(dataset, data_address(one.pictures[0]), f"{label}, first frame", _is_coarse(one)),
+        element("div", one.scale.bar(one.quantity.units), class_="scale"),
+        element("figcaption", element("b", label), ", ", moment),
+    )
+
+
+def _selection_text(reader: Reader, first: FrameSelection, others: FrameSelection, series: Sequence[Series]) -> str:
+    """Say which frames and pixels are shown."""
+    count = reader.dataset.sizes["time"]
+    every = f"every {ordinal(reader.step)} row and column"
+    shown = []
+    for selection, label in ((first, series[0].quantity.label), (others, "the others")):
+        if not selection.frames:
+            continue
+        frames = f"{len(selection.frames)} of {count} frames, evenly spread"
+        if len(selection.frames) == count:
+            frames = "its one frame" if count == 1 else "all frames"
+        pixels = "every pixel" if reader.step == 1 else f"those pixels of {every}"
+        if selection.binning > 1:
+            read = "" if reader.step == 1 else f" of {every}"
+            pixels = f"means over {selection.binning} x {selection.binning} pixels{read} (flags: one of them)"
+        shown.append(f"of {label} {frames}, {pixels}")
+    numbers = "all pixels" if reader.step == 1 else f"the pixels of {every}"
+    return f"Shown are {'; '.join(shown)}. Mean, lowest and highest are those of {numbers} of the frame."
+
+
+def viewer_script(dataset: xr.Dataset, series: Sequence[Series]) -> str:
+    """Return the script of the viewer with all pictures, and nothing from elsewhere."""
+    frames = sorted({frame for one in series for frame in one.frames})
+    groups = [list(group) for _, group in groupby(series, key=lambda one: one.quantity)]
+    view = {
+        "milliseconds": FRAME_DURATION_MS,
+        "frames": [_frame(dataset, frame) for frame in frames],
+        "quantities": [
+            {
+                "name": group[0].quantity.name,
+                "label": group[0].quantity.label,
+                "units": group[0].quantity.units,
+                "dim": group[0].quantity.dim,
+                "coarse": _is_coarse(group[0]),
+                "frames": [frames.index(frame) for frame in group[0].frames],
+                "parts": [_part(one, one.quantity == series[0].quantity) for one in group],
+            }
+            for group in groups
+        ],
+    }
+    # "</" would end the script, whatever text it is part of
+    data = json.dumps(view, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/").replace("<!", "<\\!")
+    return f"const VIEW = {data};\n{resource('viewer.js')}"
+
+
+def _part(one: Series, in_page: bool) -> dict[str, Any]:
+    pictures = [base64.b64encode(picture).decode("ascii") for picture in one.pictures]
+    if in_page:
+        pictures[0] = ""  # it is in the page already, for those without a script
+    return {
+        "name": one.part,
+        "bar": one.scale.bar(one.quantity.units),
+        "pictures": pictures,
+        "numbers": [
+            {name: "none" if math.isnan(value) else f"{value:.5g}" for name, value in vars(numbers).items()}
+            for numbers in one.numbers
+        ],
+    }
+
+
+def _frame(dataset: xr.Dataset, frame: int) -> dict[str, Any]:
+    times = dataset["time"].to_numpy()
+    sun = ""
+    if "solar_zenith_angle" in dataset.coords:
+        zenith = np.broadcast_to(dataset["solar_zenith_angle"].to_numpy(), times.shape)[frame]
+        sun = f", sun {zenith:.2f}° from the zenith"
+    return {
+        "number": frame,
+        "time": time_label(times[frame], times[0]),
+        "instant": f"{np.datetime_as_string(times[frame], unit='ms')}Z",
+        "sun": sun,
+    }

@@ -1,0 +1,211 @@
+"""A plan as text for a terminal: the scene, the output, and the approximations with their bounds, on one screen."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.plan.accuracy import SHARES
+from hcss_twin.plan.description import describe_particles
+from hcss_twin.plan.output import quantization_lines
+from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import CloudLayer
+from hcss_twin.providers.registry.discovery import Entry
+from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.reports.tables import bound_text, labelled
+
+_NUMBERED = re.compile(r"(.*?)(\d+)")
+_LABEL = 13
+_BOUND = 13
+
+Rows = Iterator[tuple[str, str]]
+
+
+def plan_text(plan: Plan) -> str:
+    """Describe what a scene needs, the values filled in, and its approximations."""
+    title = plan.scenario.title or plan.scenario.origin
+    return "\n".join([title, *(labelled(label, text, _LABEL, 0 if label else _BOUND) for label, text in _rows(plan))])
+
+
+def _rows(plan: Plan) -> Rows:
+    yield from _scene(plan)
+    yield from _view(plan)
+    yield from _clouds(plan)
+    yield from _radiation(plan)
+    yield from _output(plan)
+    for item in plan.filled_in:
+        yield "filled in", f"{item.field} = {item.value} ({item.why})"
+    yield "approximated", "or omitted, with the largest share of the radiance of a pixel it can change (more: --json)"
+    for bound, text in approximations(plan):
+        yield "", f"{bound:<{_BOUND}}{text}"
+    for note in plan.notes:
+        yield "note", note
+
+
+def _scene(plan: Plan) -> Rows:
+    scenario, grid, place = plan.scenario, plan.grid, plan.scenario.place
+    north, east = "N" if place.latitude >= 0 else "S", "E" if place.longitude >= 0 else "W"
+    frames = scenario.frames
+    count = f"{frames.count} frames {frames.interval:g} s apart" if frames.count > 1 else "one frame"
+    first = f", the first at {plan.frame_times_s[0]:g} s" if frames.first else ""
+    where = f"{abs(place.latitude):g} {north} {abs(place.longitude):g} {east}"
+    yield "scene", f"{where}, {scenario.time.isoformat(' ')}; {count}{first}"
+    speed = plan.assembly.motion.platform_speed_m_s
+    motion = f", moving {'east' if speed > 0 else 'west'} at {abs(speed):g} m/s" if speed else ""
+    size = f"{grid.columns * grid.pixel_size_m / 1e3:.4g} x {grid.rows * grid.pixel_size_m / 1e3:.4g} km"
+    yield "image", f"{grid.rows} rows x {grid.columns} columns of {grid.pixel_size_m:g} m ({size}){motion}"
+    if plan.is_window:
+        rows, columns = plan.extent
+        window = f"rows {rows.start} to {rows.stop - 1} and columns {columns.start} to {columns.stop - 1}"
+        yield "window", f"of it {window} ({plan.pixels[0]} x {plan.pixels[1]} pixels) are computed"
+    points = plan.samples_per_pixel
+    if points > 1:
+        yield "pixel", f"mean of {points} x {points} points, {grid.pixel_size_m / points:g} m apart"
+
+
+def _view(plan: Plan) -> Rows:
+    yield "view", f"zenith {plan.view.zenith_deg:g} deg, azimuth {plan.view.azimuth_deg:g} deg"
+    lines = plan.assembly.lines_of_sight
+    if lines is not None:
+        speed = f"footprint at {plan.assembly.motion.platform_speed_m_s:g} m/s"
+        distance = f"{lines.centre_range_m / 1e3:.1f} km from the image centre"
+        yield "platform", f"{lines.altitude_m / 1e3:g} km high, {distance}; {speed}"
+    if plan.views is not None:
+        x, y = plan.views.order_x + 1, plan.views.order_y + 1
+        yield "views", f"one for each pixel, interpolated between tables for {x} x {y} views over the image"
+    zenith, azimuth = plan.sun_zenith_deg, plan.sun_azimuth_deg
+    down = int((zenith >= 90.0).sum())
+    below = f"; below the horizon in {down} of {zenith.size} frames" if down else ""
+    faint = "; too faint to be computed" if plan.faint_sunlight is not None else ""
+    yield "sun", f"zenith {_span(zenith)} deg, azimuth {_span(azimuth)} deg{below}{faint}"
+
+
+def _span(values: Array) -> str:
+    first, last = f"{values[0]:.3f}", f"{values[-1]:.3f}"
+    return first if first == last else f"{first}..{last}"
+
+
+def _clouds(plan: Plan) -> Rows:
+    if not plan.layers:
+        yield "clouds", "none"
+        return
+    entries, generators = plan.assembly.entries, plan.assembly.generators
+    for index, (layer, generator) in enumerate(zip(plan.layers, generators, strict=True)):
+        entry = entries["clouds" if len(plan.layers) == 1 else f"clouds[{index}]"]
+        of_image = getattr(generator, "image_coverage", None)
+        coverage = f"{layer.coverage:g}" + (" of the sky on average" if layer.coverage_mode == "field" else "")
+        if of_image is not None:
+            coverage = f"{of_image:.3g}, that of the image"
+        thickness = f"{layer.thickness_min_m:g} to {layer.thickness_max_m:g} m thick"
+        altitude = f"{layer.base_m:g}..{layer.top_m:g} m"
+        yield "clouds", f"{layer.name}: coverage {coverage}, {altitude}, {thickness}; {_named(entry)}"
+        if plan.needs_radiance or any("optical" in spec.name for spec in plan.variables):
+            yield "particles", _particles(layer, plan)
+    motion = plan.scenario.motion
+    frozen = motion.evolution_time == "frozen" or not any(each.declares.evolves for each in generators)
+    shapes = "shapes are frozen" if frozen else f"shapes change in {motion.evolution_time:g} s"
+    yield "wind", f"moves clouds at {motion.wind_speed:g} m/s from {motion.wind_from:g} deg; {shapes}"
+
+
+def _particles(layer: CloudLayer, plan: Plan) -> str:
+    about = describe_particles(layer)
+    at_top = f"{float(plan.assembly.profile.temperature_at(layer.top_m)):.4g} K at the top"
+    temperature = at_top if layer.temperature_K is None else f"{layer.temperature_K:g} K"
+    return (
+        f"{about['name']}: {about['phase']}, effective radius {about['effective_radius_um']:.4g} um, variance "
+        f"{about['effective_variance']:.3g}, {about['water_content_g_m3']:.3g} g m-3, extinction "
+        f"{about['large_particle_extinction_m1']:.3g} m-1; {temperature}"
+    )
+
+
+def _radiation(plan: Plan) -> Rows:
+    assembly, entries = plan.assembly, plan.assembly.entries
+    if plan.needs_radiance:
+        waves = "statistical waves" if plan.waves is None else "resolved waves"
+        wind = f"wind {assembly.sea_wind_speed_m_s:.4g} m/s from {plan.scenario.sea.wind_from:g} deg"
+        yield "sea", f"{assembly.sea_temperature_K:.5g} K, {wind}, {waves}; {_named(entries['sea'])}"
+        yield "atmosphere", f"{assembly.profile.name}; {_named(entries['atmosphere'])}"
+    if plan.needs_radiance or any("band" in spec.dims for spec in plan.variables):
+        yield "bands", ", ".join(f"{band.name} ({band.lower_um:g}-{band.upper_um:g} um)" for band in assembly.bands)
+    if plan.needs_radiance:
+        optics = f", optics {_named(entries['optics'])}" if plan.layers else ""
+        known = assembly.spectral_grid.wavenumber_cm1.size
+        yield "radiance", f"{_named(entries['radiance'])}{optics}; a few weighted wavenumbers represent {known}"
+
+
+def _named(entry: Entry) -> str:
+    """Name a provider, and its package if that is not this one."""
+    return entry.name if entry.distribution == OWN_DISTRIBUTION else f"{entry.name} [{entry.origin}]"
+
+
+def _output(plan: Plan) -> Rows:
+    output = plan.scenario.output
+    count = plan.uncompressed_bytes
+    size = next((f"{count / each:.1f} {unit}" for unit, each in (("TB", 1e12), ("GB", 1e9)) if count >= each), "")
+    size = size or f"{count / 1e6:.1f} MB"
+    stored = f" before compression, compressed at level {output.compression}" if output.compression else ""
+    checked = f"; certificate of {output.certificate} pixels" if output.certificate else "; no certificate"
+    names = ", ".join(spec.name for spec in plan.variables)
+    yield "output", f"{names}: {size}{stored}{checked if plan.needs_radiance else ''}"
+    for line in quantization_lines(plan.variables, output.compression > 0):
+        yield "rounding", line
+    if plan.sensor is not None:
+        measured = ", ".join(spec.name for spec in plan.sensor.variables)
+        yield "sensor", f"{plan.sensor.title} ({_named(plan.sensor.entry)}); a cube of its own: {measured}"
+        for note in plan.sensor.notes:
+            yield "sensor", f"note: {note}"
+    if plan.needs_radiance:
+        yield "accuracy", f"{plan.accuracy}; error budget: {_budget(plan)}"
+
+
+def _budget(plan: Plan) -> str:
+    """Return the share of the accuracy that each approximation of the scene may use."""
+    cloudy = plan.assembly.cloudy_layers
+    over_time = plan.sun_matters and plan.frame_times_s.size > 1
+    used = {
+        "thickness": any(cloudy),
+        "two_layers": sum(cloudy) > 1,
+        "faint_sunlight": plan.faint_sunlight is not None,
+        "waves": plan.waves is not None,
+        "views": plan.views is not None,
+        "shadows": plan.scenario.slant.shadows,
+        "time": over_time,
+        "other_instants": over_time and any(cloudy),
+    }
+    return ", ".join(
+        f"{100 * share:g} % {name.replace('_', ' ')}" for name, share in SHARES.items() if used.get(name, True)
+    )
+
+
+def approximations(plan: Plan) -> Rows:
+    """Yield bound and text of each approximation, the largest first, the first clause of what ``--json`` says."""
+    # of several layers the omissions name the layer, too
+    of_generators = {
+        (what if len(plan.layers) == 1 else f"{layer.name}: {what}"): what
+        for layer, generator in zip(plan.layers, plan.assembly.generators, strict=True)
+        for what, _ in getattr(generator, "skipped", ())
+    }
+    bounded = sorted((item for item in plan.omissions if item.bound), key=lambda item: -(item.bound or 0.0))
+    unknown = [item for item in plan.omissions if item.bound is None]
+    for item in [*bounded, *(item for item in unknown if item.what not in of_generators)]:
+        yield bound_text(item.bound), f"{item.what}: {item.why.partition(';')[0]}"
+    # the reason without the list that may follow it
+    nothing = [f"{item.what} ({re.split('[;:]', item.why)[0]})" for item in plan.omissions if item.bound == 0.0]
+    if nothing:
+        yield "nothing", "; ".join(nothing)
+    details = [of_generators[item.what] for item in unknown if item.what in of_generators]
+    if details:
+        yield "statistical", f"equal in distribution or nearly, not pixel by pixel: {'; '.join(_grouped(details))}"
+
+
+def _grouped(details: list[str]) -> Iterator[str]:
+    """Join the details of several octaves, as ``interpolation of octave 5 along x``, from the first to the last."""
+    groups: dict[str, set[str]] = {}
+    for what in details:
+        match = _NUMBERED.fullmatch(what.partition(" along ")[0])
+        name, number = match.groups() if match else (what, "")
+        groups.setdefault(name, set()).add(number)
+    for name, numbers in groups.items():
+        first, *rest = sorted(numbers, key=lambda number: int(number or 0))
+        yield f"{name}{first} to {rest[-1]}" if rest else name + first

@@ -1,0 +1,334 @@
+"""Pictures as files: contact sheets and animations of cubes, cloud images beside simulations, database entries."""
+
+from __future__ import annotations
+
+import math
+import re
+import textwrap
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import CatalogError, CubeError, choose_from
+from hcss_twin.core.files import atomic_write
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
+from hcss_twin.reports.colour_scale import MISSING
+from hcss_twin.reports.figures import axis_label, new_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from hcss_twin.analysis.matching.dimension_range import DimensionMatch
+    from hcss_twin.analysis.matching.match import Match
+    from hcss_twin.analysis.matching.structure import CloudImage, Structure
+    from hcss_twin.models.clouds.database import CloudEntry
+
+
+PIXELS_SHOWN = 800
+"""Longest side of a drawn frame; larger frames are thinned, which keeps extremes of the shown pixels exact."""
+
+FRAME_DURATION_MS = 250
+
+DRAWN = ("radiance", "brightness_temperature", "cloud_thickness", "cloud_mask")
+"""Drawn if nothing is named: the first that a cube holds."""
+
+LABEL_PIXELS = 12
+"""Size of the letters above each frame of an animation."""
+
+_FRAMES_ANIMATED = 200
+_FORBIDDEN = re.compile(r"[^A-Za-z0-9.]+")
+
+
+def draw_preview(
+    cube: str | Path,
+    folder: str | Path,
+    *,
+    kelvin: bool = False,
+    frames: int = 8,
+    animation: bool = True,
+    variable: str | None = None,
+) -> list[Path]:
+    """Draw a variable of a cube: each band or cloud layer of it, if it has any.
+
+    Parameters
+    ----------
+    cube : path
+        A finished cube.
+    folder : path
+        Of the pictures; created if missing.
+    kelvin : bool
+        Show brightness temperature instead of radiance; the cube must hold it.
+    frames : int
+        Frames per contact sheet, spread evenly over the cube.
+    animation : bool
+        Also write a GIF of all frames (at most 200) per band.
+    variable : str, optional
+        By default radiance, or the first of ``DRAWN`` that the cube holds.
+
+    Returns
+    -------
+    list of Path
+        The pictures.
+
+    Raises
+    ------
+    CubeError
+        If the cube cannot be read or lacks the variable, or ``kelvin`` and another variable are given.
+    """
+    if kelvin and variable not in (None, "brightness_temperature"):
+        raise CubeError(f"'{variable}' in kelvin: allowed: one of both, a variable or kelvin")
+    folder = Path(folder)
+    written: list[Path] = []
+    with open_cube(cube) as dataset:
+        name = _variable(dataset, "brightness_temperature" if kelvin else variable)
+        folder.mkdir(parents=True, exist_ok=True)
+        suffix = {"radiance": "", "brightness_temperature": "kelvin"}.get(name, name)
+        for part, data in _parts(dataset[name]):
+            stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", each) for each in (part, suffix) if each)])
+            if any(path.stem == stem for path in written):  # names that differ only in what a file may not hold
+                stem += f"_{len(written)}"
+            written.append(folder / f"{stem}.png")
+            _contact_sheet(dataset, data, part or name, frames, written[-1])
+            if animation and data.sizes["time"] > 1:
+                written.append(folder / f"{stem}.gif")
+                _animation(data, written[-1])
+    return written
+
+
+def _variable(dataset: xr.Dataset, requested: str | None) -> str:
+    """Return the variable to draw."""
+    known = [str(name) for name, data in dataset.data_vars.items() if {"time", "y", "x"} <= set(data.dims)]
+    if requested in known:
+        return str(requested)
+    if requested is not None:
+        exists = requested.startswith(TERM_PREFIX) or requested in {spec.name for spec in VARIABLES}
+        run = f"; run the scenario with --set 'output.variables=[\"{requested}\"]'" if exists else ""
+        raise CubeError(f"the cube holds no '{requested}'; {choose_from(requested, known)}{run}")
+    for name in DRAWN:
+        if name in known:
+            return name
+    raise CubeError(f"the cube holds none of {', '.join(DRAWN)}; name a variable; {choose_from('', known)}")
+
+
+def _parts(data: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
+    """Yield each band or layer by its name, as (time, y, x); the whole without a name where there are none."""
+    others = [dim for dim in data.dims if dim not in ("time", "y", "x")]
+    if not others:
+        yield "", data
+        return
+    for index, name in enumerate(data[others[0]].to_numpy()):
+        yield str(name), data.isel({others[0]: index})
+
+
+def _thin(data: xr.DataArray) -> xr.DataArray:
+    step = max(1, -(-max(data.sizes["x"], data.sizes["y"]) // PIXELS_SHOWN))
+    return data.isel(x=slice(None, None, step), y=slice(None, None, step))
+
+
+def _limits(sample: NDArray[Any]) -> tuple[float, float]:
+    known = sample[np.isfinite(sample)]
+    if not known.size:  # altitudes of cloud tops under clear sky
+        return 0.0, 1.0
+    low, high = (float(value) for value in np.percentile(known, (0.5, 99.5)))
+    return (low, high) if high > low else (low, low + max(abs(low), 1.0) * 1e-3)
+
+
+def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: int, path: Path) -> None:
+    count = min(frames, data.sizes["time"])
+    chosen = np.unique(np.linspace(0, data.sizes["time"] - 1, count).round().astype(int))
+    shown = _thin(data.isel(time=chosen)).load()
+    columns = min(4, chosen.size)
+    rows = -(-chosen.size // columns)
+    # One frame gets a large panel; many share the width of a page.
+    panel = 5.5 if chosen.size == 1 else 3.0
+    height = panel * min(max(data.sizes["y"] / data.sizes["x"], 0.3), 3.0)
+    figure = new_figure(panel * columns + 1.6, (height + 0.3) * rows + 0.9)
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    low, high = _limits(shown.to_numpy())
+    x, y = shown["x"].to_numpy() / 1e3, shown["y"].to_numpy() / 1e3
+    half = float(dataset["x"][1] - dataset["x"][0]) / 2e3 if dataset.sizes["x"] > 1 else 0.5
+    extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
+    start = dataset["time"].to_numpy()[0]
+    for axis, position in zip(axes, range(chosen.size), strict=False):
+        frame = shown.isel(time=position)
+        image = axis.imshow(
+            frame.to_numpy(), origin="lower", extent=extent, vmin=low, vmax=high, cmap="gray", interpolation="nearest"
+        )
+        axis.set_facecolor(MISSING)
+        axis.set_title(f"frame {chosen[position]}, {time_label(frame['time'].to_numpy(), start)}", fontsize=9)
+        axis.tick_params(labelsize=7)
+        axis.locator_params(nbins=5)
+    for axis in axes[chosen.size :]:
+        axis.set_visible(False)
+    figure.supxlabel("x (km, east)", fontsize=9)
+    figure.supylabel("y (km, north)", fontsize=9)
+    below, above = float(shown.min()) < low, float(shown.max()) > high
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
+    bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend=extend)
+    units = str(shown.attrs.get("units", ""))
+    units = {"W m-2 sr-1": "W m$^{-2}$ sr$^{-1}$", "1": ""}.get(units, units)
+    missing = "" if np.all(np.isfinite(shown.to_numpy())) else "; blue: no value"
+    bar.set_label(axis_label(str(shown.name).replace("_", " "), units) + missing)
+    title = f"{dataset.attrs.get('title', '')} — {band} — t from {np.datetime_as_string(start, unit='ms')}Z"
+    figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), fontsize=10)
+    figure.savefig(path, dpi=110)
+
+
+def time_label(time: np.datetime64 | NDArray[Any], start: np.datetime64) -> str:
+    """Write the time since the first frame, to the microsecond."""
+    seconds = (time - start) / np.timedelta64(1, "ns") * 1e-9
+    text = f"{float(seconds):.6f}".rstrip("0").rstrip(".")
+    return f"t = {text} s"
+
+
+def _animation(data: xr.DataArray, path: Path) -> None:
+    from PIL import Image, ImageDraw, ImageFont
+
+    step = max(1, -(-data.sizes["time"] // _FRAMES_ANIMATED))
+    chosen = _thin(data.isel(time=slice(None, None, step)))
+    low, high = _limits(chosen.isel(time=slice(None, None, max(1, chosen.sizes["time"] // 8))).to_numpy())
+    # The step in time may vary, so each frame shows its own time.
+    start = data["time"].to_numpy()[0]
+    labels = [time_label(time, start) for time in chosen["time"].to_numpy()]
+    font = ImageFont.load_default(LABEL_PIXELS)
+    width = max(chosen.sizes["x"], *(math.ceil(font.getlength(label)) + 4 for label in labels))
+    strip = LABEL_PIXELS + 6
+    images = []
+    for index, label in enumerate(labels):
+        frame = chosen.isel(time=index).to_numpy()[::-1]
+        grey = np.clip((frame - low) / (high - low), 0, 1)
+        picture = Image.new("L", (width, chosen.sizes["y"] + strip), 0)
+        picture.paste(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)), (0, strip))
+        ImageDraw.Draw(picture).text((2, 2), label, fill=255, font=font)
+        images.append(picture)
+    images[0].save(path, save_all=True, append_images=images[1:], duration=FRAME_DURATION_MS, loop=0)
+
+
+PANEL_PIXELS = 1024
+"""Longest side of a panel of a cloud image in pixels; larger images are thinned."""
+
+_PANEL_INCHES = 5.2
+_IN_TITLE = 7  # quantities: those of eq 24, coverage and the two other dimensions
+
+# Of the image and of the simulation, which differ by the marker, too.
+_IMAGE, _SIMULATED = "#222222", "#d1495b"
+
+_COLOURS, _COLOUR_COUNT = "tab20", 20
+
+
+def draw_match(match: Match, path: Path) -> None:
+    """Draw the image, the simulation whose RMSE is the median, and both semivariances into a PNG file.
+
+    Raises
+    ------
+    CatalogError
+        If the file cannot be written.
+    """
+    seed = match.typical_seed
+    rmse = match.rmse[match.seeds.index(seed)]
+    values = ", ".join(f"{each.name} {each.image:.4g} / {each.simulated:.4g}" for each in match.quantities[:_IN_TITLE])
+    _draw(
+        [
+            (match.target.source, match.target.image),
+            (f"simulated, seed {seed}: the median of {len(match.seeds)}, RMSE {rmse:.1%}", match.simulate(seed)),
+        ],
+        f"mean RMSE of eq 24 {match.mean_rmse:.1%}; image / mean of simulations: {values}",
+        (match.structure, match.simulated_structure),
+        path,
+    )
+
+
+def draw_dimension(match: DimensionMatch, panels: Sequence[tuple[str, CloudImage]], path: Path) -> None:
+    """Draw images with their titles, one of them with a wanted dimension, into a PNG file.
+
+    Raises
+    ------
+    CatalogError
+        If the file cannot be written.
+    """
+    low, high = match.wanted
+    _draw(panels, f"{match.dimension} dimension {low:g} to {high:g} wanted", (), path)
+
+
+def _draw(panels: Sequence[tuple[str, CloudImage]], title: str, structures: Sequence[Structure], path: Path) -> None:
+    rows, columns = panels[0][1].level.shape
+    count = len(panels) + bool(structures)
+    height = 0.95 * _PANEL_INCHES * min(max(rows / columns, 0.5), 2.0)
+    figure = new_figure(count * _PANEL_INCHES, height + 1.1)
+    axes = figure.subplots(1, count, squeeze=False)[0]
+    step = max(1, -(-max(rows, columns) // PANEL_PIXELS))
+    grey = {"cmap": "gray", "vmin": 0, "vmax": 255, "interpolation": "nearest", "origin": "lower"}
+    for axis, (name, image) in zip(axes, panels, strict=False):
+        size = image.pixel_size_m / 1e3
+        axis.imshow(image.level[::step, ::step], extent=(0.0, columns * size, 0.0, rows * size), **grey)
+        axis.set_title(textwrap.fill(name, 62), fontsize=8)
+        axis.set_xlabel("x (km, east)", fontsize=8)
+        axis.tick_params(labelsize=7)
+    axes[0].set_ylabel("y (km, north)", fontsize=8)
+    if structures:
+        axis = axes[-1]
+        for structure, colour, name in zip(structures, (_IMAGE, _SIMULATED), ("image", "simulated"), strict=True):
+            for values, style, way in ((structure.along_x, "o-", "x"), (structure.along_y, "^--", "y")):
+                axis.loglog(structure.lags, values, style, color=colour, ms=4, lw=1.2, label=f"{name}, along {way}")
+        axis.set_title("semivariance of the grey levels", fontsize=8)
+        axis.set_xlabel("lag (pixels)", fontsize=8)
+        axis.tick_params(labelsize=7)
+        axis.legend(fontsize=7)
+    figure.suptitle(textwrap.fill(title, 68 * count), fontsize=9)
+    _save(figure, path)
+
+
+def _save(figure: Figure, path: Path) -> None:
+    with atomic_write(path, CatalogError) as draft:
+        figure.savefig(draft, dpi=110, format="png")
+
+
+def draw_entry(entry: CloudEntry, name: str, path: Path) -> None:
+    """Draw an entry of the cloud database: image, outline of its mask, and single clouds, into a PNG file.
+
+    Raises
+    ------
+    CatalogError
+        If the file cannot be written.
+    """
+    from matplotlib import colormaps
+
+    facts = entry.facts
+    rows, columns = entry.grey.shape
+    step = max(1, -(-max(rows, columns) // PANEL_PIXELS))
+    thin = (slice(None, None, step), slice(None, None, step))
+    km = facts.pixel_size_m / 1e3
+    shown = {"extent": (0.0, columns * km, 0.0, rows * km), "interpolation": "nearest"}
+    height = 0.9 * _PANEL_INCHES * min(max(rows / columns, 0.3), 2.0)
+    figure = new_figure(3 * _PANEL_INCHES, height + 1.2)
+    axes = figure.subplots(1, 3, sharex=True, sharey=True)
+    image = entry.image[thin]
+    hatch = np.ma.masked_where(~entry.missing[thin], np.ones(image.shape))
+    for axis, title in zip(axes, ("image", "outline of the mask", "single clouds"), strict=True):
+        axis.set_title(title, fontsize=9)
+        axis.tick_params(labelsize=7)
+    for axis in axes[:2]:
+        axis.imshow(image, cmap="gray", vmin=0, vmax=255, **shown)
+        axis.imshow(hatch, cmap="cool", vmin=0, vmax=1, **shown)
+    mask = entry.mask[thin].astype(np.float64)
+    line = {"levels": [0.5], "origin": "upper", "colors": "#ff3b1f", "linewidths": 0.7}
+    axes[1].contour(mask, extent=shown["extent"], **line)
+    # Neighbouring labels get colours far apart: 7 and 20 have no common divisor.
+    labels = entry.labels[thin]
+    colours = np.asarray(colormaps[_COLOURS]((labels * 7) % _COLOUR_COUNT))
+    colours[labels == 0] = (0.0, 0.0, 0.0, 1.0)
+    axes[2].imshow(colours, **shown)
+    figure.supxlabel("x (km, east)", fontsize=9)
+    figure.supylabel("y (km, north)", fontsize=9)
+    lines = (
+        f"{name}: {facts.coverage:.1%} cloud, {facts.clouds} clouds, fractal dimension "
+        f"{facts.fractal_dimension:.3f}, {rows} x {columns} pixels of {facts.pixel_size_m:.5g} m",
+        f"{facts.source_file}; band: {facts.band}; threshold: {facts.method}; licence: {facts.licence}",
+    )
+    figure.suptitle("\n".join(textwrap.fill(text, 170) for text in lines), fontsize=9)
+    _save(figure, path)

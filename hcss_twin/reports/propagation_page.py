@@ -1,0 +1,309 @@
+"""The page of a propagation: the spread of radiance over draws, and the input it depends on most."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.reports import propagation_tables as tables
+from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, WIDTH_IN, drawing, new_figure, panels, plain
+from hcss_twin.reports.page import Block, Markup, Page, Section, beside, facts, folded, note, paragraph
+from hcss_twin.reports.propagation_tables import RADIATION, PropagationContents, read_contents
+from hcss_twin.reports.provenance import json_attribute, names_in, provenance, scenario
+from hcss_twin.sweeps.propagation.summary import QUANTILES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+DRAWN_INPUTS = 10
+DRAWN_CLASSES = 5
+"""Classes in one figure; tables have all."""
+
+_MARKS = "#b3261e"
+_COLOURS = ("#9aa5b1", "#3d8fc6", "#e0a03a", "#6b9e4f", "#8a4f9e")
+_BAR_IN = 0.15
+_LONGEST_NAME = 20
+_SHOWN = {
+    *("title", "scenario", "shares", "notes", "uncertain", "hcss_versions", "table_sets", "scenes"),
+    *("posterior", "posterior_sha256", "posterior_inputs", "hcss_propagation_version"),
+}
+
+
+def propagation_page(path: Path) -> Page:
+    """Return the page of a propagation.
+
+    Raises
+    ------
+    PropagationError
+        If it is none, or is damaged.
+    """
+    contents = read_contents(path)
+    sections = [
+        Section("Spread", list(_spread(contents))),
+        Section("Which input matters", list(_shares(contents))),
+        Section("Image metrics", list(_metrics(contents))),
+        Section("Inputs", list(_inputs(contents))),
+        Section("Scenes and tables", list(_scenes(contents))),
+        Section("Provenance", list(_provenance(contents, path))),
+    ]
+    title = str(contents.dataset.attrs.get("title") or f"Propagation {path.name}")
+    return Page(title, f"Propagation {path.name}: {contents.dataset.sizes['draw']} draws", sections)
+
+
+def _spread(contents: PropagationContents) -> Iterator[Block]:
+    yield from (note(str(text)) for text in json_attribute(contents.dataset.attrs, "notes", []))
+    yield paragraph(
+        "Over draws, of the mean over the pixels of a class: how uncertain that mean is. The last column is the "
+        "standard deviation over the pixels of all draws together: how uncertain a pixel is, its place in the image "
+        "included. Each draw has two scenes; scenes without pixels of a class do not count."
+    )
+    bands = range(len(contents.labels("band")))
+    temperature, radiance = RADIATION
+    yield from (tables.spread(contents, temperature, band) for band in bands)
+    yield folded("Radiance", *(tables.spread(contents, radiance, band) for band in bands))
+    yield _drawn_spread(contents, temperature)
+    yield folded("The same of radiance", _drawn_spread(contents, radiance))
+    yield from _first_bands(contents)
+    yield folded("All quantiles", *(tables.quantiles(contents, name, band) for name in RADIATION for band in bands))
+
+
+def _drawn_spread(contents: PropagationContents, name: str) -> Markup:
+    marks = ", ".join(f"{100 * QUANTILES[place]:g}" for place in tables.SHOWN)
+    return beside(
+        *(
+            drawing(
+                _draws_of_band(contents, name, band),
+                f"draws of {name.replace('_', ' ')}, {label}",
+                f"{label}: class means of the scenes of all draws, both seeds; lines at {marks} %."
+                f"{_some_classes(contents)}",
+            )
+            for band, label in enumerate(contents.labels("band")[:DRAWN_BANDS])
+        )
+    )
+
+
+def _draws_of_band(contents: PropagationContents, name: str, band: int) -> Figure:
+    data = contents.dataset
+    columns = []
+    for place, kind in enumerate(contents.labels("class")[:DRAWN_CLASSES]):
+        values = np.asarray(data[name].values[:2, :, band, place], dtype=np.float64).ravel()
+        columns.append((kind, values, data[f"{name}_quantile"].values[tables.SHOWN, band, place]))
+    return _distributions(columns, f"mean {contents.label(name)}, {contents.labels('band')[band]}")
+
+
+def _distributions(
+    columns: Iterable[tuple[str, Array, Iterable[float]]], label: str, counted: str = "scenes"
+) -> Figure:
+    """Draw histograms of draws below each other.
+
+    Parameters
+    ----------
+    columns : iterable of (str, ndarray (n,), iterable of float)
+        Name, values of all draws (NaN do not count), and quantiles to be marked.
+    label : str
+        Of the values, below all panels; panels have scales of their own.
+    counted : str
+        What there is a value of.
+    """
+    columns = list(columns)
+    figure, axes = panels(len(columns), 1.15)
+    for axis, (name, values, marks) in zip(axes, columns, strict=True):
+        known = values[np.isfinite(values)]
+        axis.set_title(name, fontsize=LETTERS, loc="left")
+        axis.set_ylabel(counted, fontsize=LETTERS)
+        if not known.size:
+            axis.text(0.5, 0.5, "in no draw", transform=axis.transAxes, ha="center", fontsize=LETTERS)
+            axis.set_xticks([])
+            axis.set_yticks([])
+            continue
+        # where nothing varies but by rounding the bar has a width of its own
+        level, width = float(known.mean()), float(np.ptp(known))
+        least = 1e-6 * max(abs(level), 1e-12)
+        ends = (known.min(), known.max()) if width > least else (level - 500 * least, level + 500 * least)
+        axis.hist(known, int(np.clip(np.sqrt(known.size) * 1.5, 6, 40)), range=ends, color=INK, alpha=0.6)
+        for mark in marks:
+            if np.isfinite(mark):
+                axis.axvline(mark, color=_MARKS, lw=1.0)
+        axis.locator_params(axis="y", nbins=3, integer=True)
+        axis.locator_params(axis="x", nbins=6)
+        axis.ticklabel_format(axis="x", useOffset=False, style="plain")
+        if level and abs(level) < 1e-3:
+            axis.ticklabel_format(axis="x", style="sci", scilimits=(0, 0))
+    axes[-1].set_xlabel(label, fontsize=LETTERS)
+    return figure
+
+
+def _some_classes(contents: PropagationContents) -> str:
+    count = len(contents.labels("class"))
+    return f" The first {DRAWN_CLASSES} of {count} classes." if count > DRAWN_CLASSES else ""
+
+
+def _first_bands(contents: PropagationContents) -> Iterator[Block]:
+    count = len(contents.labels("band"))
+    if count > DRAWN_BANDS:
+        yield paragraph(f"Drawn are the first {DRAWN_BANDS} of {count} bands.")
+
+
+def _shares(contents: PropagationContents) -> Iterator[Block]:
+    yield paragraph(
+        "The variance over draws, divided among the sources: a first-order share is what would vanish, on average, if "
+        "only this source became known; a total share is what would remain if only it stayed unknown. Estimates can "
+        "be negative, or above 1, by chance. They use draws all of whose scenes have pixels of the class."
+    )
+    data = contents.dataset
+    by_regression = np.asarray(data["first_order_estimator"].values) == "regression"
+    if by_regression.any() and not np.isfinite(data["radiance_first_order"].values[by_regression]).any():
+        yield note("No share by regression: there are too few draws, or nothing varies.")
+    bands = contents.labels("band")
+    yield beside(
+        *(
+            drawing(
+                _shares_of_band(contents, "radiance", band),
+                f"shares of the variance of radiance, {label}",
+                f"{label}: bars are first-order shares, diamonds total ones, lines standard errors."
+                f"{_some_classes(contents)}",
+            )
+            for band, label in enumerate(bands[:DRAWN_BANDS])
+        )
+    )
+    yield from _first_bands(contents)
+    for name in reversed(RADIATION):
+        title = f"shares of the variance of mean {name.replace('_', ' ')}"
+        classes = contents.labels("class")
+        yield folded(
+            title.capitalize(),
+            *(
+                tables.shares(contents, name, classes, (band,), f"{label}: {title}, ± standard error.")
+                for band, label in enumerate(bands)
+            ),
+        )
+
+
+def _shares_of_band(contents: PropagationContents, name: str, band: int) -> Figure:
+    """Draw the share of each source in the variance, by class: bars are first-order, diamonds total shares."""
+    data, names = contents.dataset, contents.labels("source")
+    classes = contents.labels("class")[:DRAWN_CLASSES]
+    sources = [place for place in range(len(names)) if contents.orders(place)]
+    step = len(classes) + 1.2
+    figure = new_figure(WIDTH_IN, _BAR_IN * step * len(sources) + 1.1)
+    axis = figure.subplots()
+    plain(axis)
+    for kind, colour in zip(range(len(classes)), _COLOURS, strict=False):
+        for order in ("first_order", "total"):
+            rows = [row for row, source in enumerate(sources) if order in contents.orders(source)]
+            at = np.array([row * step + kind for row in rows], dtype=np.float64)
+            place = [sources[row] for row in rows]
+            value, error = (data[f"{name}_{order}{end}"].values[place, band, kind] for end in ("", "_error"))
+            known = np.isfinite(value)
+            if not known.any():
+                continue
+            spread = np.where(np.isfinite(error), error, 0.0)[known]
+            style: dict[str, Any] = {"fmt": "none"}
+            if order == "first_order":
+                axis.barh(at[known], value[known], height=0.86, color=colour, label=classes[kind])
+            else:
+                style = {"fmt": "D", "mfc": "white", "ms": 4}
+            axis.errorbar(value[known], at[known], xerr=spread, ecolor="#1c2733", mec=colour, lw=0.9, **style)
+    axis.axvline(0.0, color="#5b6875", lw=0.8)
+    places = [row * step + 0.5 * (len(classes) - 1) for row in range(len(sources))]
+    axis.set_yticks(places, [_broken(names[source]) for source in sources])
+    axis.invert_yaxis()
+    low, high = axis.get_xlim()
+    axis.set_xlim(min(low, -0.05), max(high, 1.05))
+    axis.set_xlabel(f"share of the variance of mean {name.replace('_', ' ')}", fontsize=LETTERS)
+    figure.suptitle(contents.labels("band")[band], fontsize=LETTERS, x=0.01, ha="left")
+    if axis.get_legend_handles_labels()[0]:
+        legend = {"ncols": len(classes), "fontsize": LETTERS - 2, "handlelength": 0.8, "columnspacing": 0.8}
+        figure.legend(loc="outside upper right", frameon=False, **legend)
+    return figure
+
+
+def _broken(name: str) -> str:
+    """Break a long dotted name into two lines."""
+    head, point, tail = name.rpartition(".")
+    return f"{head}{point}\n{tail}" if len(name) > _LONGEST_NAME and point else name
+
+
+def _metrics(contents: PropagationContents) -> Iterator[Block]:
+    data = contents.dataset
+    yield paragraph(
+        "Coverage, and EV, Den, DP and FD of the clouds' thickness (entropy, density, diagonal peak, fractal "
+        "dimension), means over frames. Images below 32 x 32 pixels, or without clouds, have none but coverage."
+    )
+    yield tables.metrics(contents)
+    yield from (tables.contrasts(contents, name) for name in RADIATION)
+    names = [name.replace("_", " ") for name in contents.labels("metric_name")]
+    columns = (
+        (
+            name,
+            np.asarray(data["metric"].values[:2, :, place], dtype=np.float64).ravel(),
+            data["metric_quantile"].values[tables.SHOWN, place],
+        )
+        for place, name in enumerate(names)
+    )
+    yield drawing(_distributions(columns, "value"), "draws of image metrics", "Scenes of all draws, both seeds.")
+    shares = tables.shares(contents, "metric", names, (), "± standard error.")
+    yield folded("Shares of the variance of the metrics", shares)
+    yield folded("Fraction of the pixels in each class", tables.fractions(contents))
+
+
+def _inputs(contents: PropagationContents) -> Iterator[Block]:
+    values = np.asarray(contents.dataset["input_value"].values, dtype=np.float64)
+    names = contents.labels("input")
+    yield tables.inputs(contents)
+    columns: list[tuple[str, Array, Iterable[float]]] = []
+    for place, name in enumerate(names[:DRAWN_INPUTS]):
+        own = values[:, place]
+        # seconds since 1970 have too many digits for an axis
+        since = tables.is_instant(name)
+        columns.append((f"{name}, after the first" if since else name, own - own.min() if since else own, ()))
+    some = f" The first {DRAWN_INPUTS} of {len(names)}." if len(names) > DRAWN_INPUTS else ""
+    figure = _distributions(columns, "value, SI", "draws")
+    yield drawing(figure, "draws of the inputs", f"Draws of the inputs.{some}")
+    if len(names) > 1:
+        together = str(contents.dataset.attrs.get("independence", ""))
+        yield paragraph(
+            f"{together[:1].upper()}{together[1:]}. By chance correlations of independent inputs scatter by about "
+            f"{1.0 / np.sqrt(max(1, values.shape[0] - 1)):.2g}."
+        )
+        yield tables.correlations(contents)
+    count = min(tables.LISTED_DRAWS, values.shape[0])
+    draws = "Every draw" if count == values.shape[0] else f"The first {count} of {values.shape[0]} draws"
+    yield folded(f"{draws}: with these values any can be run by itself", tables.draws(contents))
+
+
+def _scenes(contents: PropagationContents) -> Iterator[Block]:
+    data = contents.dataset
+    sizes, attributes = data.sizes, data.attrs
+    pairs = [
+        ("draws", str(sizes["draw"])),
+        ("scenes", str(attributes.get("scenes", sizes["mixture"] * sizes["draw"]))),
+        ("computed for each draw", ", ".join(contents.labels("mixture"))),
+        ("sets of radiance tables", str(attributes.get("table_sets", ""))),
+        ("shares of the variance", str(attributes.get("shares", ""))),
+    ]
+    yield facts((name, value) for name, value in pairs if value)
+    yield paragraph(
+        "Scenes whose sea, atmosphere, cloud altitudes and particles are the same share a set of radiance tables; "
+        "cloud shape, coverage and seed change none."
+    )
+
+
+def _provenance(contents: PropagationContents, path: Path) -> Iterator[Block]:
+    attributes = contents.dataset.attrs
+    files = [
+        (str(each.get("name")), str(each.get("sha256")))
+        for each in json_attribute(attributes, "posterior_inputs", [])
+        if isinstance(each, dict)
+    ]
+    if {"posterior", "posterior_sha256"} <= set(attributes):
+        files.insert(0, (str(attributes["posterior"]), str(attributes["posterior_sha256"])))
+    file = f"{path.name}, {path.stat().st_size / 1e6:.2f} MB"
+    yield from provenance(attributes, file, {"seed": "seed"}, files, names_in(_SHOWN))
+    if "scenario" in attributes:
+        yield scenario(attributes["scenario"])

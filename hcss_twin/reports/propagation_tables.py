@@ -1,0 +1,339 @@
+"""Tables of a propagation, for its page and the terminal: spread, quantiles, shares of the variance, inputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hcss_twin.core.errors import PropagationError
+from hcss_twin.core.json_numbers import json_value
+from hcss_twin.reports.provenance import json_attribute
+from hcss_twin.reports.tables import Table, number
+from hcss_twin.sweeps.propagation.dataset import open_propagation
+from hcss_twin.sweeps.propagation.estimators import SAME
+from hcss_twin.sweeps.propagation.joint_sample import POSTERIOR
+from hcss_twin.sweeps.propagation.summary import OUTPUTS, QUANTILES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hcss_twin.sweeps.propagation.propagate import Propagation
+
+
+RADIATION = ("brightness_temperature", "radiance")
+STATISTICS = ("mean", "standard_deviation", "quantile", "first_order", "total")
+
+SHOWN = tuple(QUANTILES.index(each) for each in (0.05, 0.5, 0.95))
+"""Places of the quantiles in the main tables and drawings."""
+
+LISTED_DRAWS = 200
+"""Draws in the table of draws; the file has all."""
+
+MAX_DECIMALS = 8
+"""Numbers that need more are written with an exponent."""
+
+_ORDERS = {"first_order": "first-order", "total": "total"}
+_MOMENTS = ["scenes", "mean", "standard deviation", *(f"{100 * QUANTILES[place]:g} %" for place in SHOWN)]
+_NEEDED = (
+    "input_value",
+    "input_kind",
+    "scene_seed",
+    "first_order_estimator",
+    "total_estimator",
+    *OUTPUTS,
+    *(f"{name}_{each}" for name in OUTPUTS for each in ("scenes", "draws")),
+    *(f"{name}_{each}{end}" for name in OUTPUTS for each in STATISTICS for end in ("", "_error")),
+    *(f"{name}_pixel_{each}" for name in RADIATION for each in STATISTICS[:3]),
+)
+
+
+@dataclass(frozen=True)
+class PropagationContents:
+    """A propagation in memory, with the labels of its dimensions."""
+
+    dataset: xr.Dataset
+
+    def labels(self, dimension: str) -> list[str]:
+        """Return the labels of ``band``, ``class``, ``source``, ``input`` or ``metric_name``."""
+        return [str(each) for each in self.dataset[dimension].values]
+
+    def orders(self, source: int) -> list[str]:
+        """Return which shares of a source are estimated: ``first_order``, ``total``, both or none."""
+        return [name for name in _ORDERS if str(self.dataset[f"{name}_estimator"].values[source]) != "none"]
+
+    def pair(self, name: str, at: tuple[int, ...]) -> tuple[float, float]:
+        """Return a statistic and its standard error at one place."""
+        return float(self.dataset[name].values[at]), float(self.dataset[f"{name}_error"].values[at])
+
+    def label(self, name: str) -> str:
+        """Return the name of an output with its units."""
+        return f"{name.replace('_', ' ')} ({self.dataset[name].attrs.get('units', '')})"
+
+
+def read_contents(path: Path) -> PropagationContents:
+    """Read a propagation.
+
+    Raises
+    ------
+    PropagationError
+        If it is none, or is damaged.
+    """
+    with open_propagation(path) as opened:
+        missing = [name for name in _NEEDED if name not in opened.variables]
+        if missing:
+            raise PropagationError(f"cannot read {path}: damaged: it has no {', '.join(missing[:3])}")
+        try:
+            return PropagationContents(opened.load())
+        except (OSError, RuntimeError) as error:
+            raise PropagationError(f"cannot read {path}: damaged: {error}") from error
+
+
+def with_error(value: float, error: float) -> str:
+    """Return ``280.65 ± 0.11``: the error with two digits, the value with as many decimals.
+
+    Without an error greater than 0 the value has five digits and no error; what is no number is ``-``.
+    """
+    if not (math.isfinite(value) and math.isfinite(error) and error > 0.0):
+        return number(value, 5)
+    decimals = max(0, 1 - math.floor(math.log10(error)))
+    if decimals > MAX_DECIMALS:
+        # the last digit of the value is at the place of that of the error
+        size = math.floor(math.log10(abs(value))) if value else 0
+        digits = max(0, min(15, size - math.floor(math.log10(error)) + 1))
+        return f"{value:.{digits}e} ± {error:.1e}"
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}"
+
+
+def _share(value: float, error: float) -> str:
+    if not math.isfinite(value):
+        return "-"
+    return f"{value:.2f} ± {error:.2f}" if math.isfinite(error) else f"{value:.2f}"
+
+
+def _moments(contents: PropagationContents, name: str, at: tuple[int, ...]) -> list[str]:
+    """Return scenes, mean, standard deviation and some quantiles of an output, with their errors."""
+    mean, deviation = contents.pair(f"{name}_mean", at), contents.pair(f"{name}_standard_deviation", at)
+    shown = [contents.pair(f"{name}_quantile", (place, *at)) for place in SHOWN]
+    if deviation[0] <= SAME * abs(mean[0]):  # of rounding
+        mean, deviation, shown = (mean[0], 0.0), (0.0, 0.0), [(value, 0.0) for value, _ in shown]
+    count = int(contents.dataset[f"{name}_scenes"].values[at])
+    return [str(count), *(with_error(*each) for each in (mean, deviation, *shown))]
+
+
+def spread(contents: PropagationContents, name: str, band: int) -> Table:
+    """Return mean, standard deviation and quantiles over draws by class, and the deviation of single pixels."""
+    pixels = contents.dataset[f"{name}_pixel_standard_deviation"].values[band]
+    rows = [
+        [kind, *_moments(contents, name, (band, place)), number(float(pixels[place]), 5)]
+        for place, kind in enumerate(contents.labels("class"))
+    ]
+    caption = f"{contents.labels('band')[band]}: {contents.label(name)}, ± standard error."
+    return Table(["class", *_MOMENTS, "of a pixel"], rows, caption)
+
+
+def quantiles(contents: PropagationContents, name: str, band: int) -> Table:
+    """Return all quantiles over draws by class, then those over the pixels of all draws together."""
+    rows = []
+    for place, kind in enumerate(contents.labels("class")):
+        places = range(len(QUANTILES))
+        means = (with_error(*contents.pair(f"{name}_quantile", (each, band, place))) for each in places)
+        rows.append([kind, "mean of a class", *means])
+        pixels = contents.dataset[f"{name}_pixel_quantile"].values[:, band, place]
+        rows.append([kind, "pixel", *(number(float(each), 5) for each in pixels)])
+    header = ["class", "of", *(f"{100 * each:g} %" for each in QUANTILES)]
+    caption = f"{contents.labels('band')[band]}: quantiles of {contents.label(name)}."
+    return Table(header, rows, caption, text_columns=2)
+
+
+def metrics(contents: PropagationContents) -> Table:
+    """Return moments of the image metrics."""
+    rows = [
+        [name.replace("_", " "), *_moments(contents, "metric", (place,))]
+        for place, name in enumerate(contents.labels("metric_name"))
+    ]
+    return Table(["metric", *_MOMENTS], rows, "Metrics of the images, ± standard error.")
+
+
+def contrasts(contents: PropagationContents, name: str) -> Table:
+    """Return moments of the standard deviation over all pixels of a scene, by band."""
+    rows = [
+        [band, *_moments(contents, f"{name}_spread", (place, 0))] for place, band in enumerate(contents.labels("band"))
+    ]
+    caption = f"Standard deviation over all pixels of a scene: {contents.label(name)}, ± standard error."
+    return Table(["band", *_MOMENTS], rows, caption)
+
+
+def fractions(contents: PropagationContents) -> Table:
+    """Return moments of the fraction of the pixels in each class."""
+    classes = enumerate(contents.labels("class"))
+    rows = [[kind, *_moments(contents, "class_fraction", (place,))] for place, kind in classes]
+    return Table(["part of the pixels", *_MOMENTS], rows)
+
+
+def shares(
+    contents: PropagationContents, name: str, columns: Sequence[str], part: tuple[int, ...], caption: str
+) -> Table:
+    """Return the shares of every source in the variance of an output; ``part`` is its band where it has one."""
+    data = contents.dataset
+    rows = []
+    for place, source in enumerate(contents.labels("source")):
+        for order in contents.orders(place):
+            values, errors = (data[f"{name}_{order}{end}"].values[(place, *part)] for end in ("", "_error"))
+            cells = (_share(float(value), float(error)) for value, error in zip(values, errors, strict=True))
+            rows.append([source, _ORDERS[order], str(data[f"{order}_estimator"].values[place]), *cells])
+    return Table(["source", "share", "estimated by", *columns], rows, caption, text_columns=3)
+
+
+def inputs(contents: PropagationContents) -> Table:
+    """Return the distribution of each input, and the moments of its draws."""
+    distributions = json_attribute(contents.dataset.attrs, "uncertain", {})
+    rows = []
+    for place, name in enumerate(contents.labels("input")):
+        draws = np.asarray(contents.dataset["input_value"].values[:, place], dtype=np.float64)
+        numbers = (draws.mean(), draws.min(), np.median(draws), draws.max())
+        mean, *rest = (_value(name, float(each)) for each in numbers)
+        source = _distribution(distributions[name]) if name in distributions else "posterior"
+        # the deviation of an instant is a number of seconds
+        rows.append([name, source, mean, f"{draws.std(ddof=1):.5g}", *rest])
+    header = ["input", "drawn from", "mean", "standard deviation", "lowest", "median", "highest"]
+    return Table(header, rows, "Of the draws, SI.", text_columns=2)
+
+
+def correlations(contents: PropagationContents) -> Table:
+    """Return the correlations of the inputs in the draws."""
+    values = np.asarray(contents.dataset["input_value"].values, dtype=np.float64)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        matrix = np.atleast_2d(np.corrcoef(values, rowvar=False))
+    names = contents.labels("input")
+    rows = [
+        [name, *(f"{each:.2f}" if np.isfinite(each) else "-" for each in row)]
+        for name, row in zip(names, matrix, strict=True)
+    ]
+    return Table(["correlation", *names], rows)
+
+
+def draws(contents: PropagationContents) -> Table:
+    """Return seeds and inputs of the first draws."""
+    data, names = contents.dataset, contents.labels("input")
+    rows = [
+        [
+            str(draw),
+            *(str(int(seed)) for seed in data["scene_seed"].values[:2, draw]),
+            *(_value(name, float(data["input_value"].values[draw, place]), 9) for place, name in enumerate(names)),
+        ]
+        for draw in range(min(LISTED_DRAWS, data.sizes["draw"]))
+    ]
+    return Table(["draw", "seed", "other seed", *names], rows)
+
+
+def _distribution(given: Any) -> str:
+    """Write a distribution as it can be given: its name and parameters."""
+    if not isinstance(given, dict):
+        return str(given)
+    rest = (f"{str(key).replace('_', ' ')} {value}" for key, value in given.items() if key != "distribution")
+    return f"{given.get('distribution', '')}: {', '.join(rest)}"
+
+
+def _value(name: str, value: float, digits: int = 6) -> str:
+    """Write the value of an input; instants as such."""
+    if is_instant(name):
+        return datetime.fromtimestamp(value, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+    return f"{value:.{digits}g}"
+
+
+def is_instant(name: str) -> bool:
+    """Return whether the numbers of an input are seconds since 1970."""
+    return name.rpartition(".")[2] == "time"
+
+
+def propagation_text(propagation: Propagation) -> str:
+    """Describe the spread of radiance, and which input it depends on."""
+    return "\n".join(_lines(propagation))
+
+
+def _lines(propagation: Propagation) -> Iterator[str]:
+    data, counts, path = propagation.dataset, propagation.tables, propagation.path
+    if path is not None:
+        yield f"{path}  {path.stat().st_size / 1e6:.1f} MB"
+    draws, mixtures = data.sizes["draw"], data.sizes["mixture"]
+    more = "" if mixtures == 2 else f" and {mixtures - 2} times with inputs exchanged"
+    yield f"  {draws} draws, each with two seeds{more}: {counts.scenes} scenes"
+    yield (
+        f"  radiance tables: {counts.sets} set{'s' if counts.sets > 1 else ''} for {draws} draws, {counts.compiled} "
+        f"compiled, {counts.sets - counts.compiled} from the cache"
+    )
+    yield f"  drawn independently of each other: {', '.join(_independent(data))}"
+    yield from (f"  note: {note}" for note in propagation.notes)
+    contents = PropagationContents(data)
+    bands = range(len(contents.labels("band")))
+    yield ""
+    yield "Mean over the pixels of a class. The last column is the standard deviation of single pixels."
+    for band in bands:
+        for name in RADIATION:
+            yield from spread(contents, name, band).lines()
+    yield ""
+    yield from metrics(contents).lines()
+    for name in RADIATION:
+        yield from contrasts(contents, name).lines()
+    yield ""
+    for band in bands:
+        caption = f"{contents.labels('band')[band]}: shares of the variance of mean radiance over draws"
+        yield from shares(contents, "radiance", contents.labels("class"), (band,), caption).lines()
+
+
+def _independent(data: xr.Dataset) -> Iterator[str]:
+    kinds = {str(name): str(kind) for name, kind in zip(data["input"].values, data["input_kind"].values, strict=True)}
+    together = [name for name, kind in kinds.items() if kind == POSTERIOR]
+    if together:
+        yield f"the posterior ({', '.join(together)}, together)"
+    yield from (name for name, kind in kinds.items() if kind != POSTERIOR)
+    yield "seeds"
+
+
+def propagation_values(propagation: Propagation) -> Mapping[str, Any]:
+    """Return the same for ``--json``: nested by output, band, class and source; null where there is no number."""
+    data, path = propagation.dataset, propagation.path
+    estimators = [data[name].values for name in ("source", "first_order_estimator", "total_estimator")]
+    return {
+        "propagation": None if path is None else str(path),
+        "bytes": None if path is None else path.stat().st_size,
+        "draws": int(data.sizes["draw"]),
+        "mixtures": [str(name) for name in data["mixture"].values],
+        "tables": vars(propagation.tables),
+        "inputs": [str(name) for name in data["input"].values],
+        "estimators": {
+            str(name): {"first_order": str(first), "total": str(total)}
+            for name, first, total in zip(*estimators, strict=True)
+        },
+        "outputs": {
+            name: {
+                **{key: _tree(data[f"{name}_{key}"]) for key in STATISTICS},
+                **{f"{key}_error": _tree(data[f"{name}_{key}_error"]) for key in STATISTICS},
+                **{key: _tree(data[f"{name}_{key}"]) for key in ("scenes", "draws")},
+            }
+            for name in OUTPUTS
+        },
+        "pixels": {
+            name: {key: _tree(data[f"{name}_pixel_{key}"]) for key in STATISTICS[:3]}
+            for name in ("radiance", "brightness_temperature")
+        },
+        "notes": list(propagation.notes),
+        "cubes": [str(path) for path in propagation.cubes],
+    }
+
+
+def _tree(array: xr.DataArray) -> Any:
+    """Nest values by the labels of their dimensions."""
+    if array.ndim == 0:
+        return json_value(array.item())
+    dimension = str(array.dims[0])
+    return {
+        (f"{label:g}" if isinstance(label, float) else str(label)): _tree(array.isel({dimension: place}))
+        for place, label in enumerate(array[dimension].values)
+    }

@@ -1,0 +1,96 @@
+"""Where a file comes from, so that it can be made again: blocks that all reports share."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
+
+from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
+from hcss_twin.reports.page import Block, Markup, Tone, badge, facts, folded, preformatted
+from hcss_twin.reports.tables import Table
+
+_VERDICTS: Mapping[str, Tone] = {"PASSED": "good", "FAILED": "bad", "NOTHING CHECKED": "fair"}
+
+_T = TypeVar("_T", list[Any], dict[str, Any])
+
+
+def json_attribute(attributes: Mapping[str, Any], name: str, default: _T) -> _T:
+    """Return an attribute that holds JSON; the default where it is absent, no JSON or of another type."""
+    try:
+        value: _T = json.loads(str(attributes[name]))
+    except (KeyError, ValueError):
+        return default
+    return value if isinstance(value, type(default)) else default
+
+
+def certificate_badge(certificate: object, prefix: str = "") -> Markup | None:
+    """Return the verdict of a certificate, its first words; None without one."""
+    for verdict, tone in _VERDICTS.items():
+        if str(certificate or "").startswith(verdict):
+            return badge(f"{prefix}{verdict.lower()}", tone)
+    return None
+
+
+def provenance(
+    attributes: Mapping[str, Any],
+    file: str,
+    keys: Mapping[str, str],
+    inputs: Sequence[tuple[str, str]] = (),
+    shown: Callable[[str], bool] = lambda name: False,
+) -> Iterator[Block]:
+    """Yield file, versions, inputs and all other attributes of a file.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Global attributes of the file.
+    file : str
+        Its name and size.
+    keys : mapping of str to str
+        Labels of attributes shown first, by their names.
+    inputs : sequence of (str, str)
+        Files that were read, with their SHA-256.
+    shown : callable
+        Whether an attribute is shown elsewhere on the page.
+    """
+    versions = versions_text(json_attribute(attributes, "hcss_versions", {}))
+    pairs = [("file", file), *((label, str(attributes[name])) for name, label in keys.items() if name in attributes)]
+    yield facts([*pairs, ("versions", versions)] if versions else pairs)
+    if inputs:
+        yield Table(["file", "SHA-256"], inputs, "Files that were read.", text_columns=2)
+    others = [(name, str(value)) for name, value in attributes.items() if name not in keys and not shown(name)]
+    others = [(name, value) for name, value in others if value not in ("", "unknown")]
+    if others:
+        yield folded("All other global attributes", facts(others))
+
+
+def versions_text(versions: Mapping[str, Any]) -> str:
+    """Return names of packages with their versions."""
+    return ", ".join(f"{name} {version}" for name, version in versions.items())
+
+
+def origin(attributes: Mapping[str, Any]) -> Iterator[Block]:
+    """Yield providers, hashes of the files read, and the scenario of a cube."""
+    providers = json_attribute(attributes, "hcss_providers", {})
+    if providers:
+        header = ["kind", "provider", "distribution", "version"]
+        keys = ("name", "distribution", "version")
+        rows = [[kind, *(str(each.get(key, "")) for key in keys)] for kind, each in providers.items()]
+        yield Table(header, rows, text_columns=4)
+    hashes = json_attribute(attributes, "hcss_files_sha256", {})
+    if hashes:
+        listed = Table(["file", "SHA-256"], list(hashes.items()), text_columns=2)
+        yield folded("SHA-256 of the files that were read", listed)
+    if SCENARIO_ATTRIBUTE in attributes:
+        yield scenario(attributes[SCENARIO_ATTRIBUTE], " (as a file NAME.json, hcss run makes the cube again)")
+
+
+def scenario(text: object, use: str = "") -> Markup:
+    """Return the scenario of a file, folded."""
+    return folded(f"The scenario with every default filled in{use}", preformatted(str(text)))
+
+
+def names_in(names: Collection[str], *prefixes: str) -> Callable[[str], bool]:
+    """Return whether an attribute is one of some names, or begins with one of some prefixes."""
+    return lambda name: name in names or name.startswith(prefixes)

@@ -1,0 +1,104 @@
+"""Reports: one HTML file about a cube, a sweep, a posterior or a propagation."""
+
+from __future__ import annotations
+
+import os
+from importlib import import_module
+from pathlib import Path
+
+from hcss_twin.core.errors import HcssError
+from hcss_twin.cube.header import FORMAT_ATTRIBUTE
+from hcss_twin.cube.zarr_writer import is_zarr
+from hcss_twin.reports.page import write_page
+from hcss_twin.sweeps.dataset import MARK
+
+ALLOWED = (
+    "allowed: a cube (.nc or .zarr, of `hcss run` or `hcss sense`), the folder or the dataset of a sweep "
+    "(`hcss sweep`), a posterior (`hcss fit`), or a propagation (`hcss run --draws`)"
+)
+
+PAGES = {
+    MARK: "sweep_page",  # first, because the dataset of a sweep has the mark of its cubes, too
+    "hcss_posterior_version": "posterior_page",
+    "hcss_propagation_version": "propagation_page",
+    FORMAT_ATTRIBUTE: "cube_page",
+}
+"""Page of each kind of file, by the global attribute that marks it: module and function have one name."""
+
+
+def report(
+    source: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, *, replace: bool = False
+) -> Path:
+    """Write one HTML file about a cube, a sweep, a posterior or a propagation; it needs no network and no other files.
+
+    Parameters
+    ----------
+    source : path-like
+        A cube (NetCDF or Zarr, clean or measured), the folder or the dataset of a sweep, a posterior,
+        or a propagation.
+    output : path-like, optional
+        Name of the file; default: ``SOURCE.html``, without the suffix of the source, beside it.
+    replace : bool
+        Replace an existing file.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    HcssError
+        If there is no report of the source, the file exists, or it cannot be written.
+    """
+    path = Path(source)
+    name = _page_of(path)
+    target = Path(output) if output is not None else _beside(path)
+    if target.exists() and target.samefile(path):
+        raise HcssError(f"cannot write {target}: it is what the report is about; allowed: another name with -o")
+    if target.exists() and not replace:
+        raise HcssError(f"{target} exists; allowed: another name with -o, or --force")
+    # imported when needed, because pages draw
+    page = getattr(import_module(f"hcss_twin.reports.{name}"), name)
+    write_page(target, page(path))
+    return target
+
+
+def _page_of(path: Path) -> str:
+    """Return the name of the page for a path; raise HcssError if there is none."""
+    if not path.exists():
+        raise HcssError(f"cannot report on {path}: there is no such file; {ALLOWED}")
+    if path.is_dir():
+        # imported here because it imports all of the scenario, which a file does not need
+        from hcss_twin.sweeps.folder import INDEX
+
+        if is_zarr(path):
+            return PAGES[FORMAT_ATTRIBUTE]
+        if (path / INDEX).is_file():
+            return PAGES[MARK]
+        raise HcssError(f"cannot report on {path}: it is a folder without {INDEX} of a sweep; {ALLOWED}")
+    import netCDF4
+
+    try:
+        with netCDF4.Dataset(path) as file:
+            names = set(file.ncattrs())
+    except (OSError, RuntimeError) as error:
+        raise HcssError(f"cannot report on {path}: {_why_not(path)}; {ALLOWED}") from error
+    for mark, page in PAGES.items():
+        if mark in names:
+            return page
+    raise HcssError(f"cannot report on {path}: it is NetCDF without {', '.join(PAGES)}; {ALLOWED}")
+
+
+def _why_not(path: Path) -> str:
+    if os.path.getsize(path) == 0:
+        return "it is empty"
+    if path.suffix.lower() in (".toml", ".json"):
+        return f"it is no NetCDF file; if it is a scenario, `hcss run {path}` makes a cube of it"
+    return "it is no NetCDF file, or it is damaged"
+
+
+def _beside(path: Path) -> Path:
+    """Return the default name of a report; a point in the name of a folder begins no suffix."""
+    named = path if path.name not in ("", "..") else path.resolve()
+    return named.with_name(f"{named.name if named.is_dir() and not is_zarr(named) else named.stem}.html")

@@ -1,0 +1,280 @@
+"""The points of a sweep, from its folder or from its dataset, and what is read of their cubes for the page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.errors import HcssError, SweepError
+from hcss_twin.cube.reader import open_cube
+from hcss_twin.reports.cube_frames import CURVES, FrameNumbers, ImageQuantity, Reader, binned, quantities, spread
+from hcss_twin.reports.provenance import json_attribute, versions_text
+from hcss_twin.sweeps.dataset import MARK, open_sweep
+from hcss_twin.sweeps.folder import FORMAT, INDEX
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    import xarray as xr
+
+
+CubeOpener: TypeAlias = "Callable[[], AbstractContextManager[xr.Dataset]]"
+
+
+@dataclass(frozen=True)
+class SweepPoint:
+    """One point.
+
+    Attributes
+    ----------
+    number : int
+    values : mapping
+        The swept keys with their values.
+    state : str
+        ``done``, ``failed``, ``pending``, or ``missing`` where its cube was removed.
+    error : str or None
+        Why it failed, where that is known.
+    cube : callable or None
+        Opens its cube in a ``with`` block; None where there is none.
+    """
+
+    number: int
+    values: Mapping[str, Any]
+    state: str
+    error: str | None
+    cube: CubeOpener | None
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep.
+
+    Attributes
+    ----------
+    title : str
+    keys : tuple of str
+        The swept keys.
+    combine : str
+        How values are combined: ``product`` or ``zip``.
+    points : tuple of SweepPoint
+    about : mapping
+        Other facts of the whole sweep, by name.
+    """
+
+    title: str
+    keys: tuple[str, ...]
+    combine: str
+    points: tuple[SweepPoint, ...]
+    about: Mapping[str, str]
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Sweep]:
+    """Open a sweep while the block runs.
+
+    Raises
+    ------
+    SweepError
+        If the index of the folder cannot be read.
+    CubeError
+        If a file is no dataset of a sweep.
+    """
+    if path.is_dir():
+        yield _of_folder(path)
+    else:
+        with open_sweep(path) as dataset:
+            yield _of_dataset(dataset, path)
+
+
+def _index(path: Path) -> dict[str, Any]:
+    try:
+        index = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise SweepError(f"{path} cannot be read: {error}") from error
+    if not isinstance(index, dict) or index.get("format") != FORMAT or not isinstance(index.get("points"), list):
+        raise SweepError(f"{path} is no index of a sweep of this version")
+    return index
+
+
+def _of_folder(folder: Path) -> Sweep:
+    index = _index(folder / INDEX)
+    points = []
+    for each in index["points"]:
+        file = folder / each["file"] if each.get("file") else None
+        state, error, cube = each["state"], each.get("error"), None
+        if file is not None and file.is_file():
+            cube = partial(open_cube, file)
+        elif file is not None:
+            state, error = "missing", f"its cube {file.name} is no longer there"
+        points.append(SweepPoint(each["point"], each["values"], state, error, cube))
+    about = {
+        "folder": folder.resolve().name,
+        "hash of the sweep": str(index["sweep"]),
+        "versions": versions_text(index.get("versions", {})),
+        "size": f"{sum(each.get('bytes') or 0 for each in index['points']) / 1e6:.1f} MB",
+        "computing time": f"{sum(each.get('seconds') or 0.0 for each in index['points']):.1f} s",
+    }
+    keys = tuple(index.get("keys") or dict.fromkeys(key for point in points for key in point.values))
+    return Sweep(str(index.get("title") or ""), keys, str(index.get("combine", "product")), tuple(points), about)
+
+
+def _of_dataset(dataset: xr.Dataset, path: Path) -> Sweep:
+    dims = [str(dim) for dim in dataset["point_state"].dims]
+    keys = {dim: str(dataset[dim].attrs.get("hcss_key", dim)) for dim in dims}
+    values = {dim: [_plain(each) for each in dataset[dim].to_numpy()] for dim in dims}
+    errors = _errors_beside(path, str(dataset.attrs[MARK]))
+    states, numbers = dataset["point_state"].to_numpy(), dataset["point_number"].to_numpy()
+    points = []
+    for place in np.ndindex(*states.shape):
+        where, number = dict(zip(dims, place, strict=True)), int(numbers[place])
+        own = {keys[dim]: values[dim][index] for dim, index in where.items()}
+        if states[place]:
+            error = errors.get(number, "the error is in the index of the sweep's folder")
+            points.append(SweepPoint(number, own, "failed", error, None))
+        else:
+            points.append(SweepPoint(number, own, "done", None, partial(_cube_of, dataset, where)))
+    about = {
+        "file": path.name,
+        "hash of the sweep": str(dataset.attrs[MARK]),
+        "written": str(dataset.attrs.get("date_created", "")),
+        "versions": versions_text(json_attribute(dataset.attrs, "hcss_versions", {})),
+    }
+    return Sweep(str(dataset.attrs.get("title", "")), tuple(keys.values()), "product", tuple(points), about)
+
+
+@contextmanager
+def _cube_of(dataset: xr.Dataset, where: dict[str, int]) -> Iterator[xr.Dataset]:
+    cube = dataset.isel(where)
+    # what differs between points is a variable of the dataset, and a global attribute of a cube
+    own = {
+        f"hcss_{str(name).removeprefix('point_')}": cube[name].item()
+        for name in cube.coords
+        if str(name).startswith("point_") and not cube[name].ndim
+    }
+    yield cube.assign_attrs(own)
+
+
+def _errors_beside(path: Path, digest: str) -> dict[int, str]:
+    """Return the errors of points by number, where the folder of the dataset is that of its sweep."""
+    try:
+        index = _index(path.parent / INDEX)
+    except SweepError:
+        return {}
+    if index.get("sweep") != digest:
+        return {}
+    return {each["point"]: str(each["error"]) for each in index["points"] if each.get("error")}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.datetime64):
+        return f"{np.datetime_as_string(value, unit='s')}Z"
+    return value.item() if isinstance(value, np.generic) else value
+
+
+READ_POINTS = 400
+"""Points whose cubes are read, evenly spread."""
+
+READ_FRAMES = 4
+"""Frames read of each of them, evenly spread."""
+
+PICTURES = 8
+"""Pictures of each band, of points evenly spread."""
+
+PICTURE_SIDE = 240
+"""Longest side of a picture in pixels."""
+
+_MEANS_OF = (*CURVES, "cloud_fraction", "cloud_mask")
+
+
+@dataclass(frozen=True)
+class PointSummary:
+    """One point: means by (quantity, band) over the pixels and frames read, and its certificate in words or empty."""
+
+    point: SweepPoint
+    means: Mapping[tuple[str, str], float]
+    certificate: str
+
+
+@dataclass(frozen=True)
+class Look:
+    """The first frames (y, x) of some points in one band of a quantity."""
+
+    quantity: ImageQuantity
+    part: int
+    planes: list[tuple[SweepPoint, NDArray[np.float64]]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class SweepSummary:
+    """What was read of a sweep.
+
+    Attributes
+    ----------
+    points : sequence of PointSummary
+        Of the points that were read.
+    looks : sequence of Look
+        Of each band of radiance, or of the first quantity.
+    columns : mapping of (quantity, band) to ImageQuantity
+        What there are means of.
+    step : int
+        Every so many rows and columns were read.
+    frames : int
+        Most frames of a point that were read.
+    unreadable : sequence of (SweepPoint, str)
+        Points whose cube cannot be read, and why.
+    """
+
+    points: Sequence[PointSummary]
+    looks: Sequence[Look]
+    columns: Mapping[tuple[str, str], ImageQuantity]
+    step: int
+    frames: int
+    unreadable: Sequence[tuple[SweepPoint, str]]
+
+
+def read(points: Sequence[SweepPoint]) -> SweepSummary:
+    """Read the cubes of points."""
+    with_cube = [point for point in points if point.cube is not None]
+    chosen = [with_cube[place] for place in spread(len(with_cube), READ_POINTS)] if with_cube else []
+    shown = {chosen[place].number for place in spread(len(chosen), PICTURES)} if chosen else set()
+    summaries: list[PointSummary] = []
+    unreadable: list[tuple[SweepPoint, str]] = []
+    looks: dict[tuple[str, int], Look] = {}
+    columns: dict[tuple[str, str], ImageQuantity] = {}
+    step = most = 1
+    for point in chosen:
+        assert point.cube is not None
+        try:
+            with point.cube() as dataset:
+                present = quantities(dataset)
+                reader = Reader.of(dataset)
+                frames = spread(dataset.sizes["time"], READ_FRAMES)
+                means: dict[tuple[str, str], float] = {}
+                for quantity in [each for each in present if each.name in _MEANS_OF] or present[:1]:
+                    for part, name in enumerate(quantity.parts):
+                        numbers = [FrameNumbers.of(reader.plane(quantity, part, frame)).mean for frame in frames]
+                        means[quantity.name, name] = float(np.mean(numbers))
+                        columns.setdefault((quantity.name, name), quantity)
+                summaries.append(PointSummary(point, means, str(dataset.attrs.get("hcss_certificate", ""))))
+                step, most = max(step, reader.step), max(most, len(frames))
+                if point.number in shown and present:
+                    for part in range(len(present[0].parts)):
+                        look = looks.setdefault((present[0].name, part), Look(present[0], part))
+                        look.planes.append((point, _small(reader, present[0], part)))
+        except HcssError as error:
+            unreadable.append((point, str(error)))
+    return SweepSummary(summaries, list(looks.values()), columns, step, most, unreadable)
+
+
+def _small(reader: Reader, quantity: ImageQuantity, part: int) -> NDArray[np.float64]:
+    plane = reader.plane(quantity, part, 0)
+    binning = max(1, -(-max(plane.shape) // PICTURE_SIDE))
+    return np.asarray(binned(plane, binning, bool(quantity.flags)), dtype=np.float64)

@@ -1,0 +1,99 @@
+"""Tables, labelled lines and numbers as text: what the pages show as HTML and the terminal as aligned columns."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+WIDTH = 120
+"""Longest line of wrapped text on a terminal, characters."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text, for a page or a terminal.
+
+    Attributes
+    ----------
+    header : sequence of str
+    rows : sequence of sequence of str
+        As many cells as the header, else ValueError. The caller formats the numbers.
+    caption : str
+    text_columns : int
+        Number of columns, from the left, that hold text. The others hold numbers and are aligned to the right.
+    """
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    caption: str = ""
+    text_columns: int = 1
+
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            if len(row) != len(self.header):
+                raise ValueError(f"a row of {len(row)} cells in a table of {len(self.header)}: {list(row)}")
+
+    def lines(self) -> Iterator[str]:
+        """Yield the caption and the aligned rows."""
+        if self.caption:
+            yield self.caption
+        yield from aligned([self.header, *self.rows], self.text_columns)
+
+
+def aligned(rows: Sequence[Sequence[str]], text_columns: int = 1, indent: str = "  ") -> Iterator[str]:
+    """Yield rows as lines whose columns are aligned: text to the left, numbers to the right.
+
+    A row of one cell is a heading: it stands without indent and does not widen its column.
+    """
+    columns = max((len(row) for row in rows), default=0)
+    widths = [max(len(row[column]) for row in rows if 1 < len(row) > column) for column in range(columns)]
+    for row in rows:
+        if len(row) == 1:
+            yield row[0]
+            continue
+        cells = (
+            f"{cell:<{width}}" if column < text_columns else f"{cell:>{width}}"
+            for column, (cell, width) in enumerate(zip(row, widths, strict=False))
+        )
+        yield (indent + "  ".join(cells)).rstrip()
+
+
+def labelled(label: str, text: str, size: int, hanging: int = 0) -> str:
+    """Return text beside its label, wrapped at 120 characters.
+
+    Parameters
+    ----------
+    label : str
+        Empty in lines that continue the label above.
+    text : str
+    size : int
+        Characters reserved for the label.
+    hanging : int
+        Characters by which the second and later lines are indented further.
+    """
+    start = f"  {label:<{size}}"
+    after = " " * (len(start) + hanging)
+    return textwrap.fill(
+        text, WIDTH, initial_indent=start, subsequent_indent=after, break_on_hyphens=False, break_long_words=False
+    )
+
+
+def number(value: float | None, digits: int = 4, missing: str = "-") -> str:
+    """Return a number with significant digits, or ``missing`` for None and what is not finite."""
+    return missing if value is None or not math.isfinite(value) else f"{value + 0.0:.{digits}g}"
+
+
+def bound_text(bound: float | None) -> str:
+    """Return the largest share of the radiance that omitted physics can have: a percentage, or a factor from 1 on."""
+    if bound is None:
+        return "unknown"
+    if bound == 0.0:
+        return "nothing"
+    return f"{bound:.2g} x" if bound >= 1.0 else f"{100.0 * bound:.2g} %"
+
+
+def frames_text(count: int) -> str:
+    """Return ``one frame`` or ``N frames``."""
+    return "one frame" if count == 1 else f"{count} frames"

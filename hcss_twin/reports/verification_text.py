@@ -1,0 +1,90 @@
+"""The check of a cube against its recomputation as text for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+from hcss_twin.engine.cube_comparison import TOLERANCE, ValueAt, VariableCheck
+from hcss_twin.engine.provenance import Change
+from hcss_twin.engine.verification import Verdict, Verification
+from hcss_twin.reports.tables import labelled
+
+_RULES = {
+    "value": "relative to the value",
+    "largest": "relative to the largest of the frame",
+    "exact": "which must be exact",
+}
+
+Rows = Iterator[tuple[str, str]]
+
+
+def verification_text(check: Verification) -> str:
+    """Describe the result, where differences begin, and their possible causes."""
+    rows = (labelled(label, text, 12) for label, text in _rows(check))
+    return "\n".join([f"{check.cube}: {_verdict(check)}", *rows])
+
+
+def _rows(check: Verification) -> Rows:
+    yield from (("problem", problem) for problem in check.problems)
+    if check.problems:
+        yield "base", f"relative paths of the scenario lead to {check.base} (--base)"
+    yield from _changes("cube", check.layout, "in the cube", "by its scenario")
+    for each in check.variables:
+        if each.unequal:
+            yield from _variable(each)
+    for file in check.files:
+        yield "file", f"{file.name}{f', now {file.now_at}' if file.now_at != file.name else ''}: {file.state}"
+        yield "", f"recorded sha256 {file.recorded_sha256 or 'none'}"
+        yield "", f"now      sha256 {file.now_sha256 or 'none'}"
+    yield from _changes("provider", check.providers)
+    yield from _changes("version", check.versions)
+    yield from _changes("attribute", check.attributes)
+    causes = check.files or check.providers or check.versions or check.attributes
+    if check.verdict in (Verdict.EQUAL, Verdict.DIFFERENT) and not causes:
+        yield (
+            "cause",
+            "none recorded: files, packages and scenario are those of the cube; its values were changed since, code "
+            "was changed under the same version, or another processor rounds otherwise",
+        )
+
+
+def _verdict(check: Verification) -> str:
+    every = check.frames_checked == check.frames
+    frames = f"all {check.frames} frames" if every else f"{check.frames_checked} of {check.frames} frames"
+    largest = f"the largest relative difference is {check.largest:.1e}"
+    match check.verdict:
+        case Verdict.IDENTICAL:
+            return f"identical to the bit ({frames})"
+        case Verdict.EQUAL:
+            return f"equal within {TOLERANCE:g}; {largest} ({frames})"
+        case Verdict.DIFFERENT:
+            if any(each.beyond for each in check.variables):
+                return f"different; {largest} ({frames})"
+            compared = check.frames_checked and any(each.values for each in check.variables)
+            common = "what both have is equal" if compared else "nothing to compare"
+            return f"different from what its scenario makes; {common} ({frames})"
+        case Verdict.NOT_RECOMPUTED:
+            return "cannot be recomputed"
+
+
+def _changes(label: str, changes: Iterable[Change], recorded: str = "recorded", now: str = "now") -> Rows:
+    return ((label, f"{each.what}: {recorded} {each.recorded}; {now} {each.now}") for each in changes)
+
+
+def _variable(check: VariableCheck) -> Rows:
+    count = check.beyond or check.unequal
+    how = "differ" if check.beyond else "differ in their last bits"
+    size = "more than any number (one of both is missing)" if math.isinf(check.largest) else f"{check.largest:.1e}"
+    rule = _RULES[check.relative_to]
+    yield "values", f"{check.name}: {count} of {check.values} {how}, by up to {size}, {rule}"
+    if check.first is not None:
+        yield "", f"first at {_place(check.first)}"
+    if check.largest_at is not None and check.largest_at != check.first:
+        yield "", f"most at {_place(check.largest_at)}"
+
+
+def _place(place: ValueAt) -> str:
+    position = ", ".join(f"{name} {value}" for name, value in place.position.items())
+    where = f"{position}: " if position else ""
+    return f"{where}{place.cube:.9g} in the cube, {place.recomputed:.9g} recomputed"
