@@ -25,7 +25,7 @@ SMALL = CHEAP | {
 
 def planned(quantization=0.0, **changes):
     overrides = {key.replace("__", "."): value for key, value in changes.items()}
-    return make_plan(Scenario.load("stratus", SMALL | {"output.quantization": output} | overrides))
+    return make_plan(Scenario.load("stratus", SMALL | {"output.quantization": quantization} | overrides))
 
 
 @pytest.fixture(scope="module")
