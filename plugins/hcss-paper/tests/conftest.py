@@ -14,6 +14,6 @@ def _own_cache(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def _no_kept_plans(monkeypatch):
-    """Plans are kept by scenario: what a test replaces in the code is in no name of them."""
-    monkeypatch.setattr("hcss_twin.plan.make_plan.kept_findings", lambda *_: None)
+def _fresh_scene_analysis(monkeypatch):
+    """The key of a cached scene analysis does not contain what a test replaces in the code."""
+    monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", lambda *each: each[3]())
