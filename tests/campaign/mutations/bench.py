@@ -41,6 +41,9 @@ class Bench:
         # Times of change are copied, too: what numba keeps of unchanged files stays valid.
         shutil.copytree(root, self.tree, ignore=shutil.ignore_patterns(*LEFT))
         self.functions = functions(self.tree)
+        self._changed = work / f"changed-{number}.json"
+        if self._changed.exists():  # an earlier run was interrupted
+            self._remove_kernels(set(json.loads(self._changed.read_text(encoding="utf-8"))))
 
     @property
     def fingerprint(self) -> str:
@@ -54,18 +57,21 @@ class Bench:
         wanted = self.work / "functions.json"
         wanted.write_text(json.dumps(functions), encoding="utf-8")
         names = {"HCSS_REACH_FUNCTIONS": str(wanted), "HCSS_REACH_FOUND": str(found)}
-        self._pytest(["-p", "reach_plugin", *files], None, names)
+        code, text = self._pytest(["-p", "reach_plugin", *files], None, names)
+        if not found.exists():
+            raise RuntimeError(f"pytest ended with {code}:\n{text[-4000:]}")
 
     @contextmanager
     def changed(self, file: str, text: str) -> Iterator[None]:
         """Have another text in a file, and no compiled code of what was there or of files that use it."""
         path = self.tree / file
         before, times = path.read_bytes(), path.stat()
+        stems = {Path(each).stem for each in self._users(file)}
+        self._changed.write_text(json.dumps(sorted(stems)), encoding="utf-8")
         aside = self.work / f"{self.kernels.name}-aside"
         shutil.rmtree(aside, ignore_errors=True)
         aside.mkdir(parents=True)
-        stems = {Path(each).stem for each in self._users(file)}
-        known = [each for each in self.kernels.rglob("*.nb[ic]") if each.name.partition(".")[0] in stems]
+        known = self._kernels_of(stems)
         for number, each in enumerate(known):
             each.replace(aside / str(number))
         compiled = Path(importlib.util.cache_from_source(str(path)))
@@ -77,19 +83,34 @@ class Bench:
             path.write_bytes(before)
             os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
             compiled.unlink(missing_ok=True)
-            for each in self.kernels.rglob("*.nb[ic]"):
-                if each.name.partition(".")[0] in stems:
-                    each.unlink()
+            self._remove_kernels(stems)
             for number, each in enumerate(known):
                 (aside / str(number)).replace(each)
 
     def judge(self, tests: Sequence[str], limit_s: float) -> tuple[str, str]:
-        """Run tests until one fails: ``survived``, ``killed`` and the name of that test, ``timeout`` or ``error``."""
+        """Run tests until one fails: its outcome, and the name of that test.
+
+        Returns
+        -------
+        outcome : str
+            ``survived``, ``killed``, ``timeout``, ``interrupted`` (by a signal from outside) or ``error``.
+        by : str
+            The test that failed; of an error, the end of what pytest said.
+        """
         code, text = self._pytest(["-x", "-rfE", *tests], limit_s, {})
         if code is None:
             return "timeout", ""
         if code == 0:
             return "survived", ""
+        if code in (
+            -signal.SIGTERM,
+            -signal.SIGINT,
+            -signal.SIGKILL,
+            2 if "KeyboardInterrupt" in text else -1,
+        ):
+            return "interrupted", ""
+        if code < 0:
+            return "killed", f"crash with signal {-code}"
         failed = re.findall(r"^(?:FAILED|ERROR) (tests/.*?)(?: - .*)?$", text, re.MULTILINE)
         return ("killed", failed[0]) if failed else ("error", text[-500:])
 
@@ -100,8 +121,18 @@ class Bench:
             line for line in text.splitlines() if "::" in line and not line.startswith(("SKIPPED", "ERROR"))
         }
 
+    def _kernels_of(self, stems: set[str]) -> list[Path]:
+        """What numba keeps of files of these names."""
+        return [each for each in self.kernels.rglob("*.nb[ic]") if each.name.partition(".")[0] in stems]
+
+    def _remove_kernels(self, stems: set[str]) -> None:
+        for each in self._kernels_of(stems):
+            each.unlink()
+        self._changed.unlink(missing_ok=True)
+
     def _users(self, file: str) -> set[str]:
-        """The file and those whose compiled code may contain its own: files with numba that import it, and so on."""
+        """The file and those whose compiled code may contain its own: files with kernels that import it, and so on."""
+        kernels = {each.file for each in self.functions if each.compiled}
         texts = {
             each.relative_to(self.tree).as_posix(): each.read_text(encoding="utf-8")
             for each in (self.tree / PACKAGE).rglob("*.py")
@@ -120,7 +151,7 @@ class Bench:
             for each, text in texts.items():
                 if (
                     each not in found
-                    and ("njit" in text or each.endswith("__init__.py"))
+                    and (each in kernels or each.endswith("__init__.py"))
                     and uses.search(text)
                 ):
                     found.add(each)

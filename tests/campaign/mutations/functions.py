@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,8 @@ class Function:
     file: str
     node: ast.FunctionDef
     lines: tuple[str, ...]
+    compiled: bool
+    """Whether numba compiles it."""
 
     @property
     def rows(self) -> list[int]:
@@ -38,11 +41,6 @@ class Function:
         """Rows that are a line, apart from indentation and comments."""
         return [row for row in self.rows if bare(self.lines[row - 1]) == line]
 
-    @property
-    def compiled(self) -> bool:
-        """Whether numba compiles it."""
-        return any("njit" in ast.unparse(each) for each in self.node.decorator_list)
-
 
 def bare(line: str) -> str:
     """Return a line without indentation and trailing comment."""
@@ -51,11 +49,18 @@ def bare(line: str) -> str:
 
 def functions(root: Path) -> list[Function]:
     """All functions of the package below ``root``."""
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted((root / PACKAGE).rglob("*.py"))}
+    # Decorators: njit, and names that stand for it with options.
+    compilers = {
+        "njit",
+        *(name for text in texts.values() for name in re.findall(r"^(\w+) = njit\(", text, re.M)),
+    }
     found = []
-    for path in sorted((root / PACKAGE).rglob("*.py")):
-        text = path.read_text(encoding="utf-8")
+    for path, text in texts.items():
         file, lines = path.relative_to(root).as_posix(), tuple(text.splitlines())
-        found += [Function(name, file, node, lines) for name, node in _nested(ast.parse(text), "")]
+        for name, node in _nested(ast.parse(text), ""):
+            compiled = any(ast.unparse(each).partition("(")[0] in compilers for each in node.decorator_list)
+            found.append(Function(name, file, node, lines, compiled))
     return found
 
 

@@ -24,6 +24,12 @@ UNRELATED = re.compile(
 SCENES = 4
 """Whole scenes that each mutation is tried on that they reach, beside the nearest tests."""
 
+FILES = 8
+"""Test files, the nearest ones, that a mutation is tried on."""
+
+TESTS = 200
+"""Tests of them, at most."""
+
 CASES = 3
 """Cases of one test that are tried before its others."""
 
@@ -37,15 +43,24 @@ def reach(bench: Bench, places: Mapping[int, Place], paths: Sequence[str]) -> Te
     for folder, files in _folders(bench.tree, paths).items():
         key = hashlib.sha256(f"{bench.fingerprint}{files}{json.dumps(watched)}".encode()).hexdigest()[:8]
         kept = bench.work / f"reach-{folder.replace('/', '-')}-{key}.json"
-        if not kept.exists():
-            print(f"{folder}: {len(files)} files without a mutation", flush=True)
-            bench.watch(files, watched, kept)
-        tests |= json.loads(kept.read_text(encoding="utf-8"))
+        found = _watch(bench, files, watched, kept)
+        # On a busy machine a time limit of a test may have passed.
+        failed = [name for name, each in found.items() if each["failed"]]
+        again = _watch(bench, failed, watched, kept.with_suffix(".again.json")) if failed else {}
+        tests |= found | again
+    return tests
+
+
+def _watch(bench: Bench, names: Sequence[str], watched: Mapping[str, object], kept: Path) -> Tests:
+    if not kept.exists():
+        print(f"{names[0]} ...: {len(names)} files or tests without a mutation", flush=True)
+        bench.watch(names, watched, kept)
+    tests: Tests = json.loads(kept.read_text(encoding="utf-8"))
     return tests
 
 
 def nearest(tests: Tests, number: int, allowed: Collection[str], budget_s: float) -> list[str]:
-    """Names of tests that take at most ``budget_s`` together, the nearest first."""
+    """Names of tests that take at most ``budget_s`` together, the nearest first, and then a few whole scenes."""
     files = {_file(name) for name, each in tests.items() if number in each["reached"]}
     cases: dict[str, int] = defaultdict(int)
     ranked = []
@@ -55,17 +70,25 @@ def nearest(tests: Tests, number: int, allowed: Collection[str], budget_s: float
             cases[case] += 1
             # A test may use what another one of its file has left in memory, without running the function again.
             direct = number in each["reached"]
-            scene = "/end_to_end/" in name
-            rank = (not direct, cases[case] > CASES, scene, len(each["reached"]), each["seconds"])
-            ranked.append((rank, name))
-    order = [name for _, name in sorted(ranked)]
-    scenes = [each for each in order if "/end_to_end/" in each and number in tests[each]["reached"]][:SCENES]
-    chosen, seconds = [], sum(tests[each]["seconds"] for each in scenes)
-    for name in order:
-        if name not in scenes and seconds + tests[name]["seconds"] <= budget_s:
-            chosen.append(name)
-            seconds += tests[name]["seconds"]
-    return chosen + scenes
+            ranked.append((not direct, cases[case] > CASES, len(each["reached"]), each["seconds"], name))
+    order = [each[-1] for each in sorted(ranked)]
+    parts = [each for each in order if "/end_to_end/" not in each]
+    near = list(dict.fromkeys(_file(each) for each in parts))[:FILES]
+    scenes = [each for each in order if "/end_to_end/" in each and number in tests[each]["reached"]]
+    # Particular ones, and ones that compute much.
+    wide = sorted(scenes, key=lambda name: (-len(tests[name]["reached"]), tests[name]["seconds"]))
+    scenes = list(dict.fromkeys(each for pair in zip(scenes, wide, strict=True) for each in pair))
+    seconds = 0.0
+    chosen: list[str] = []
+    for names, most, budget in (
+        ([each for each in parts if _file(each) in near], TESTS, 0.7 * budget_s if scenes else budget_s),
+        (scenes, SCENES if parts else TESTS, budget_s),
+    ):
+        for name in names[:most]:
+            if seconds + tests[name]["seconds"] <= budget:
+                chosen.append(name)
+                seconds += tests[name]["seconds"]
+    return chosen
 
 
 def _file(name: str) -> str:

@@ -23,7 +23,7 @@ import pytest
 FUNCTIONS: dict[str, dict[str, list[int]]] = json.loads(
     Path(os.environ["HCSS_REACH_FUNCTIONS"]).read_text(encoding="utf-8")
 )
-tests: dict[str, dict[str, Any]] = defaultdict(lambda: {"seconds": 0.0, "failed": False, "reached": []})
+tests: dict[str, dict[str, Any]] = defaultdict(lambda: {"seconds": 0.0, "failed": "", "reached": []})
 reached: set[int] = set()
 _load = SourceFileLoader.get_code
 
@@ -67,7 +67,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     """Note failures."""
     if report.failed:
-        tests[report.nodeid]["failed"] = True
+        tests[report.nodeid]["failed"] = str(report.longreprtext)[-300:]
 
 
 def pytest_sessionfinish() -> None:

@@ -64,11 +64,8 @@ def main() -> None:
             out.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
             print(number, result["outcome"], result.get("by", ""), result["seconds"], flush=True)
 
-    missing = [
-        number
-        for number in places
-        if (not options.only and str(number) not in results["mutations"]) or number in options.only
-    ]
+    tried = {int(name) for name, each in results["mutations"].items() if each["outcome"] != "interrupted"}
+    missing = options.only or [number for number in places if number not in tried]
     with ThreadPoolExecutor(options.jobs) as pool:
         list(pool.map(one, missing))
 
