@@ -14,7 +14,7 @@ from hcss_twin.reports.cube_frames import ImageQuantity
 from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, axis_label, drawing, panels, picture
 from hcss_twin.reports.page import Block, Page, Section, Tone, badge, beside, element, facts, note, paragraph
 from hcss_twin.reports.provenance import certificate_badge, origin
-from hcss_twin.reports.sweep_points import PointSummary, Sweep, SweepPoint, SweepSummary, opened, read
+from hcss_twin.reports.sweep_points import PointEntry, PointSummary, Sweep, SweepSummary, opened, read
 from hcss_twin.reports.tables import Table, frames_text
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def _pictures(summary: SweepSummary) -> Iterator[Block]:
         yield element("div", scale.bar(quantity.units), class_="scale")
 
 
-def _values(point: SweepPoint) -> str:
+def _values(point: PointEntry) -> str:
     return ", ".join(f"{key} {_text(value)}" for key, value in point.values.items())
 
 

@@ -30,7 +30,7 @@ CubeOpener: TypeAlias = "Callable[[], AbstractContextManager[xr.Dataset]]"
 
 
 @dataclass(frozen=True)
-class SweepPoint:
+class PointEntry:
     """One point.
 
     Attributes
@@ -64,7 +64,7 @@ class Sweep:
         The swept keys.
     combine : str
         How values are combined: ``product`` or ``zip``.
-    points : tuple of SweepPoint
+    points : tuple of PointEntry
     about : mapping
         Other facts of the whole sweep, by name.
     """
@@ -72,7 +72,7 @@ class Sweep:
     title: str
     keys: tuple[str, ...]
     combine: str
-    points: tuple[SweepPoint, ...]
+    points: tuple[PointEntry, ...]
     about: Mapping[str, str]
 
 
@@ -114,7 +114,7 @@ def _of_folder(folder: Path) -> Sweep:
             cube = partial(open_cube, file)
         elif file is not None:
             state, error = "missing", f"its cube {file.name} is no longer there"
-        points.append(SweepPoint(each["point"], each["values"], state, error, cube))
+        points.append(PointEntry(each["point"], each["values"], state, error, cube))
     about = {
         "folder": folder.resolve().name,
         "hash of the sweep": str(index["sweep"]),
@@ -138,9 +138,9 @@ def _of_dataset(dataset: xr.Dataset, path: Path) -> Sweep:
         own = {keys[dim]: values[dim][index] for dim, index in where.items()}
         if states[place]:
             error = errors.get(number, "the error is in the index of the sweep's folder")
-            points.append(SweepPoint(number, own, "failed", error, None))
+            points.append(PointEntry(number, own, "failed", error, None))
         else:
-            points.append(SweepPoint(number, own, "done", None, partial(_cube_of, dataset, where)))
+            points.append(PointEntry(number, own, "done", None, partial(_cube_of, dataset, where)))
     about = {
         "file": path.name,
         "hash of the sweep": str(dataset.attrs[MARK]),
@@ -198,7 +198,7 @@ _MEANS_OF = (*CURVES, "cloud_fraction", "cloud_mask")
 class PointSummary:
     """One point: means by (quantity, band) over the pixels and frames read, and its certificate in words or empty."""
 
-    point: SweepPoint
+    point: PointEntry
     means: Mapping[tuple[str, str], float]
     certificate: str
 
@@ -209,7 +209,7 @@ class Look:
 
     quantity: ImageQuantity
     part: int
-    planes: list[tuple[SweepPoint, NDArray[np.float64]]] = field(default_factory=list)
+    planes: list[tuple[PointEntry, NDArray[np.float64]]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ class SweepSummary:
         Every so many rows and columns were read.
     frames : int
         Most frames of a point that were read.
-    unreadable : sequence of (SweepPoint, str)
+    unreadable : sequence of (PointEntry, str)
         Points whose cube cannot be read, and why.
     """
 
@@ -237,16 +237,16 @@ class SweepSummary:
     columns: Mapping[tuple[str, str], ImageQuantity]
     step: int
     frames: int
-    unreadable: Sequence[tuple[SweepPoint, str]]
+    unreadable: Sequence[tuple[PointEntry, str]]
 
 
-def read(points: Sequence[SweepPoint]) -> SweepSummary:
+def read(points: Sequence[PointEntry]) -> SweepSummary:
     """Read the cubes of points."""
     with_cube = [point for point in points if point.cube is not None]
     chosen = [with_cube[place] for place in spread(len(with_cube), READ_POINTS)] if with_cube else []
     shown = {chosen[place].number for place in spread(len(chosen), PICTURES)} if chosen else set()
     summaries: list[PointSummary] = []
-    unreadable: list[tuple[SweepPoint, str]] = []
+    unreadable: list[tuple[PointEntry, str]] = []
     looks: dict[tuple[str, int], Look] = {}
     columns: dict[tuple[str, str], ImageQuantity] = {}
     step = most = 1

@@ -15,11 +15,11 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, choose_from, closest, shown
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
-from hcss_twin.scenario.section_types import Section
+from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Number
 
 
-class ResponseBand(Section):
+class ResponseBand(ScenarioSection):
     """A band given by a measured spectral response."""
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
@@ -91,7 +91,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-class LimitsBand(Section):
+class LimitsBand(ScenarioSection):
     """A band of response 1 between two limits, with a name of its own."""
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
@@ -100,7 +100,7 @@ class LimitsBand(Section):
     )
 
 
-class GaussianBand(Section):
+class GaussianBand(ScenarioSection):
     """A band whose response over wavelength is a Gaussian of peak 1, cut where it is 1e-4."""
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")

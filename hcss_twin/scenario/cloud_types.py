@@ -16,11 +16,11 @@ from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.models import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import problems_from
-from hcss_twin.scenario.section_types import Section
+from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Length, Number, Whole
 
 
-class TypeLayer(Section):
+class TypeLayer(ScenarioSection):
     """``[layer]``: where clouds of this type are."""
 
     phase: Literal["water", "ice"] = Field(description="Phase of the particles.")
@@ -47,7 +47,7 @@ _Cells = Annotated[Number, Field(gt=0)]
 _Octave = Annotated[Whole, Field(ge=0, le=16)]
 
 
-class TypeFractal(Section):
+class TypeFractal(ScenarioSection):
     """``[fractal]``: parameters of eqs 2-4 of the HCSS paper."""
 
     gamma: Number = Field(ge=1.01, le=8, description="Gap parameter.")
@@ -66,7 +66,7 @@ class TypeFractal(Section):
         return value
 
 
-class CloudType(Section):
+class CloudType(ScenarioSection):
     """A whole cloud-type file."""
 
     title: str

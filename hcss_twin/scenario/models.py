@@ -24,7 +24,7 @@ from hcss_twin.scenario.section_types import (
     Instant,
     Platform,
     PlatformSpeed,
-    Section,
+    ScenarioSection,
 )
 from hcss_twin.scenario.sensor import SensorSection
 from hcss_twin.scenario.units import (
@@ -43,7 +43,7 @@ from hcss_twin.scenario.units import (
 )
 
 
-def selected(section: Section, key: str) -> str:
+def selected(section: ScenarioSection, key: str) -> str:
     """Name by which a section selects its provider.
 
     A provider the user did not name is ours, whatever else is installed under the same name.
@@ -57,14 +57,14 @@ def own(name: str) -> str:
     return f"{OWN_DISTRIBUTION}/{name}"
 
 
-class PlaceSection(Section):
+class PlaceSection(ScenarioSection):
     """Centre of the image at the start."""
 
     latitude: Angle = Field(ge=-90, le=90, description="Latitude, degrees north.")
     longitude: Angle = Field(ge=-180, le=360, description="Longitude, degrees east.")
 
 
-class ViewSection(Section):
+class ViewSection(ScenarioSection):
     """Direction from the surface point to the sensor."""
 
     zenith: Angle = Field(0.0, ge=0, le=85, description="Zenith angle at the surface point, degrees.")
@@ -75,7 +75,7 @@ MAX_PIXELS = 100_000
 """Rows, and columns, of the largest image."""
 
 
-class ImageSection(Section):
+class ImageSection(ScenarioSection):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
     rows: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
@@ -101,7 +101,7 @@ class ImageSection(Section):
         return window.within(rows, columns) if window and rows and columns else window
 
 
-class Frames(Section):
+class Frames(ScenarioSection):
     """The time series."""
 
     count: Whole = Field(8, ge=1, le=1_000_000, description="Number of frames.")
@@ -116,7 +116,7 @@ EvolutionTime = Annotated[
 ]
 
 
-class MotionSection(Section):
+class MotionSection(ScenarioSection):
     """Motion of platform and clouds, and evolution of cloud shapes."""
 
     platform_speed: PlatformSpeed = Field(
@@ -131,7 +131,7 @@ class MotionSection(Section):
     )
 
 
-class Atmosphere(Section):
+class Atmosphere(ScenarioSection):
     """Gas and aerosol between sea, clouds and sensor."""
 
     provider: str = Field("band-model", description="Transmittance provider (see `hcss plugins`).")
@@ -163,7 +163,7 @@ class Atmosphere(Section):
         return self
 
 
-class Layer(Section):
+class Layer(ScenarioSection):
     """One cloud layer."""
 
     type: str = Field("stratus", description="Cloud type: catalog name or TOML file.")
@@ -214,7 +214,7 @@ MAX_LAYERS = 2
 """Cloud layers that a scene can have."""
 
 
-class Clouds(Section):
+class Clouds(ScenarioSection):
     """Cloud layers: none, one, or two of which one is above the other.
 
     Without keys in this section the sky is clear. The defaults below hold for each layer that you specify.
@@ -270,7 +270,7 @@ def single_layer(data: Any) -> Any:
     return {"layers": [short]}
 
 
-class Slant(Section):
+class Slant(ScenarioSection):
     """Slant paths of sight and sunlight through clouds; by default each pixel is an independent column.
 
     Both options need `coverage_mode = "field"` and a generator of windows, because slant paths leave the image.
@@ -280,7 +280,7 @@ class Slant(Section):
     parallax: bool = Field(False, description="Clouds appear where the slant line of sight meets them.")
 
 
-class Sea(Section):
+class Sea(ScenarioSection):
     """The sea surface."""
 
     model: str = Field("rough-sea", description="Sea model (see `hcss plugins`).")
@@ -299,21 +299,21 @@ class Sea(Section):
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
 
-class OpticsSection(Section):
+class OpticsSection(ScenarioSection):
     """Optical properties of the cloud particles."""
 
     provider: str = Field("bulk", description="Optics provider (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
 
 
-class Radiance(Section):
+class Radiance(ScenarioSection):
     """Assembly of the terms of radiance."""
 
     model: str = Field("physical", description="Radiance model (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
 
-class OutputSection(Section):
+class OutputSection(ScenarioSection):
     """Contents of the cube."""
 
     variables: tuple[str, ...] = Field(
@@ -334,7 +334,7 @@ class OutputSection(Section):
     )
 
 
-class ScenarioModel(Section):
+class ScenarioModel(ScenarioSection):
     """A whole scenario file."""
 
     title: str = Field("", max_length=200, description="Title of the cube.")

@@ -29,10 +29,10 @@ from hcss_twin.scenario.cloud_types import (
 from hcss_twin.scenario.models import Atmosphere, Layer, OpticsSection, Radiance, ScenarioModel, Sea, own, single_layer
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import homes, problems_from
-from hcss_twin.scenario.section_types import Section
+from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, choose_sensor, load_sensor
 
-SECTIONS: Mapping[Kind, tuple[type[Section], str]] = {
+SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.ATMOSPHERE: (Atmosphere, "provider"),
     Kind.SEA: (Sea, "model"),
     Kind.OPTICS: (OpticsSection, "provider"),
@@ -93,7 +93,7 @@ def misplaced_parameters(data: Mapping[str, Any], registry: Registry, typed: Cal
 def _has_home(key: str, value: object) -> bool:
     """Whether a key is one of another section; what is no table is no section itself."""
     annotation = getattr(ScenarioModel.model_fields.get(key), "annotation", None)
-    is_section = isinstance(annotation, type) and issubclass(annotation, Section)
+    is_section = isinstance(annotation, type) and issubclass(annotation, ScenarioSection)
     return any(homes(ScenarioModel, key)) and not (is_section and not isinstance(value, Mapping))
 
 

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.providers import Microphysics
-from hcss_twin.scenario.section_types import LARGEST_UM, MAX_WATER_KG_M3, NARROWEST, WIDEST, Section
+from hcss_twin.scenario.section_types import LARGEST_UM, MAX_WATER_KG_M3, NARROWEST, WIDEST, ScenarioSection
 from hcss_twin.scenario.units import Number
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _BY_SHAPE = ("alpha", "b", "nu", "number_density", "radius_range_um")
 _BY_SIZE = ("effective_radius_um", "effective_variance", "water_content_kg_m3")
 
 
-class TypeMicrophysics(Section):
+class TypeMicrophysics(ScenarioSection):
     """``[microphysics]``: modified gamma distribution n(r) = a r^alpha exp(-b r^nu), r in um.
 
     Either by its shape and number, or as the gamma distribution (nu = 1) of an effective radius, an effective

@@ -15,7 +15,7 @@ from hcss_twin.core.errors import shown
 from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, quantity_or_word
 
 
-class Section(BaseModel):
+class ScenarioSection(BaseModel):
     """Base of all sections: immutable, unknown keys refused, NaN and infinity refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -79,7 +79,7 @@ Instant = Annotated[AwareDatetime, BeforeValidator(parse_instant)]
 Range = tuple[Whole, Whole]
 
 
-class ImageWindow(Section):
+class ImageWindow(ScenarioSection):
     """Rows and columns of the image that are computed: to the bit what the whole image has there.
 
     Places on the ground, sun and clouds stay those of the whole image. Numbers count from 0; the end is not included.
@@ -126,7 +126,7 @@ PlatformSpeed = Annotated[
 """Of the footprint, m/s, or ``"orbit"``; a scenario that was read has the number."""
 
 
-class Platform(Section):
+class Platform(ScenarioSection):
     """The platform and its instrument; without `altitude` the view is orthographic.
 
     These keys replace `view.zenith`, `image.pixel_size` and `motion.platform_speed`; giving both is an error.

@@ -14,7 +14,7 @@ from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.problems import problems_from
-from hcss_twin.scenario.section_types import Section
+from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Whole
 
 DEFAULT_MODEL = "radiometer"
@@ -23,7 +23,7 @@ FOLDER = "sensors"
 """Of the catalog, with a file for each named sensor."""
 
 
-class SensorSection(Section):
+class SensorSection(ScenarioSection):
     """The sensor: with this section a run also writes `NAME.sensor.nc` beside the clean `NAME.nc`."""
 
     name: str | None = Field(
@@ -44,7 +44,7 @@ class SensorSection(Section):
     seed: Whole | None = Field(None, ge=0, lt=2**63, description="Seed of the noise; default: that of the scenario.")
 
 
-class NamedSensor(Section):
+class NamedSensor(ScenarioSection):
     """A file of ``catalogs/sensors`` or of a user."""
 
     title: str = Field(min_length=1, description="What it is.")

@@ -18,16 +18,7 @@ from pathlib import Path
 from functions import PACKAGE, functions
 
 HERE = Path(__file__).parent
-LEFT = (
-    "__pycache__",
-    ".git",
-    ".venv",
-    ".mypy_cache",
-    ".ruff_cache",
-    ".pytest_cache",
-    ".hypothesis",
-    "results*.json",
-)
+LEFT = ("__pycache__", ".git", ".venv", ".mypy_cache", ".ruff_cache", ".pytest_cache", ".hypothesis", "results*.json")
 NOT_RUN = "not long and not exhaustive"
 
 
@@ -102,12 +93,7 @@ class Bench:
             return "timeout", ""
         if code == 0:
             return "survived", ""
-        if code in (
-            -signal.SIGTERM,
-            -signal.SIGINT,
-            -signal.SIGKILL,
-            2 if "KeyboardInterrupt" in text else -1,
-        ):
+        if code in (-signal.SIGTERM, -signal.SIGINT, -signal.SIGKILL, 2 if "KeyboardInterrupt" in text else -1):
             return "interrupted", ""
         if code < 0:
             return "killed", f"crash with signal {-code}"
@@ -117,9 +103,7 @@ class Bench:
     def names(self, arguments: Sequence[str]) -> set[str]:
         """Names of the tests that pytest would run."""
         _, text = self._pytest(["--collect-only", *arguments], None, {})
-        return {
-            line for line in text.splitlines() if "::" in line and not line.startswith(("SKIPPED", "ERROR"))
-        }
+        return {line for line in text.splitlines() if "::" in line and not line.startswith(("SKIPPED", "ERROR"))}
 
     def _kernels_of(self, stems: set[str]) -> list[Path]:
         """What numba keeps of files of these names."""
@@ -149,11 +133,7 @@ class Bench:
             )
             uses = re.compile(rf"^\s*(?:from (?:{'|'.join(forms)})|import {module}\b)", re.MULTILINE)
             for each, text in texts.items():
-                if (
-                    each not in found
-                    and (each in kernels or each.endswith("__init__.py"))
-                    and uses.search(text)
-                ):
+                if each not in found and (each in kernels or each.endswith("__init__.py")) and uses.search(text):
                     found.add(each)
                     todo.append(each)
         return found
@@ -164,11 +144,7 @@ class Bench:
         # Options come from here alone: the quick subset may be pytest's default one day.
         options = ["-q", "-p", "no:cacheprovider", "-o", "addopts=--strict-markers", "-m", NOT_RUN]
         environment = {name: value for name, value in os.environ.items() if name != "HCSS_CACHE_DIR"}
-        environment |= {
-            "PYTHONPATH": f"{self.tree}{os.pathsep}{HERE}",
-            "NUMBA_CACHE_DIR": str(self.kernels),
-            **more,
-        }
+        environment |= {"PYTHONPATH": f"{self.tree}{os.pathsep}{HERE}", "NUMBA_CACHE_DIR": str(self.kernels), **more}
         process = subprocess.Popen(
             [sys.executable, "-m", "pytest", *options, *arguments],
             cwd=self.tree,

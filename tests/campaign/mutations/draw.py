@@ -77,9 +77,7 @@ def _mutations(function: Function, signatures: dict[str, list[str]]) -> list[dic
     return found
 
 
-def _round_robin(
-    pools: dict[str, list[dict[str, Any]]], count: int, chosen: random.Random
-) -> list[dict[str, Any]]:
+def _round_robin(pools: dict[str, list[dict[str, Any]]], count: int, chosen: random.Random) -> list[dict[str, Any]]:
     """Draw from each pool in turn until there are enough, no function twice."""
     names = sorted(pools)
     for name in names:

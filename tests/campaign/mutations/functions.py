@@ -31,11 +31,7 @@ class Function:
             if isinstance(each, ast.FunctionDef) and each is not self.node
             for row in range(each.lineno, (each.end_lineno or 0) + 1)
         }
-        return [
-            row
-            for row in range(self.node.body[0].lineno, (self.node.end_lineno or 0) + 1)
-            if row not in inner
-        ]
+        return [row for row in range(self.node.body[0].lineno, (self.node.end_lineno or 0) + 1) if row not in inner]
 
     def rows_of(self, line: str) -> list[int]:
         """Rows that are a line, apart from indentation and comments."""
@@ -51,10 +47,7 @@ def functions(root: Path) -> list[Function]:
     """All functions of the package below ``root``."""
     texts = {path: path.read_text(encoding="utf-8") for path in sorted((root / PACKAGE).rglob("*.py"))}
     # Decorators: njit, and names that stand for it with options.
-    compilers = {
-        "njit",
-        *(name for text in texts.values() for name in re.findall(r"^(\w+) = njit\(", text, re.M)),
-    }
+    compilers = {"njit", *(name for text in texts.values() for name in re.findall(r"^(\w+) = njit\(", text, re.M))}
     found = []
     for path, text in texts.items():
         file, lines = path.relative_to(root).as_posix(), tuple(text.splitlines())

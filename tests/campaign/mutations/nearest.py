@@ -97,12 +97,7 @@ def _file(name: str) -> str:
 
 def _folders(tree: Path, paths: Sequence[str]) -> dict[str, list[str]]:
     files = sorted(
-        {
-            each
-            for path in paths
-            for each in [tree / path, *(tree / path).rglob("test_*.py")]
-            if each.is_file()
-        }
+        {each for path in paths for each in [tree / path, *(tree / path).rglob("test_*.py")] if each.is_file()}
     )
     folders: dict[str, list[str]] = defaultdict(list)
     for each in files:
@@ -125,9 +120,7 @@ def _watched(places: Mapping[int, Place], tree: Sequence[Function]) -> dict[str,
             if not function.compiled:
                 found[function.file][function.name].append(number)
             if function.compiled or cached:
-                todo += [
-                    each for each in tree if (each.file, each.name) not in seen and _calls(each, function)
-                ]
+                todo += [each for each in tree if (each.file, each.name) not in seen and _calls(each, function)]
     return {file: dict(names) for file, names in found.items()}
 
 

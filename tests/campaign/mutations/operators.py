@@ -55,9 +55,7 @@ class Edit:
     operator: str
 
 
-def edits(
-    function: ast.FunctionDef, lines: Sequence[str], signatures: Mapping[str, Sequence[str]]
-) -> Iterator[Edit]:
+def edits(function: ast.FunctionDef, lines: Sequence[str], signatures: Mapping[str, Sequence[str]]) -> Iterator[Edit]:
     """Yield the mutations of a function; ``signatures`` has the annotations of functions' parameters by name."""
     for node in _code(function.body):
         for edit in _of_node(node, lines, signatures):
@@ -70,15 +68,11 @@ def edits(
 def _code(body: Sequence[ast.AST]) -> Iterator[ast.AST]:
     """Nodes that are executed and not only printed."""
     for node in body:
-        if isinstance(
-            node, ast.Raise | ast.Assert | ast.JoinedStr | ast.FunctionDef | ast.ClassDef | ast.Import
-        ):
+        if isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr | ast.FunctionDef | ast.ClassDef | ast.Import):
             continue
         if isinstance(node, ast.keyword) and node.arg in GUARDS:
             continue
-        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(
-            ("warn", "Error", "TypeVar", "cast")
-        ):
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("warn", "Error", "TypeVar", "cast")):
             continue
         if isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance":
             node = node.args[0]
@@ -120,10 +114,7 @@ def _of_node(node: ast.AST, lines: Sequence[str], signatures: Mapping[str, Seque
 
 
 def _of_call(
-    func: ast.expr,
-    arguments: Sequence[ast.expr],
-    lines: Sequence[str],
-    signatures: Mapping[str, Sequence[str]],
+    func: ast.expr, arguments: Sequence[ast.expr], lines: Sequence[str], signatures: Mapping[str, Sequence[str]]
 ) -> Iterator[Edit]:
     name = func.attr if isinstance(func, ast.Attribute) else func.id if isinstance(func, ast.Name) else ""
     end = func.end_col_offset or 0
@@ -136,21 +127,15 @@ def _of_call(
     kinds = signatures.get(name, ())
     for n, (a, b) in enumerate(pairwise(arguments)):
         same = n + 1 < len(kinds) and kinds[n] and kinds[n] == kinds[n + 1]
-        one_line = (
-            a.lineno == b.end_lineno and not isinstance(a, ast.Starred) and not isinstance(b, ast.Starred)
-        )
+        one_line = a.lineno == b.end_lineno and not isinstance(a, ast.Starred) and not isinstance(b, ast.Starred)
         if same and one_line and ast.unparse(a) != ast.unparse(b):
             line = lines[a.lineno - 1]
             first, second = (line[each.col_offset : each.end_col_offset] for each in (a, b))
             middle = line[a.end_col_offset : b.col_offset]
-            yield Edit(
-                a.lineno, a.col_offset, b.end_col_offset or 0, second + middle + first, "swapped arguments"
-            )
+            yield Edit(a.lineno, a.col_offset, b.end_col_offset or 0, second + middle + first, "swapped arguments")
 
 
-def _between(
-    left: ast.expr, right: ast.expr, old: str, new: str, name: str, lines: Sequence[str]
-) -> Iterator[Edit]:
+def _between(left: ast.expr, right: ast.expr, old: str, new: str, name: str, lines: Sequence[str]) -> Iterator[Edit]:
     """Replace the operator that is written between two expressions of one line."""
     if left.end_lineno != right.lineno or left.end_col_offset is None:
         return
@@ -184,10 +169,4 @@ def _numeric(function: ast.FunctionDef, value: ast.expr) -> bool:
         return False
     if function.returns is None:
         return any("njit" in ast.unparse(each) for each in function.decorator_list)
-    return ast.unparse(function.returns) in {
-        "float",
-        "int",
-        "Array",
-        "NDArray[np.float64]",
-        "NDArray[np.float32]",
-    }
+    return ast.unparse(function.returns) in {"float", "int", "Array", "NDArray[np.float64]", "NDArray[np.float32]"}

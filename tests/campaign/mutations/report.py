@@ -46,9 +46,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as work:
             quick = quick_tests(Bench(ROOT, Path(work), 0), options.marker)
         first = [each["by"] for each in results.values() if each["outcome"] == "killed"]
-        print(
-            f"{sum(name in quick for name in first)} of {len(first)} first killed by a test of the quick subset"
-        )
+        print(f"{sum(name in quick for name in first)} of {len(first)} first killed by a test of the quick subset")
 
 
 if __name__ == "__main__":

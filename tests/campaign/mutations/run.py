@@ -96,17 +96,11 @@ def _try(
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument(
-        "--tests", choices=("auto", "quick"), default="auto", help="all tests, or only --marker"
-    )
-    parser.add_argument(
-        "--marker", default="not long and not exhaustive", help="pytest's -m of the quick subset"
-    )
+    parser.add_argument("--tests", choices=("auto", "quick"), default="auto", help="all tests, or only --marker")
+    parser.add_argument("--marker", default="not long and not exhaustive", help="pytest's -m of the quick subset")
     parser.add_argument("--only", type=int, nargs="+", default=[], help="numbers of mutations")
     parser.add_argument("--out", default=str(HERE / "results.json"), help="file of results")
-    parser.add_argument(
-        "--jobs", type=int, default=1, help="mutations at a time, each with a copy of the tree"
-    )
+    parser.add_argument("--jobs", type=int, default=1, help="mutations at a time, each with a copy of the tree")
     parser.add_argument("--limit", type=float, default=240.0, help="seconds after which a mutation hangs")
     parser.add_argument("--budget", type=float, default=60.0, help="seconds of tests per mutation")
     parser.add_argument("--work", default="/tmp/hcss-mutations", help="folder of copies and caches")
