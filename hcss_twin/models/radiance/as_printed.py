@@ -2,7 +2,7 @@
 
 Where the paper's own tables exclude a printed form, the corrected form is the default and a ``literal_...`` switch
 selects the printed one. The model breaks Kirchhoff's law on purpose: its cloud reflects sunlight without regard to
-thickness. docs/development/reproduction.md lists every difference from physics.
+thickness. docs/development/radiance.md lists every difference from physics.
 """
 
 from __future__ import annotations
