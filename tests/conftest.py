@@ -1,6 +1,8 @@
 """What every test shares: computed cloud optics are kept apart from the user's; drawn examples are always the same."""
 
+import json
 import os
+from pathlib import Path
 
 # Workers of pytest-xdist share the processors: before numpy is loaded.
 if "PYTEST_XDIST_WORKER" in os.environ:
@@ -15,6 +17,26 @@ settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile("fixed")
 
 
+QUICK = Path(__file__).with_name("quick.json")
+"""Test files of the quick subset, chosen by ``python tests/choose_quick.py``."""
+
+
+def pytest_addoption(parser):
+    parser.addoption("--quick", action="store_true", help="only the files of tests/quick.json: under a minute")
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Leave out files that are not quick; returning None leaves the decision to others."""
+    if config.getoption("--quick") and collection_path.suffix == ".py":
+        quick = json.loads(QUICK.read_text(encoding="utf-8"))
+        try:
+            name = collection_path.relative_to(QUICK.parent).as_posix()
+        except ValueError:
+            return True
+        return None if name in quick else True
+    return None
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory):
     before = os.environ.get("HCSS_CACHE_DIR")
@@ -25,8 +47,8 @@ def _own_cache(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def _found_out_anew(monkeypatch, tmp_path_factory):
-    """What a test changes in the code is in no name of what was kept."""
+def _fresh_analysis_and_references(monkeypatch, tmp_path_factory):
+    """The keys of cached scene analyses and references do not contain what a test replaces in the code."""
     monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", lambda *each: each[3]())
     own = tmp_path_factory.mktemp("references").name
     monkeypatch.setattr("hcss_twin.engine.certificate.certify.REFERENCES", (own, ".npz"))
