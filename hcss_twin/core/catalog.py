@@ -64,11 +64,6 @@ class Catalog:
         """SHA-256 of each file opened so far, keyed by its name in the catalog or its path."""
         return dict(sorted(self._used.items()))
 
-    @property
-    def used_paths(self) -> list[Path]:
-        """Each file opened so far."""
-        return [self.root / name for name in self._used]
-
     def names(self, folder: str, suffix: str) -> list[str]:
         """List the names in one catalog folder, without their suffix."""
         return sorted(path.name.removesuffix(suffix) for path in (self.root / folder).glob(f"*{suffix}"))
@@ -224,3 +219,8 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
         raise CatalogError(f"{path}: no rows of numbers")
     table = np.array(rows, dtype=np.float64)
     return {name: table[:, index].copy() for index, name in enumerate(header)}
+
+
+def used_paths(catalog: Catalog) -> list[Path]:
+    """Return the path of each file that a catalog has opened."""
+    return [catalog.root / name for name in catalog.used]

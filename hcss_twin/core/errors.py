@@ -128,7 +128,9 @@ def _words(name: str) -> list[str]:
 
 
 def _is_spelling(one: str, other: str) -> bool:
-    """Whether two words are one word, misspelt or abbreviated."""
+    """Whether two words are one word, misspelt or abbreviated; numbers may differ, as in lwir-10.3 and lwir-10.8."""
+    if one.isdigit() and other.isdigit():
+        return True
     shorter, longer = sorted((one, other), key=len)
     return _ratio(one, other) >= SPELLING_CUTOFF or (len(shorter) > 2 and longer.startswith(shorter))
 

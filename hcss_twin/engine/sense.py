@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import require_not_read
 from hcss_twin.cube.reader import open_cube
@@ -154,7 +155,7 @@ def sense_file(
         cube = read_clean(dataset, str(clean_path), base)
     sensor = _build(section, cube, str(clean_path))
     files = cube.inputs.catalog
-    require_not_read(path, files.used_paths, CubeError)
+    require_not_read(path, used_paths(files), CubeError)
     _write_measured(clean_path, path, sensor, files.used, partial(_measure, sensor, cube), progress)
     return path
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning, CubeError
 from hcss_twin.core.files import require_not_read
@@ -147,7 +148,7 @@ def _require_no_input(plan: Plan, output: str | Path) -> None:
         for key, text in leaves(json.loads(scenario.to_json()))
         if isinstance(text, str) and len(text) < 255
     }
-    for path in (Path(scenario.origin), *plan.catalog.used_paths):
+    for path in (Path(scenario.origin), *used_paths(plan.catalog)):
         try:
             for each in outputs:
                 require_not_read(each, [path], CubeError)

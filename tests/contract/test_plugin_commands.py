@@ -1,6 +1,7 @@
 """A stranger's package adds commands to ``hcss``: listed without importing their code, and harmless when broken."""
 
 import json
+import re
 import sys
 
 import pytest
@@ -66,8 +67,8 @@ def broken():
 def test_help_lists_a_command_without_importing_its_code_and_it_runs(install):
     install("stranger", specs("greet"))
     helped = hcss("--help").output
-    assert "Of plugins:\n  greet" in helped
-    assert "Greet somebody." in helped
+    of_plugins = helped.split("Of plugins:")[1]
+    assert re.search(r"^  greet +Greet somebody\.$", of_plugins, re.MULTILINE)
     assert "stranger_code" not in sys.modules
     assert hcss("greet", "you").output == "hello you\n"
     assert "Greet NAME." in hcss("greet", "--help").output

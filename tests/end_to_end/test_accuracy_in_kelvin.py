@@ -50,7 +50,7 @@ def test_a_stricter_kelvin_asks_for_a_smaller_share():
 
 
 def test_kelvin_that_cannot_be_kept_are_refused_with_some_that_can(monkeypatch):
-    monkeypatch.setattr("hcss_twin.plan.accuracy.MIN", 1e-4)
+    monkeypatch.setattr("hcss_twin.plan.accuracy.MIN_ACCURACY", 1e-4)
     with pytest.raises(ScenarioError, match=r"accuracy: '0.001 K' is .* closest valid choice is '0.\d+ K'"):
         make_plan(Scenario.load("stratus", {**SMALL, "accuracy": "1 mK"}))
 

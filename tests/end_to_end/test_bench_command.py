@@ -148,7 +148,7 @@ def test_kelvin_are_kept_the_scenarios_own_is_marked_and_progress_goes_to_stderr
 
 
 def test_an_accuracy_that_the_scene_cannot_have_is_refused_before_anything_is_measured(tmp_path, monkeypatch):
-    monkeypatch.setattr("hcss_twin.plan.accuracy.MIN", 1e-4)
+    monkeypatch.setattr("hcss_twin.plan.accuracy.MIN_ACCURACY", 1e-4)
     done = bench("--folder", str(tmp_path), "--accuracy", "1 mK")
     assert "'0.001 K'" in str(done.exception)
     assert isinstance(done.exception, ScenarioError)

@@ -27,7 +27,10 @@ BENCHMARKS = Path(hcss_twin.__file__).parents[1] / "benchmarks"
 
 
 def child(script, *arguments, **options):
-    environment = {**os.environ, "PYTHONPATH": str(Path(hcss_twin.__file__).parents[1])}
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join([str(Path(hcss_twin.__file__).parents[1]), str(Path(__file__).parents[1])]),
+    }
     return subprocess.Popen(
         [sys.executable, "-c", SETUP + script, *map(str, arguments)],
         env=environment,

@@ -60,7 +60,7 @@ def test_a_coverage_of_the_frame_is_refused_where_paths_leave_it(option):
 
 def test_a_coverage_of_the_frame_is_allowed_where_no_path_leaves_it():
     options = {"slant.parallax": True, "view.zenith": 0.0, "clouds.coverage_mode": "frame"}
-    assert make_plan(scenario(**options)).slant.parallax
+    assert make_plan(scenario(**options)).assembly.slant.parallax
 
 
 def test_an_image_without_room_for_slant_paths_is_refused_with_the_room_they_need(image):
@@ -92,7 +92,7 @@ def test_pixels_too_small_for_the_sun_s_paths_are_refused_with_the_size_that_is_
     found = problem(**tiny)
     assert found.field == "image.pixel_size"
     closest = float(found.message.split("closest valid choice is ")[1].split(",")[0])
-    assert make_plan(scenario(**tiny | {"image.pixel_size": closest})).slant.shadows
+    assert make_plan(scenario(**tiny | {"image.pixel_size": closest})).assembly.slant.shadows
 
 
 def test_a_radiance_model_that_does_not_name_its_sunlight_is_refused(monkeypatch):

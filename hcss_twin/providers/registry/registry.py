@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import HcssError, ProviderError, choose_from
 from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, describe, installed, normalised
-from hcss_twin.providers.common import check_declares, check_measured, check_options
 from hcss_twin.providers.registry import defaults
 from hcss_twin.providers.registry.discovery import Collection, Entry
 from hcss_twin.providers.registry.specs import PROJECT, Kind
@@ -258,6 +257,7 @@ def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[
 
 def _check_provider(entry: Entry, provider: Any) -> None:
     import hcss_twin.providers as providers
+    from hcss_twin.providers.common import check_declares, check_measured, check_options  # numpy: not for the list
 
     protocol = getattr(providers, entry.kind.protocol)
     attributes = set(protocol.__annotations__)
