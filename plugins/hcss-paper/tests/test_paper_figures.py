@@ -22,7 +22,7 @@ from hcss_paper import (
     figure_base,
 )
 from hcss_paper.index import FIGURES
-from hcss_paper.reproduction import Check, Row, in_words
+from hcss_paper.reproduction import Check, Row, in_words, judged
 from hcss_paper.run import COLOURS, small_png
 from PIL import Image
 from scipy.ndimage import gaussian_filter
@@ -360,7 +360,7 @@ class TestVerdicts:
 
     def judged(self, **options):
         checks = options.pop("checks", [Check("a", True)])
-        return figure_base.judged([self.ROW], checks, "good", "bad", **options)
+        return judged([self.ROW], checks, "good", "bad", **options)
 
     def test_a_failed_check_or_an_unpublished_input_is_not_reproducible(self):
         assert self.judged().verdict == "reproduced"
