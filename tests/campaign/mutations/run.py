@@ -20,6 +20,7 @@ from typing import Any
 
 import place
 from bench import Bench, quick_tests
+from functions import PACKAGE
 from nearest import nearest, reach
 
 HERE = Path(__file__).parent
@@ -40,11 +41,11 @@ def main() -> None:
     print(f"{len(tests)} tests, {len(failing)} fail without a mutation", flush=True)
     allowed = set(tests) - set(failing)
     if options.tests == "quick":
-        allowed &= quick_tests(first, options.marker)
+        allowed &= quick_tests(first, options.quick)
     out = Path(options.out)
     results = json.loads(out.read_text(encoding="utf-8")) if out.exists() else {"mutations": {}}
     results |= {
-        "commit": subprocess.check_output(["git", "-C", str(ROOT), "rev-parse", "HEAD"], text=True).strip(),
+        "commit_of_package": _commit(),
         "tests": options.tests,
         "seconds_of_tests": options.budget,
         "unmutated": {"tests": len(tests), "failing": failing},
@@ -92,6 +93,11 @@ def _try(
     if outcome == "timeout" and 3 * usual > options.limit:
         outcome = "too slow to tell"
     return {"outcome": outcome, **({"by": by} if by else {}), **about, "seconds": seconds}
+
+
+def _commit() -> str:
+    command = ["git", "-C", str(ROOT), "log", "-1", "--format=%H", "--", PACKAGE]
+    return subprocess.run(command, text=True, capture_output=True).stdout.strip()
 
 
 def _options() -> argparse.Namespace:
