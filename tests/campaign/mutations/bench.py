@@ -102,7 +102,9 @@ class Bench:
 
     def names(self, arguments: Sequence[str]) -> set[str]:
         """Names of the tests that pytest would run."""
-        _, text = self._pytest(["--collect-only", *arguments], None, {})
+        code, text = self._pytest(["--collect-only", *arguments], None, {})
+        if code:
+            raise RuntimeError(f"pytest ended with {code}:\n{text[-4000:]}")
         return {line for line in text.splitlines() if "::" in line and not line.startswith(("SKIPPED", "ERROR"))}
 
     def _kernels_of(self, stems: set[str]) -> list[Path]:

@@ -21,9 +21,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("results", type=Path)
     parser.add_argument("--survivors", action="store_true", help="list them")
-    parser.add_argument(
-        "--quick", nargs="?", const="--quick", help="options with which pytest runs the quick subset"
-    )
+    parser.add_argument("--quick", nargs="?", const="--quick", help="options with which pytest runs the quick subset")
     options = parser.parse_args()
     results = json.loads(options.results.read_text(encoding="utf-8"))["mutations"]
     equivalent = json.loads((HERE / "equivalent.json").read_text(encoding="utf-8"))

@@ -12,6 +12,7 @@ import argparse
 import json
 import queue
 import subprocess
+import tempfile
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -102,14 +103,16 @@ def _commit() -> str:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--tests", choices=("auto", "quick"), default="auto", help="all tests, or only --marker")
-    parser.add_argument("--marker", default="not long and not exhaustive", help="pytest's -m of the quick subset")
+    parser.add_argument(
+        "--tests", choices=("auto", "quick"), default="auto", help="all tests, or only those of --quick"
+    )
+    parser.add_argument("--quick", default="--quick", help="options with which pytest runs the quick subset")
     parser.add_argument("--only", type=int, nargs="+", default=[], help="numbers of mutations")
     parser.add_argument("--out", default=str(HERE / "results.json"), help="file of results")
     parser.add_argument("--jobs", type=int, default=1, help="mutations at a time, each with a copy of the tree")
     parser.add_argument("--limit", type=float, default=240.0, help="seconds after which a mutation hangs")
     parser.add_argument("--budget", type=float, default=60.0, help="seconds of tests per mutation")
-    parser.add_argument("--work", default="/tmp/hcss-mutations", help="folder of copies and caches")
+    parser.add_argument("--work", default=f"{tempfile.gettempdir()}/hcss-mutations", help="folder of copies and caches")
     parser.add_argument("--paths", nargs="+", default=["tests"], help="folders or files of tests")
     return parser.parse_args()
 
