@@ -7,6 +7,7 @@ import importlib.util
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -19,7 +20,6 @@ from functions import PACKAGE, functions
 
 HERE = Path(__file__).parent
 LEFT = ("__pycache__", ".git", ".venv", ".mypy_cache", ".ruff_cache", ".pytest_cache", ".hypothesis", "results*.json")
-NOT_RUN = "not long and not exhaustive"
 
 
 class Bench:
@@ -88,7 +88,7 @@ class Bench:
         by : str
             The test that failed; of an error, the end of what pytest said.
         """
-        code, text = self._pytest(["-x", "-rfE", *tests], limit_s, {})
+        code, text = self._pytest(["-x", *tests], limit_s, {})
         if code is None:
             return "timeout", ""
         if code == 0:
@@ -102,7 +102,9 @@ class Bench:
 
     def names(self, arguments: Sequence[str]) -> set[str]:
         """Names of the tests that pytest would run."""
-        _, text = self._pytest(["--collect-only", *arguments], None, {})
+        code, text = self._pytest(["--collect-only", *arguments], None, {})
+        if code:
+            raise RuntimeError(f"pytest ended with {code}:\n{text[-4000:]}")
         return {line for line in text.splitlines() if "::" in line and not line.startswith(("SKIPPED", "ERROR"))}
 
     def _kernels_of(self, stems: set[str]) -> list[Path]:
@@ -141,8 +143,7 @@ class Bench:
     def _pytest(
         self, arguments: Sequence[str], limit_s: float | None, more: Mapping[str, str]
     ) -> tuple[int | None, str]:
-        # Options come from here alone: the quick subset may be pytest's default one day.
-        options = ["-q", "-p", "no:cacheprovider", "-o", "addopts=--strict-markers", "-m", NOT_RUN]
+        options = ["-q", "-rfE", "-p", "no:cacheprovider"]
         environment = {name: value for name, value in os.environ.items() if name != "HCSS_CACHE_DIR"}
         environment |= {"PYTHONPATH": f"{self.tree}{os.pathsep}{HERE}", "NUMBA_CACHE_DIR": str(self.kernels), **more}
         process = subprocess.Popen(
@@ -163,6 +164,6 @@ class Bench:
         return process.returncode, text
 
 
-def quick_tests(bench: Bench, marker: str) -> set[str]:
-    """Names of the tests of the quick subset."""
-    return bench.names(["-m", marker])
+def quick_tests(bench: Bench, options: str) -> set[str]:
+    """Names of the tests of the quick subset, which pytest selects with some options."""
+    return bench.names(shlex.split(options))

@@ -1,8 +1,8 @@
 """Sum up results of ``run.py``: ``python report.py results-0.1.0.json``.
 
 Equivalent mutations (equivalent.json, each with its reason) change no result that could be asked for: they are counted
-apart. ``--survivors`` lists the others that no test killed; ``--marker`` also counts how many were killed by a test of
-a quick subset, as pytest's -m selects it in the present tree.
+apart. ``--survivors`` lists the others that no test killed; ``--quick=OPTIONS`` also counts how many were first killed
+by a test that pytest runs with these options in the present tree, by default ``--quick``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("results", type=Path)
     parser.add_argument("--survivors", action="store_true", help="list them")
-    parser.add_argument("--marker", help="pytest's -m of the quick subset")
+    parser.add_argument("--quick", nargs="?", const="--quick", help="options with which pytest runs the quick subset")
     options = parser.parse_args()
     results = json.loads(options.results.read_text(encoding="utf-8"))["mutations"]
     equivalent = json.loads((HERE / "equivalent.json").read_text(encoding="utf-8"))
@@ -33,18 +33,18 @@ def main() -> None:
             outcome = "equivalent"
         for package in (each["package"], "all"):
             counts.setdefault(package, Counter())[outcome] += 1
-        if options.survivors and outcome not in ("killed", "timeout", "equivalent"):
+        if options.survivors and outcome not in ("killed", "timeout", "equivalent", "not tried", "lost"):
             where = f"{result.get('file', each['file'])}:{result.get('row', '?')} {each['function']}"
             print(f"{each['id']:3} {outcome}, {result.get('tests', 0)} tests: {where}")
             print(f"      {each['line']}\n      {each['mutated']}")
     for package, count in counts.items():
         killed = count["killed"] + count["timeout"]
-        tried = count.total() - count["equivalent"] - count["lost"]
-        share = f"{100 * killed / tried:.0f} % of {tried} killed"
+        tried = count.total() - count["equivalent"] - count["lost"] - count["not tried"]
+        share = f"{100 * killed / max(tried, 1):.0f} % of {tried} killed"
         print(f"{package:8} {share}: " + ", ".join(f"{number} {name}" for name, number in count.items()))
-    if options.marker:
+    if options.quick:
         with tempfile.TemporaryDirectory() as work:
-            quick = quick_tests(Bench(ROOT, Path(work), 0), options.marker)
+            quick = quick_tests(Bench(ROOT, Path(work), 0), options.quick)
         first = [each["by"] for each in results.values() if each["outcome"] == "killed"]
         print(f"{sum(name in quick for name in first)} of {len(first)} first killed by a test of the quick subset")
 

@@ -12,6 +12,7 @@ import argparse
 import json
 import queue
 import subprocess
+import tempfile
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -20,6 +21,7 @@ from typing import Any
 
 import place
 from bench import Bench, quick_tests
+from functions import PACKAGE
 from nearest import nearest, reach
 
 HERE = Path(__file__).parent
@@ -40,11 +42,11 @@ def main() -> None:
     print(f"{len(tests)} tests, {len(failing)} fail without a mutation", flush=True)
     allowed = set(tests) - set(failing)
     if options.tests == "quick":
-        allowed &= quick_tests(first, options.marker)
+        allowed &= quick_tests(first, options.quick)
     out = Path(options.out)
     results = json.loads(out.read_text(encoding="utf-8")) if out.exists() else {"mutations": {}}
     results |= {
-        "commit": subprocess.check_output(["git", "-C", str(ROOT), "rev-parse", "HEAD"], text=True).strip(),
+        "commit_of_package": _commit(),
         "tests": options.tests,
         "seconds_of_tests": options.budget,
         "unmutated": {"tests": len(tests), "failing": failing},
@@ -94,16 +96,23 @@ def _try(
     return {"outcome": outcome, **({"by": by} if by else {}), **about, "seconds": seconds}
 
 
+def _commit() -> str:
+    command = ["git", "-C", str(ROOT), "log", "-1", "--format=%H", "--", PACKAGE]
+    return subprocess.run(command, text=True, capture_output=True).stdout.strip()
+
+
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--tests", choices=("auto", "quick"), default="auto", help="all tests, or only --marker")
-    parser.add_argument("--marker", default="not long and not exhaustive", help="pytest's -m of the quick subset")
+    parser.add_argument(
+        "--tests", choices=("auto", "quick"), default="auto", help="all tests, or only those of --quick"
+    )
+    parser.add_argument("--quick", default="--quick", help="options with which pytest runs the quick subset")
     parser.add_argument("--only", type=int, nargs="+", default=[], help="numbers of mutations")
     parser.add_argument("--out", default=str(HERE / "results.json"), help="file of results")
     parser.add_argument("--jobs", type=int, default=1, help="mutations at a time, each with a copy of the tree")
     parser.add_argument("--limit", type=float, default=240.0, help="seconds after which a mutation hangs")
     parser.add_argument("--budget", type=float, default=60.0, help="seconds of tests per mutation")
-    parser.add_argument("--work", default="/tmp/hcss-mutations", help="folder of copies and caches")
+    parser.add_argument("--work", default=f"{tempfile.gettempdir()}/hcss-mutations", help="folder of copies and caches")
     parser.add_argument("--paths", nargs="+", default=["tests"], help="folders or files of tests")
     return parser.parse_args()
 
