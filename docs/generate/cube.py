@@ -49,7 +49,8 @@ print(scenario_text("cube.nc"))
 * Numbers are stored uncompressed by default, which is fastest. `output.compression` stores them in chunks of one plane
   with byte shuffling and zlib; `output.quantization` rounds the mantissa of single-precision numbers to the fewest bits
   that keep the given relative error (`bitround` of CF-1.12). Each variable then states its number of bits and the
-  largest error (`quantization_nsb`, `quantization_maximum_relative_error`); the certificate applies to the rounded numbers.
+  largest error (`quantization_nsb`, `quantization_maximum_relative_error`); the certificate applies to the rounded
+  numbers.
 * NaN occurs only in the variables marked below, and negative radiance only in measured cubes.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.
