@@ -81,8 +81,8 @@ def _bands() -> Iterator[str]:
         "fwhm_um = 0.2}`, "
         "peak 1, truncated where they fall to 1e-4, 1.82 widths from the centre, which omits 2e-5 of the area), or "
         'measured responses (`{name = "channel 7", response = "channel7.csv"}`, a CSV with columns '
-        "`wavelength_um`, ascending, and `response`, 0 to 1). Radiance in a band is the integral of spectral radiance times response over "
-        "wavelength, not divided by the integral of the response.\n"
+        "`wavelength_um`, ascending, and `response`, 0 to 1). Radiance in a band is the integral of spectral "
+        "radiance times response over wavelength, not divided by the integral of the response.\n"
     )
     yield "| name | um | |\n|---|---|---|"
     for name, band in named_bands(Catalog()).items():
