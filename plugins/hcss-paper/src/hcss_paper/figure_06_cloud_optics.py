@@ -99,8 +99,8 @@ def checks_of(name: str, found: Efficiencies) -> tuple[Check, ...]:
             bool(_TWICE[0] <= short.min() and short.max() <= _TWICE[1]),
         ),
         Check(
-            f"{name}: lowest albedo at {dip_um:.2f} um in the first water band, between {low} and {high} um; {dip:.2f}, "
-            "between .4 and .75",
+            f"{name}: lowest albedo at {dip_um:.2f} um in the first water band, between {low} and {high} um; "
+            f"{dip:.2f}, between .4 and .75",
             low <= dip_um <= high and 0.4 <= dip <= 0.75,
         ),
         Check(f"{name}: albedo below 1 um at least {visible:.5f}, above .999", 0.999 < visible <= 1.0),

@@ -161,8 +161,8 @@ def figure_9(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
         ),
         notes=(
             "Cloud heights are those of type simulated (Table III), each cloud top at air temperature. Means of "
-            f"these images are within {100 * _largest_share(rows):.0f} % of Table II, whose clouds are unknown; table-2 "
-            "has a closer fit with one cloud top and an effective cover.",
+            f"these images are within {100 * _largest_share(rows):.0f} % of Table II, whose clouds are unknown; "
+            "table-2 has a closer fit with one cloud top and an effective cover.",
             "With the corrected physics clouds reflect sunlight: in 2.7-3.0 um they are darker than the glint, and "
             "brighter than the sea beyond 60 deg.",
             PHYSICAL_NOTE,
@@ -208,8 +208,8 @@ def checks_of(name: str, found: Stack, coverage: float, views_deg: list[float]) 
         ),
         Check(f"{name}: clouds are dark in 3-5 um at every angle", bool(np.all(core < sea))),
         Check(
-            f"{name}: their thin edges are brighter than their interior in 3-5 um, by {100 * np.min(rim / core - 1):.0f} "
-            "% or more",
+            f"{name}: their thin edges are brighter than their interior in 3-5 um, by "
+            f"{100 * np.min(rim / core - 1):.0f} % or more",
             bool(np.all(rim > core)),
         ),
         Check(
