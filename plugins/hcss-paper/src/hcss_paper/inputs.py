@@ -115,7 +115,7 @@ def origin(names: Iterable[str]) -> str:
     """Return how inputs were fitted, for the notes of a report."""
     known = fitted_inputs()
     ways = dict.fromkeys(known[name].how for name in names)
-    return f"Inputs fitted: {'; '.join(ways)}. To fit them again: {FIT_COMMAND}"
+    return f"Inputs fitted: {'; '.join(ways)}. To repeat the fits: {FIT_COMMAND}"
 
 
 def suns_of_table_5() -> tuple[Sun, ...]:
