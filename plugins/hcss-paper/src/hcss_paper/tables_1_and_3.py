@@ -43,8 +43,8 @@ def table_1(seed: int) -> Reproduction:
         holds="These are inputs: the bands are in the catalog, and a scene has exactly the requested coverage.",
         fails="A band or a coverage differs from the table.",
         notes=(
-            "The two satellite images are not published. Coverages are those of clouds of type simulated; `hcss import` "
-            "extracts clouds from your own images.",
+            "The two satellite images are not published. Coverages are those of clouds of type simulated; "
+            "`hcss import` extracts clouds from your own images.",
             "The radiance of Table II does not follow from these coverages, but from the effective covers of "
             "opaque cloud listed there.",
         ),
