@@ -44,7 +44,7 @@ def _named(title: str, *variables: str) -> Iterator[Panel]:
 ENTRIES = (
     Entry(
         "stratus-by-day",
-        "Low water cloud over a sunlit sea. In the glint the sea is brighter than the cloud in both short "
+        "Low water cloud over a sunlit sea. In the glint the sea is brighter than the cloud in both short-wave "
         "bands; in 8-14 um the cloud differs from the sea only in temperature, by a few kelvin. In 2.7-3.0 "
         "um water vapour absorbs most of the radiance: note the scale.",
         tuple(_bands("radiance", "2.7-3.0 um", "3-5 um", "8-14 um")),
@@ -82,7 +82,7 @@ ENTRIES = (
     Entry(
         "sunset",
         "The clouds are frozen, so only the light changes. At 3.7 um the scattered sunlight fades and the "
-        "weaker emission of the clouds remains; 10.8 um is unaffected. Each band has one scale.",
+        "weaker emission of the clouds remains; 10.8 um is unaffected. All frames of a band share one scale.",
         tuple(
             panel
             for band, name in enumerate(("3.7 um", "10.8 um"))
@@ -114,8 +114,8 @@ ENTRIES = (
     ),
     Entry(
         "streets",
-        "One grey image (left; a satellite image works too) yields any number of skies with similar "
-        "texture that evolve in time ([surrogates](how-to/clouds-from-images.md)).",
+        "One grey image (left; a satellite image works too) yields any number of evolving cloud "
+        "fields with similar texture ([surrogates](how-to/clouds-from-images.md)).",
         (("the picture", "template", {}), *_frames(0, "cloud at 0 min", "20 min", "40 min")),
         None,
         (0, 1, 1, 1),

@@ -4,7 +4,7 @@
 
     python docs/generate/all.py [--check]
 
-Needs the plugin hcss-paper, which has the table of equations and the command ``reproduce``.
+Requires the plugin hcss-paper, which provides the table of equations and the command ``reproduce``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def pages() -> dict[Path, str]:
 
 
 def main() -> int:
-    """Write the pages; with ``--check`` name those that are not current."""
+    """Write the pages; with ``--check`` list those that are not current."""
     stale = [path for path, text in pages().items() if path.read_text(encoding="utf-8") != text]
     if "--check" not in sys.argv[1:]:
         for path, text in pages().items():

@@ -23,20 +23,20 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 | exit code | meaning |
 |---|---|
 | 0 | success |
-| 1 | failure; also a failed certificate, and a cube that `hcss verify` finds different |
+| 1 | failure, including a failed certificate and a cube that differs in `hcss verify` |
 | 2 | wrong scenario or command line |
 | 130, 143 | interrupted, terminated |
 
-Two options are not listed below. `--force` replaces existing files. `--json` prints the result as JSON, for scripts;
-where it has a value, it is listed. Plugins can [add commands](../how-to/write-a-plugin.md); `hcss reproduce` comes with
-the plugin `hcss-paper`.
+Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
+(it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md); `hcss reproduce`
+comes with the plugin `hcss-paper`.
 """
 
 _SHARED = ("Print the result as JSON.", "Replace existing files.")
 
 
 def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> Iterator[tuple[str, click.Command]]:
-    """Yield every command that does something, with all its words, sorted by name."""
+    """Yield the full name and the object of every command that can run, sorted by name."""
     for name, command in sorted(group.commands.items()):
         if isinstance(command, click.Group):
             if command.invoke_without_command:

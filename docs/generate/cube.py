@@ -16,8 +16,8 @@ _INTRODUCTION = f"""# The cube
 
 {{GENERATED}}
 
-A cube is one NetCDF-4 file that follows CF-1.11 and ACDD-1.3. It holds frames of an image in one or more
-bands, and on request the terms of the radiance and the state of the scene (truth).
+A cube is one NetCDF-4 file that follows CF-1.11 and ACDD-1.3. It contains frames of an image in one or more
+bands, and on request the terms of the radiance and the truth layers of the scene.
 
 ```python
 from hcss_twin.cube.reader import open_cube, scenario_text
@@ -27,29 +27,31 @@ with open_cube("cube.nc") as cube:
 print(scenario_text("cube.nc"))
 ```
 
-* A file with its final name is finished: it is written under a hidden name ending in `.partial`, and renamed
-  once all frames are on the disk. The global attribute `{FORMAT_ATTRIBUTE}` = {FORMAT_VERSION} says so, too.
-* `{SCENARIO_ATTRIBUTE}` is the text of the scenario the cube was made from.
+* A file with its final name is complete: it is written under a hidden name ending in `.partial`, and renamed
+  once all frames are on the disk. The global attribute `{FORMAT_ATTRIBUTE}` = {FORMAT_VERSION} also marks
+  a complete file.
+* `{SCENARIO_ATTRIBUTE}` contains the scenario from which the cube was computed.
 * Azimuths are bearings from the surface point toward sensor or sun, clockwise from north; zenith angles are
   those at the surface point.
 * x points east and y north from the centre of each frame; `{GRID_MAPPING}` describes the plane.
-* A cube of a window of a larger image (`image.window`) keeps the coordinates of that image, and its centre in
-  `latitude` and `longitude`; `hcss_window` (JSON) says where it lies. Frames of more than 256 MB are
-  stored in chunks of a tile ([large scenes](../how-to/large-scenes.md)).
+* A cube of a window of a larger image (`image.window`) has the coordinates of that image, and its centre in
+  `latitude` and `longitude`; `hcss_window` (JSON) gives the position of the window. Frames of more than 256 MB are
+  stored in one chunk per tile ([large scenes](../how-to/large-scenes.md)).
 * A name that ends in `.zarr` makes a Zarr store with the same variables and attributes.
-* A pixel is the mean over `image.samples_per_pixel` squared points of its footprint; by default it is the one
-  point at its centre. Radiance and its terms are averaged, not the state they are computed from.
-* `cloud_layer_thickness`, the dimension `layer` and its coordinates are in a cube only if asked for: by name, or by
-  `all` or `truth` where the scene has two layers (with one they would repeat `cloud_thickness`). Layers run from the
-  lowest to the highest, whatever their order in the scenario, and can be selected by cloud type like bands:
+* A pixel is the mean over `image.samples_per_pixel` squared points of its footprint; by default it is the value
+  at its centre. Radiance and its terms are averaged, not the state from which they are computed.
+* `cloud_layer_thickness`, the dimension `layer` and its coordinates are in a cube only if requested: by name, or by
+  `all` or `truth` if the scene has two layers (with one layer they would repeat `cloud_thickness`). Layers are ordered
+  from lowest to highest, whatever their order in the scenario, and can be selected by cloud type:
   `cube.cloud_layer_thickness.sel(layer="cirrus")`.
-* Global attributes that begin with `hcss_` say what the cube was made from, what was left out and how far it can be
-  trusted; they are [listed below](#global-attributes-of-provenance).
-* Numbers are stored plainly by default, which is fastest. `output.compression` stores them in chunks of one plane with
-  shuffled bytes and zlib; `output.quantization` rounds the mantissa of single-precision numbers to the fewest bits that
-  keep the relative error given (`bitround` of CF-1.12). Each variable then states its bits and the largest error
-  (`quantization_nsb`, `quantization_maximum_relative_error`); the certificate is about the rounded numbers.
-* NaN occurs only in the variables marked below, and negative radiance never but in what a sensor measured.
+* Global attributes that begin with `hcss_` record the inputs, the approximations and the accuracy of the cube; they
+  are [listed below](#global-attributes-of-provenance).
+* Numbers are stored uncompressed by default, which is fastest. `output.compression` stores them in chunks of one plane
+  with byte shuffling and zlib; `output.quantization` rounds the mantissa of single-precision numbers to the fewest bits
+  that keep the given relative error (`bitround` of CF-1.12). Each variable then states its number of bits and the
+  largest error (`quantization_nsb`, `quantization_maximum_relative_error`); the certificate applies to the rounded
+  numbers.
+* NaN occurs only in the variables marked below, and negative radiance only in measured cubes.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.
 """
@@ -57,18 +59,18 @@ print(scenario_text("cube.nc"))
 _MEASURED = f"""
 ## Variables of a measured cube
 
-A scenario with a [sensor](../how-to/sensors.md) writes `NAME.sensor.nc` beside `NAME.nc`: the same coordinates and
-truth layers, and the measurement in place of the radiance. The global attribute `{SENSOR_ATTRIBUTE}` (JSON), which only
-the measured cube has, describes the sensor; `clean_cube` names the other file.
+A scenario with a [sensor](../how-to/sensors.md) writes `NAME.sensor.nc` next to `NAME.nc`: the same coordinates and
+truth layers, with the measurement in place of the radiance. The global attribute `{SENSOR_ATTRIBUTE}` (JSON), which
+only measured cubes have, describes the sensor; `clean_cube` names the other file.
 """
 
 _STORAGE = """
-## What compression and rounding cost
+## Cost of compression and rounding
 
 `python benchmarks/writing.py`: `stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud
-mask. Size is relative to plain numbers; processor time is that of writing alone, opening and closing included,
-on a machine that others used; the rest does not depend on the machine. Computing a frame takes about 12 ms of
-another processor meanwhile.
+mask. Size is relative to uncompressed numbers; processor time includes only writing, with opening and closing,
+on a shared machine; the other columns do not depend on the machine. Computing a frame takes about 12 ms of
+another processor at the same time.
 
 | `[output]` | size | processor, ms a frame | largest relative error |
 |---|---|---|---|
@@ -81,27 +83,27 @@ another processor meanwhile.
 | `compression = 1, quantization = 1e-4` | 0.16 | 60 | 6.1e-5 |
 | `compression = 1, quantization = 5e-4` (for `accuracy = 2e-3`) | 0.12 | 49 | 4.9e-4 |
 
-Levels above 1 gain next to nothing. zstd takes half the time of zlib for files a fifth larger, and is not offered,
-because many readers lack it. Rounding may take three tenths of `accuracy`; the plan says what it does and refuses more.
+Levels above 1 gain almost nothing. zstd takes half the time of zlib for files a fifth larger, and is not offered,
+because many readers lack it. Rounding may use three tenths of `accuracy`; the plan states its error and rejects more.
 """
 
-_VIEWING = """Coordinates that are requested like output variables (`output.variables`), one by one or as `geometry`
+_VIEWING = """These coordinates are requested like output variables (`output.variables`), by name or as `geometry`
 ([viewing geometry](../how-to/viewing-geometry.md)). They are CF auxiliary coordinates: the attribute `coordinates` of
-each variable of frames names them; latitude, longitude and view angles replace those of the image centre. They are
+each frame variable lists them; latitude, longitude and view angles replace those of the image centre. They are
 written once, or with every frame if the platform moves.
 """
 
 _WORDS = {
-    "all": "every variable above and every term; those by layer where there are two; not the viewing geometry",
+    "all": "every variable above and every term; variables per layer only if there are two; not the viewing geometry",
     "terms": "every term of the radiance model in use",
-    "truth": "every variable of kind truth; those by layer where there are two",
-    "geometry": "every coordinate of the pixels below; without `platform.altitude` latitude and longitude",
+    "truth": "every variable of kind truth; variables per layer only if there are two",
+    "geometry": "every pixel coordinate below; without `platform.altitude` only latitude and longitude",
 }
 
 
 def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
-    term = term_variable("term", "One term of the radiance; the radiance model in use says which there are.")
+    term = term_variable("term", "One term of the radiance; the radiance model defines the terms.")
     term_row = _row(term).replace(f"{TERM_PREFIX}term", f"{TERM_PREFIX}<term>")
     defaults = [f"| `{name}` | {text} |" for name, text in sorted(DEFAULTS.items())]
     words = [f"| `{word}` | {meaning} |" for word, meaning in _WORDS.items()]
@@ -111,8 +113,8 @@ def lines(generated: str) -> Iterator[str]:
         _HEADER,
         *(_row(spec) for spec in VARIABLES),
         term_row,
-        "\nWords that stand for several:\n",
-        "| word | meaning |\n|---|---|",
+        "\nNames of groups of variables:\n",
+        "| group | meaning |\n|---|---|",
         *words,
         _MEASURED,
         _HEADER,
@@ -136,14 +138,14 @@ def lines(generated: str) -> Iterator[str]:
         "\n## Global attributes that are computed\n",
         _ATTRIBUTE_HEADER,
         *map(_attribute_row, COMPUTED),
-        "\nTwo runs of a scenario differ in `date_created` and `history`, which hold the time of writing. The\n"
-        "environment variable `SOURCE_DATE_EPOCH` (seconds since 1970) fixes it, and with it every byte of the file.",
+        "\nTwo runs of a scenario differ in `date_created` and `history`, which contain the time of writing. The\n"
+        "environment variable `SOURCE_DATE_EPOCH` (seconds since 1970) fixes it and makes the files byte-identical.",
     )
 
 
 _HEADER = "| name | dimensions | type | units | kind | standard name | meaning |\n|---|---|---|---|---|---|---|"
 
-_ATTRIBUTE_HEADER = "| attribute | type | in cubes where | holds |\n|---|---|---|---|"
+_ATTRIBUTE_HEADER = "| attribute | type | present if | content |\n|---|---|---|---|"
 
 
 def _attribute_row(spec: AttributeSpec) -> str:
@@ -154,7 +156,7 @@ def _row(spec: VariableSpec) -> str:
     limits = [
         f"at least {spec.lowest:g}" if spec.lowest is not None else "",
         f"at most {spec.highest:g}" if spec.highest is not None else "",
-        "NaN where it does not exist" if spec.may_be_missing else "",
+        "NaN where undefined" if spec.may_be_missing else "",
     ]
     rules = ", ".join(limit for limit in limits if limit)
     cells = [

@@ -13,10 +13,10 @@ _INTRODUCTION = f"""# Equations
 
 {{GENERATED}}
 
-Each equation is written as it is computed, with its source, the function that computes it, and the first line of that
-function's documentation. The first part has the numbered equations of the paper ({TITLE}),
-the others those of the default models and the engine. Where the computation differs from the paper's text, a note says
-how; [as-printed](radiance.md#the-as-printed-model) explains why, and how large the effect is.
+Each equation is given in the form in which it is computed, with its source, the function that computes it, and the
+first line of that function's documentation. The first part lists the numbered equations of the paper ({TITLE}),
+the other parts those of the default models and the engine. If the computation differs from the paper's text, a note
+explains how; [as-printed](radiance.md#the-as-printed-model) explains why, and how large the effect is.
 
 Symbols are those of the sources. Units: [conventions](../reference/conventions.md).
 """
@@ -47,6 +47,6 @@ def _entry(equation: Equation, heading: str, source: str) -> Iterator[str]:
 
 
 def _plain(docstring: str) -> str:
-    """Markdown of one line of a docstring: roles of references and doubled backquotes as single ones."""
+    """Convert one line of a docstring to Markdown: roles and double backquotes become single backquotes."""
     text = re.sub(r":\w+:`~?([^`]+)`", r"`\1`", docstring).replace("``", "`")
     return text.replace("*", r"\*").replace("<", "&lt;").rstrip(":")

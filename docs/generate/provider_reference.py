@@ -17,9 +17,9 @@ _INTRODUCTION = """# Provider reference
 
 {GENERATED}
 
-The contract of providers, from the docstrings of `hcss_twin.providers`. [Write a plugin](../how-to/write-a-plugin.md)
-explains how to use it, [provider API](provider-api.md) what stays stable. A provider must have all members of a
-Protocol, except of those called `...Options`, whose members are optional.
+This page documents the provider interface, from the docstrings of `hcss_twin.providers`.
+[Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and [provider API](provider-api.md) what stays
+stable. A provider must have all members of its Protocol; the members of Protocols called `...Options` are optional.
 """
 
 _PARTS = (common, clouds, sea, optics, atmosphere, radiance, sensor)
@@ -61,7 +61,7 @@ def _member(node: ast.stmt) -> str:
 
 
 def _docstring(node: ast.ClassDef | ast.FunctionDef) -> str:
-    """A numpydoc docstring as Markdown: its sections become lists."""
+    """Convert a numpydoc docstring to Markdown; its sections become lists."""
     text = ast.get_docstring(node) or ""
     head, *sections = re.split(r"(?m)^(\w+)\n-{3,}\n", text)
     parts = [_prose(head.strip())]
@@ -71,7 +71,7 @@ def _docstring(node: ast.ClassDef | ast.FunctionDef) -> str:
 
 
 def _items(body: str) -> str:
-    """Items of a section, each a line with an indented description below."""
+    """Convert the items of a section, each a line followed by an indented description."""
     found: list[str] = []
     for each in re.split(r"(?m)\n(?=\S)", body.strip("\n")):
         first, *rest = each.splitlines()
@@ -83,10 +83,10 @@ def _items(body: str) -> str:
 
 
 def _source(node: ast.AST) -> str:
-    """Return code as this project writes it: with double quotes."""
+    """Return the source code in the style of this project, with double quotes."""
     return ast.unparse(node).replace("'", '"')
 
 
 def _prose(text: str) -> str:
-    """Marks of reStructuredText as those of Markdown."""
+    """Convert reStructuredText markup to Markdown."""
     return re.sub(r":\w+:`~?([^`]*)`", r"`\1`", text).replace("``", "`")

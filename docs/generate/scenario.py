@@ -1,4 +1,4 @@
-"""Scenario reference: every key of the models of a scenario, bands, units, and parameters of the shipped providers."""
+"""Scenario reference: keys of the scenario models, bands, units, and parameters of the built-in providers."""
 
 from __future__ import annotations
 
@@ -32,17 +32,18 @@ place = {latitude = 35.0, longitude = 150.0}
 clouds.type = "stratus"
 ```
 
-**Numbers** are SI, angles in degrees; of cloud particles `effective_radius` is in um and `water_content` in g m-3. Text
-with a unit works too: `pixel_size = "1 km"`, `temperature = "18 degC"`, `water_content = "3e-4 kg/m3"`.
+**Numbers** are in SI units, angles in degrees; `effective_radius` of cloud particles is in um and `water_content` in
+g m-3. Text with a unit is also accepted: `pixel_size = "1 km"`, `temperature = "18 degC"`,
+`water_content = "3e-4 kg/m3"`.
 
 **Directions.** Azimuths are bearings from the surface point toward the sensor or the sun, clockwise from north. Zenith
-angles are those at the surface point. Winds are named after where they come from. In the image, x (columns) points east
-and y (rows) north; row 0 is the southern edge.
+angles are those at the surface point. Wind directions are those from which the wind blows. In the image, x (columns)
+points east and y (rows) north; row 0 is the southern edge.
 
-**Many scenes from one file:** a section `[sweep]` gives keys many values ([sweeps](../how-to/sweeps.md)).
+**Many scenes from one file:** a section `[sweep]` lists several values for keys ([sweeps](../how-to/sweeps.md)).
 
-**Uncertain keys:** a section `[uncertain]` gives keys distributions, through which `hcss run FILE --draws N` propagates
-([uncertainty](../how-to/uncertainty.md)).
+**Uncertain keys:** a section `[uncertain]` defines distributions of keys, which `hcss run FILE --draws N` propagates to
+radiance ([uncertainty](../how-to/uncertainty.md)).
 
 **One key from the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`.
 """
@@ -61,8 +62,8 @@ def lines(generated: str) -> Iterator[str]:
         yield f"{inspect.cleandoc(model.__doc__ or '')}\n"
         if name == "clouds":
             yield (
-                'A single layer\'s keys may stand in `[clouds]` itself (`clouds.type = "stratus"`); the same keys '
-                "go into `[[clouds.layers]]`.\n"
+                'The keys of a single layer may be given in `[clouds]` itself (`clouds.type = "stratus"`), those of '
+                "several layers in `[[clouds.layers]]`.\n"
             )
             yield from _table(Layer)
         else:
@@ -75,13 +76,13 @@ def lines(generated: str) -> Iterator[str]:
 def _bands() -> Iterator[str]:
     yield "\n## Bands\n"
     yield (
-        "`bands` is a list of names below, limits in um (`[3.4, 4.1]`, or with a name of their own "
+        "`bands` is a list of names from the table below, limits in um (`[3.4, 4.1]`, or with a name "
         '`{name = "narrow", limits = [3.4, 4.1]}`), Gaussian responses (`{name = "g", center_um = 4.0, '
         "fwhm_um = 0.2}`, "
-        "peak 1, cut where they are 1e-4, 1.82 widths from the centre, which leaves out 2e-5 of the area), or measured "
-        'responses (`{name = "channel 7", response = "channel7.csv"}`, a CSV with columns `wavelength_um`, ascending, '
-        "and `response`, 0 to 1). Radiance in a band is the integral of spectral radiance times response over "
-        "wavelength, not divided by the integral of the response.\n"
+        "peak 1, truncated where they fall to 1e-4, 1.82 widths from the centre, which omits 2e-5 of the area), or "
+        'measured responses (`{name = "channel 7", response = "channel7.csv"}`, a CSV with columns '
+        "`wavelength_um`, ascending, and `response`, 0 to 1). Radiance in a band is the integral of spectral "
+        "radiance times response over wavelength, not divided by the integral of the response.\n"
     )
     yield "| name | um | |\n|---|---|---|"
     for name, band in named_bands(Catalog()).items():
@@ -100,8 +101,8 @@ def _units() -> Iterator[str]:
 def _providers() -> Iterator[str]:
     yield (
         "\n## Parameters of the shipped providers\n\n"
-        "They go into the `parameters` table of the section that selects the provider. Installed plugins bring "
-        "their own (`hcss plugins NAME`).\n"
+        "They belong in the `parameters` table of the section that selects the provider. `hcss plugins NAME` lists "
+        "those of installed plugins.\n"
     )
     # The page must not depend on what else is installed.
     registry = Registry.defaults_only()
@@ -131,6 +132,6 @@ def _model_of(field: FieldInfo) -> type[BaseModel] | None:
 
 
 def _optional_model(field: FieldInfo) -> type[BaseModel] | None:
-    """Section that may be left out as a whole."""
+    """Return the model of an optional section."""
     choices = typing.get_args(field.annotation) if type(None) in typing.get_args(field.annotation) else ()
     return next(filter(is_model, choices), None)

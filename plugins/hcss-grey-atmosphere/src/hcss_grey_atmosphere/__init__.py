@@ -1,1 +1,1 @@
-"""A grey, well-mixed gas as transmittance provider for hcss_twin."""
+"""Transmittance provider for hcss_twin: a grey, well-mixed gas."""

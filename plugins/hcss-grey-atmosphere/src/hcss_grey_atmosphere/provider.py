@@ -1,4 +1,4 @@
-"""The provider. Imported only when a scenario selects it."""
+"""The provider, imported only when a scenario selects it."""
 
 from collections.abc import Sequence
 

@@ -1,1 +1,1 @@
-"""LOWTRAN7, the original Fortran, as transmittance provider for hcss_twin."""
+"""Transmittance provider for hcss_twin with the original LOWTRAN7 Fortran."""

@@ -54,7 +54,7 @@ def cache_folder() -> Path:
 
 
 def build(source: Path, precision: Precision = "single", folder: Path | None = None) -> Program:
-    """Return the program made of ``source`` and the driver, compiling it if it is not there yet.
+    """Return the program compiled from ``source`` and the driver, compiling it if necessary.
 
     The name holds a hash of source, driver, flags and platform, so that a new version is compiled
     anew. It is built in a folder of its own and moved into place, so that a program that is there is whole.
@@ -105,7 +105,7 @@ def build(source: Path, precision: Precision = "single", folder: Path | None = N
 
 
 def obey_noprt(source: str) -> str:
-    """Return the source with tables by wavenumber written only if card 1 has NOPRT below 1.
+    """Return the source changed so that tables by wavenumber are written only if card 1 has NOPRT below 1.
 
     That is what the comments of LWTRN7 say of NOPRT; TRANS writes them always, which takes
     nineteen twentieths of its time.

@@ -28,7 +28,7 @@ class Haze:
 
 @dataclass(frozen=True)
 class Air:
-    """Model atmosphere: 1 to 6 built in, or 7 with levels of its own; and aerosol."""
+    """Model atmosphere (1 to 6 built in, 7 with user-defined levels) and aerosol."""
 
     model: int
     levels: Levels | None = None

@@ -1,4 +1,4 @@
-"""A profile as LOWTRAN7 takes it: at most 34 levels, mixing ratios in parts per million."""
+"""Profile in LOWTRAN7's input form: at most 34 levels, mixing ratios in parts per million."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which model atmosphere of LOWTRAN7 stands for the scenario's profile."""
+"""Choice of the LOWTRAN7 model atmosphere for the scenario's profile."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _WATER_G_M3 = 2.989e-23 * 2.6868e19
 
 
 def model_air(program: Program, profile: Profile, haze: Haze) -> Air:
-    """Return the built-in atmosphere if the profile has its name and its values, else the profile's levels."""
+    """Return the built-in atmosphere if the profile has its name and values, otherwise the levels of the profile."""
     model = BUILT_IN.get(profile.name)
     if model is not None and agrees(profile, built_in(program, model)):
         return Air(model, None, haze)
@@ -45,7 +45,7 @@ def model_air(program: Program, profile: Profile, haze: Haze) -> Air:
 
 
 def built_in(program: Program, model: int) -> Profile:
-    """Return one of LOWTRAN7's own atmospheres, as the program holds it."""
+    """Return one of LOWTRAN7's built-in atmospheres."""
     ray = Ray(TO_SPACE, 0.0, 0.0, 0.0)
     numbers = run(program, [Job(AIR, (deck(Air(model), ray),))], 5000.0, 5100.0).numbers
     columns = numbers.reshape(-1, 3 + len(_LISTED_GASES)).T

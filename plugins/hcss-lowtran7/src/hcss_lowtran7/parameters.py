@@ -1,4 +1,4 @@
-"""What a scenario can set. Apart from the provider, so that checking a scenario compiles nothing."""
+"""Parameters that a scenario can set; separate from the provider, so that checking a scenario compiles nothing."""
 
 from typing import Literal
 

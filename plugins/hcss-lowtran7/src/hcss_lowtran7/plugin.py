@@ -1,4 +1,4 @@
-"""What the package brings. Imported at every start: nothing heavy here."""
+"""Hook that registers the provider. It is imported at every start, so it must import quickly."""
 
 from hcss_twin.registry import ProviderSpec, hookimpl
 

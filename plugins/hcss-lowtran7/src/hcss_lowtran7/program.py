@@ -1,4 +1,4 @@
-"""Run the compiled LOWTRAN7, in a folder of its own for each run."""
+"""Run the compiled LOWTRAN7, each run in a separate folder."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TIMEOUT_S = 600.0
 
 @dataclass(frozen=True)
 class Job:
-    """One path: what is wanted of it, and a deck of cards for each of its legs."""
+    """One path: the requested quantity, and a deck of cards for each leg."""
 
     wanted: int
     decks: tuple[str, ...]
@@ -33,7 +33,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Output:
-    """What one run left: the stream of reals, and the listing TAPE7 of its last leg."""
+    """Output of one run: the stream of reals, and the listing TAPE7 of the last leg."""
 
     numbers: Array
     tape7: str

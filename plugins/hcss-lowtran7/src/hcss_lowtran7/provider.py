@@ -1,4 +1,4 @@
-"""The provider. Imported only when a scenario selects it."""
+"""The provider, imported only when a scenario selects it."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class _Spectrum:
 
 
 class Lowtran7:
-    """Transmittance and thermal path radiance by the LOWTRAN7 Fortran.
+    """Transmittance and thermal path radiance computed with the LOWTRAN7 Fortran.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Lowtran7:
         return np.clip(self._look_up(TRANSMITTANCE, wavenumber_cm1, paths, empty=1.0), 0.0, 1.0)
 
     def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
-        """Return thermal emission (P, V) that leaves the upper end of single legs, W m-2 sr-1 (cm-1)-1.
+        """Return thermal emission (P, V) at the upper end of individual legs, W m-2 sr-1 (cm-1)-1.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class Lowtran7:
         return self._look_up(RADIANCE, wavenumber_cm1, paths, empty=0.0)
 
     def _look_up(self, wanted: int, wavenumber_cm1: Array, paths: Sequence[Path], empty: float) -> Array:
-        """Values (P, V) at the request, running LOWTRAN7 once for all paths it does not know yet."""
+        """Return values (P, V) at the request; one LOWTRAN7 run computes all paths that are not cached."""
         first, last = _nodes(wavenumber_cm1)
         keys = [(wanted, self._legs(path)) for path in paths]
         new = [
@@ -141,7 +141,7 @@ class Lowtran7:
             self._known[key] = _Spectrum(first, row)
 
     def _legs(self, path: Path) -> tuple[Leg, ...]:
-        """Legs that cross any air, in an order of their own: sums must not depend on the path's."""
+        """Return the legs that cross air in sorted order, so that sums do not depend on the order in the path."""
         crossing = [leg for leg in path.legs if leg.lower_m < min(leg.upper_m, self._top_m)]
         return tuple(sorted(crossing, key=lambda leg: (leg.lower_m, leg.upper_m, leg.zenith_deg)))
 
@@ -156,7 +156,7 @@ class Lowtran7:
 
 
 def _nodes(wavenumber_cm1: Array) -> tuple[int, int]:
-    """First and last node, as multiples of 5 cm-1, of at least two that enclose the request."""
+    """Return the first and last node enclosing the request, in multiples of 5 cm-1; there are at least two nodes."""
     low, high = float(wavenumber_cm1[0]), float(wavenumber_cm1[-1])
     if low < FIRST_CM1 or high > LAST_CM1:
         raise ProviderError(
@@ -168,7 +168,7 @@ def _nodes(wavenumber_cm1: Array) -> tuple[int, int]:
 
 
 def _notes(air: Air, inputs: AtmosphereInputs, parameters: Lowtran7Parameters) -> tuple[str, ...]:
-    """What a user should know."""
+    """Return the notes for the user."""
     visible = f", visibility {parameters.visibility_km:g} km" if parameters.visibility_km else ""
     notes = [f"LOWTRAN7 revision 4.2, Fortran, {parameters.precision} precision; aerosol {parameters.aerosol}{visible}"]
     if air.levels is None:

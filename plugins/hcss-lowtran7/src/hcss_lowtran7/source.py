@@ -1,4 +1,4 @@
-"""Where the Fortran source of LOWTRAN7 lies."""
+"""Location of the Fortran source of LOWTRAN7."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The tables and figures of the HCSS paper, computed again: plugin of hcss_twin with the command ``hcss reproduce``."""
+"""Plugin of hcss_twin that recomputes the tables and figures of the HCSS paper: ``hcss reproduce``."""

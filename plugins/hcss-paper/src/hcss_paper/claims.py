@@ -1,4 +1,4 @@
-"""What the paper claims for its method: the errors in the abstract, and the features of Table X."""
+"""The paper's claims about its method: the errors in the abstract and the features of Table X."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LARGEST = 0.5
 
 def headline(seed: int) -> Reproduction:
     """Return the errors that the abstract claims."""
-    del seed  # nothing is drawn
+    del seed  # no random numbers are used
     rows: list[Row] = []
     checks: list[Check] = []
     inputs = ["sea temperature", "glint scale"]
@@ -48,7 +48,7 @@ def headline(seed: int) -> Reproduction:
         ]
         checks += [
             _close(f"{band} um, rms over 0-60 deg of the printed rows", printed, claimed, _ROUNDING),
-            _close(f"{band} um, the same of the rows computed here", ours, claimed, _LARGEST),
+            _close(f"{band} um, the same for the rows computed here", ours, claimed, _LARGEST),
         ]
     table = published()["table_9"]["rows"]
     found = [eq_24_percent(table["real"][1:5], table[name][1:5])[1] for name in ("Image1", "Image2", "Image3")]
@@ -58,14 +58,14 @@ def headline(seed: int) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="All three follow from the tables. What they say is another matter: see the notes.",
+        holds="All three numbers follow from the tables. The notes explain what they measure.",
         fails="A claimed number does not follow from the tables.",
         inputs=inputs,
         notes=(
-            "12.3 and 3.7 % compare a sunlit scene with thermal runs above a black surface, whose temperature is "
-            "free. They measure how far the two scenes differ, not an error of either.",
-            "8.3 % counts two images that were made with random cloud masks as controls; the image that was meant "
-            f"to agree has {found[0]:.1f} %.",
+            "12.3 and 3.7 % compare a sunlit scene with thermal runs above a black surface of adjustable "
+            "temperature. They measure the difference between the two scenes, not an error of either.",
+            "8.3 % includes two images with random cloud masks that served as controls; the image that should "
+            f"agree has {found[0]:.1f} %.",
         ),
         choices=CLOUD_CHOICES,
     )
@@ -85,14 +85,14 @@ _BANDS = 3
 
 
 def table_10(seed: int) -> Reproduction:
-    """Return the claims of the column "Proposed Method", each put to a test that can fail."""
+    """Return the claims of the column "Proposed Method", each with a check that can fail."""
     return judged(
         [],
         [_mirrors(), _makes_images(seed), _needs_no_data(), _has_terms(), _applies_widely()],
-        holds="The table compares features and has no numbers. What it claims for the paper's method holds for "
-        "this package.",
-        fails="A feature that the table claims is missing here.",
-        notes=("The columns about MODTRAN and deep learning are no statements about this package.",),
+        holds="The table compares features and has no numbers. Its claims for the paper's method hold for this "
+        "package.",
+        fails="This package lacks a feature that the table claims.",
+        notes=("The columns on MODTRAN and deep learning do not concern this package.",),
     )
 
 
@@ -104,8 +104,8 @@ def _mirrors() -> Check:
     peak = views[int(np.argmax(day - night))]
     holds = bool(20 <= peak <= 30 and np.argmax(day) > 0 and np.argmax(night) == 0)
     return Check(
-        f"specular reflection: the glint in 3-5 um is brightest at {peak} deg, near the sun's 24.4 deg; without sun "
-        "the sea is brightest from above",
+        f"specular reflection: the glint in 3-5 um is brightest at {peak} deg, near the sun's 24.4 deg; without "
+        "sunlight the sea is brightest at nadir",
         holds,
     )
 
@@ -123,7 +123,7 @@ def _needs_no_data() -> Check:
     used = scene("as-printed", 0.0, (BANDS["3.0-5.0"],)).catalog.used
     own = [name for name in used if Path(name).is_absolute()]
     return Check(
-        f"data dependency: the scene is made from {len(used)} files, all of the catalog, no image among them",
+        f"data dependency: the scene is made from {len(used)} catalog files, none of them an image",
         bool(used) and not own and not any(name.endswith((".png", ".tif", ".npy")) for name in used),
     )
 
@@ -133,8 +133,8 @@ def _has_terms() -> Check:
     sunlight = plan.assembly.model.clear(plan.spectral_grid.wavenumber_cm1, None)
     dark = all(not np.any(sunlight[name]) for name in plan.assembly.model.solar_terms)
     return Check(
-        f"physical interpretability: radiance comes in {len(plan.assembly.model.terms)} named terms, and the "
-        f"{len(plan.assembly.model.solar_terms)} of sunlight are 0 without sun",
+        f"physical interpretability: radiance has {len(plan.assembly.model.terms)} named terms, and the "
+        f"{len(plan.assembly.model.solar_terms)} that depend on sunlight are 0 without sun",
         dark and len(plan.assembly.model.terms) > 1,
     )
 

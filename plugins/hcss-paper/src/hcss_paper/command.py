@@ -1,4 +1,4 @@
-"""``hcss reproduce``: the paper's tables and figures, computed again and laid beside what is printed."""
+"""``hcss reproduce``: recompute the paper's tables and figures and compare them with the printed ones."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def reproduce(
 ) -> None:
     """Recompute the HCSS paper's tables and figures and write a report.
 
-    ITEM is table-4, figure-12, ...; default: all. The verdict of an item follows from its checks: reproduced,
+    ITEM is table-4, figure-12, ...; default: all. The checks of an item decide its verdict: reproduced,
     reproduced with fitted inputs (listed), or not reproducible (with the reason). Exit code 1: an item could not be
     computed.
     """

@@ -1,4 +1,4 @@
-"""The equations of the paper and of the engine as they are computed, with the functions that compute them."""
+"""Table of the equations of the paper and of the engine, with the functions that compute them."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ TITLE = 'W. Sun et al., "Complex Cloud-Sea Background Simulation for Space-Based
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation as it is computed.
+    """An equation in the form in which it is computed.
 
     Attributes
     ----------
     name : str
-        What it gives.
+        Quantity or law.
     formula : str
         LaTeX, on one line.
     functions : tuple of str
-        Where it is computed, ``package.module.function`` or ``package.module.Class.method``, all below ``hcss_twin``.
+        Functions that compute it, ``package.module.function`` or ``package.module.Class.method``, in ``hcss_twin``.
     source : str
         Book, article or "eq N" of the paper.
     paper : int or None
-        Its number in the HCSS paper.
+        Number in the HCSS paper.
     note : str
-        Symbols, and in what the code differs from the source.
+        Symbols, and differences between code and source.
     """
 
     name: str
@@ -42,12 +42,12 @@ class Equation:
 
 
 def find(dotted: str) -> Any:
-    """The function, class or method of a dotted name below ``hcss_twin``.
+    """Return the function, class or method with a dotted name in ``hcss_twin``.
 
     Raises
     ------
     LookupError
-        If there is none.
+        If there is no such object.
     """
     words = dotted.split(".")
     for split in range(len(words), 0, -1):
@@ -64,7 +64,7 @@ def find(dotted: str) -> Any:
 
 
 def summary(dotted: str) -> str:
-    """First line of the docstring of what a dotted name stands for."""
+    """Return the first line of the docstring of the object with a dotted name."""
     return (inspect.getdoc(find(dotted)) or "").splitlines()[0]
 
 

@@ -21,14 +21,14 @@ Spectrum = Callable[[Array, float], Array]
 
 
 def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
-    """Return eq 1 with what follows from it in closed form.
+    """Return the spectrum of eq 1, compared with closed forms of its peak and variance.
 
     Parameters
     ----------
     seed : int
-        Nothing is drawn by chance.
+        Not used.
     spectrum : callable
-        Eq 1, of frequencies (N,) in rad/s and the wind speed in m/s.
+        Eq 1 as a function of frequencies (N,) in rad/s and wind speed in m/s.
     """
     del seed
     peaks = [_peak_rad_s(spectrum, wind) for wind in WINDS_M_S]
@@ -64,10 +64,10 @@ def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="Eq 1 with the printed constants; peak and wave height follow from it in closed form.",
+        holds="The spectrum is eq 1 with the printed constants; peak and wave height agree with closed forms.",
         fails="The spectrum is not that of eq 1.",
         chosen=in_words(
-            f"wind speeds {', '.join(f'{wind:g}' for wind in WINDS_M_S)} m/s: the text does not name those drawn"
+            f"wind speeds {', '.join(f'{wind:g}' for wind in WINDS_M_S)} m/s: those of the figure are not stated"
         ),
         notes=(
             f"At 10 m/s the significant wave height is {law.significant_wave_height_m(10.0):.2f} m, sea state 4 (1.25 "
@@ -77,8 +77,8 @@ def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
             Drawing(
                 "Pierson-Moskowitz spectrum, eq 1",
                 _drawn(spectrum),
-                "Five curves of spectral density over frequency: the stronger the wind the higher the peak and the "
-                "lower its frequency; all share one tail.",
+                "Five curves of spectral density over frequency: with stronger wind the peak is higher and at a "
+                "lower frequency; all have the same tail.",
             ),
         ),
     )
@@ -107,7 +107,7 @@ def _peak_rad_s(spectrum: Spectrum, wind: float) -> float:
 
 
 def _variance_m2(spectrum: Spectrum, wind: float) -> float:
-    """Integrate over log frequency, where the spectrum has one smooth hump."""
+    """Integrate over log frequency, where the spectrum has a single smooth maximum."""
     around = math.log(9.81 / wind)
 
     def density(log_omega: float) -> float:

@@ -1,4 +1,4 @@
-"""Fig 4: what the parameters of the fractal field do."""
+"""Fig 4: effect of the parameters of the fractal field."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 PIXEL_M = 20.0
 
 FIXED: dict[str, Any] = {"gamma": 2.0, "H": 0.5, "L": [5, 5], "k": [0, 6]}
-"""What a row does not change: the paper does not say."""
+"""Parameters that a row does not change; the paper does not state them."""
 
 ROWS: tuple[tuple[tuple[str, dict[str, Any]], ...], ...] = (
     tuple((f"γ = {gamma}", {"gamma": float(gamma), "k": [0, 4]}) for gamma in (2, 3, 4)),
@@ -32,16 +32,16 @@ ROWS: tuple[tuple[tuple[str, dict[str, Any]], ...], ...] = (
     tuple((f"L = [{cells}, {cells}]", {"L": [cells, cells]}) for cells in (5, 20, 50)),
     tuple((f"kmax = {last}", {"k": [0, last]}) for last in (0, 2, 4)),
 )
-"""Each row of the figure changes one parameter; the values are the paper's."""
+"""Each row of the figure changes one parameter; with the paper's values."""
 
 LAGS = ((1, 2), (4, 8, 16, 32), (4, 8, 16, 32), (4, 8, 16, 32))
-"""Pixels over which the dimension of each row is measured: gamma shows in the finest detail."""
+"""Lags in pixels at which the dimension of each row is measured; gamma affects the finest detail."""
 
 LARGEST_OFF = 0.1
-"""Of a measured dimension from the expected one: four times the scatter of single images with large cells."""
+"""Largest deviation of the dimension: four standard deviations of individual images with large cells."""
 
 LARGEST_LENGTH_OFF = 0.35
-"""Share; the fields with L = 5 hold five cells along a side, and scatter."""
+"""Relative; fields with L = 5 have only five cells along a side and vary strongly."""
 
 _ALL_LAGS = tuple(range(1, 400))
 
@@ -84,28 +84,28 @@ def figure_4(seed: int) -> Reproduction:
     scaled = np.array(lengths_m) * cells
     uneven = float(np.max(np.abs(scaled / scaled[-1] - 1.0)))
     checks = (
-        Check(f"H .1, .5, .8: ever smoother, dimension {_listed(of_hurst)}", _falls(of_hurst)),
+        Check(f"H .1, .5, .8: increasingly smooth, dimension {_listed(of_hurst)}", _falls(of_hurst)),
         Check(f"γ 2, 3, 4: more detail, dimension {_listed(of_gamma)}", _falls(of_gamma[::-1])),
         Check(f"kmax 0, 2, 4: more detail, dimension {_listed(of_last)}", _falls(of_last[::-1])),
         Check(
-            f"L 5, 20, 50: ever smaller structures; lag of half the variance times L {100 * uneven:.0f} % uneven, at "
-            f"most {100 * LARGEST_LENGTH_OFF:.0f} %",
+            f"L 5, 20, 50: increasingly small structures; lag of half the variance times L varies by "
+            f"{100 * uneven:.0f} %, at most {100 * LARGEST_LENGTH_OFF:.0f} %",
             uneven < LARGEST_LENGTH_OFF and _falls(lengths_m),
         ),
         Check(
-            f"dimension against that of the variogram of eq 2 in closed form: {off:.3f} off, at most {LARGEST_OFF}",
+            f"difference from the dimension of eq 2's variogram in closed form: {off:.3f}, at most {LARGEST_OFF}",
             off < LARGEST_OFF,
         ),
     )
     return judged(
         rows,
         checks,
-        holds="Each parameter does what the text says: gamma and kmax add detail, H smooths, L sets the number "
-        "of cells.",
-        fails="A parameter does not do what the text says of it.",
+        holds="Each parameter has the effect that the text describes: gamma and kmax add detail, H smooths, L sets "
+        "the number of cells.",
+        fails="A parameter does not have the effect that the text describes.",
         chosen=in_words(
-            "what a row holds fixed: gamma 2, H .5, L [5, 5], k 0-6 (first row k 0-4), none of them stated",
-            "L counts lattice cells per 16 km (800 pixels of 20 m): the text does not say of what it is the resolution",
+            "fixed parameters of each row: gamma 2, H .5, L [5, 5], k 0-6 (first row k 0-4), not stated",
+            "L is the number of lattice cells per 16 km (800 pixels of 20 m): the text does not define it",
         ),
         drawings=(
             Drawing(
@@ -131,7 +131,7 @@ def drawn(panels: list[list[tuple[str, Array]]], most: int = 100) -> Figure:
         axis.set_xticks([])
         axis.set_yticks([])
     figure.colorbar(
-        image, ax=axes, shrink=0.5, label="p of eq 5, from least to greatest", location="bottom", aspect=40, pad=0.01
+        image, ax=axes, shrink=0.5, label="p of eq 5, from minimum to maximum", location="bottom", aspect=40, pad=0.01
     )
     figure.suptitle(
         f"otherwise γ = {FIXED['gamma']:g}, H = {FIXED['H']}, L = {FIXED['L']}, k = {FIXED['k'][0]}-{FIXED['k'][1]} "
@@ -142,14 +142,14 @@ def drawn(panels: list[list[tuple[str, Array]]], most: int = 100) -> Figure:
 
 
 def _expected_dimension(change: dict[str, Any], lags: tuple[int, ...], kernel: KernelCorrelation) -> float:
-    """Return 3 less half the slope of eq 2's variogram over ``lags``, along the axes."""
+    """Return 3 minus half the slope of eq 2's variogram over ``lags``, along the axes."""
     parameters = FractalParameters.model_validate({**FIXED, **change})
     values = expected_variogram(parameters, PIXEL_M, lags, np.zeros(len(lags)), kernel)
     return float(3.0 - 0.5 * np.polyfit(np.log(lags), np.log(values), 1)[0])
 
 
 def _half_length(values: Array) -> float:
-    """Return the lag in pixels at which the semivariance first reaches a half, V having unit variance."""
+    """Return the lag in pixels at which the semivariance of V, which has unit variance, first reaches 0.5."""
     pooled = semivariances(values, _ALL_LAGS).pooled
     place = int(np.argmax(pooled >= 0.5))
     if pooled[place] < 0.5:

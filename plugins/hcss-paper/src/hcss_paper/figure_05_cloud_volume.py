@@ -1,4 +1,4 @@
-"""Fig 5: the map from the fractal field to the thickness of a cloud, and the cloud in space."""
+"""Fig 5: cloud thickness computed from the fractal field, and the cloud in three dimensions."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ COVERAGE = 0.3
 SIDE_PIXELS = 400
 
 LARGEST_OFF_M = 0.05
-"""Single precision of the field leaves a centimetre of 2.9 km."""
+"""The single precision of the field gives an error of about 1 cm in 2.9 km."""
 
 
 def eq_7(field: Array, cloudy: NDArray[np.bool_], thinnest_m: float, thickest_m: float) -> Array:
-    """Return eq 7 written out: thickness in metres, 0 where clear.
+    """Return the thickness of eq 7 in metres, 0 where clear.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def eq_7(field: Array, cloudy: NDArray[np.bool_], thinnest_m: float, thickest_m:
 
 
 def figure_5(seed: int) -> Reproduction:
-    """Return a cumulus sky in three dimensions, with eq 7 checked at every pixel."""
+    """Return a three-dimensional cumulus field, with eq 7 checked at every pixel."""
     scenario = scenario_of(
         TYPE,
         "as-printed",
@@ -68,7 +68,7 @@ def figure_5(seed: int) -> Reproduction:
     cloudy = ~np.isnan(columns.top_m)
     found = np.where(cloudy, columns.thickness_m, 0.0)
     layer = load_cloud_type(TYPE, Catalog()).layer
-    # The paper's ends: the heights of Table III; its thinnest cloud is not printed.
+    # The heights are those of Table III; the paper does not print the thinnest cloud.
     base_km, top_km = CLOUD_HEIGHTS_KM[TYPE]
     wanted = eq_7(field, cloudy, layer.thickness_min, 1e3 * (top_km - base_km))
     off = float(np.max(np.abs(found - wanted)))
@@ -84,8 +84,8 @@ def figure_5(seed: int) -> Reproduction:
     ]
     flat = float(np.ptp(base))
     checks = (
-        Check(f"eq 7 at every pixel: {off:.1e} m off, at most {LARGEST_OFF_M} m", off < LARGEST_OFF_M),
-        Check("cloud is where the field is highest, by sorting", bool(np.array_equal(cloudy, highest))),
+        Check(f"difference from eq 7 at any pixel: {off:.1e} m, at most {LARGEST_OFF_M} m", off < LARGEST_OFF_M),
+        Check("the pixels with the highest field values are cloudy", bool(np.array_equal(cloudy, highest))),
         Check(
             f"the base is flat: {flat:.1e} m between lowest and highest, at most {LARGEST_OFF_M} m",
             flat < LARGEST_OFF_M,
@@ -94,25 +94,25 @@ def figure_5(seed: int) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="Thickness is eq 7 of the field at every pixel, between the heights of Table III.",
-        fails="Thickness is not that of eq 7.",
+        holds="Thickness agrees with eq 7 at every pixel, between the heights of Table III.",
+        fails="Thickness differs from eq 7.",
         chosen=in_words(
             f"type {TYPE}, coverage {COVERAGE:.0%}, {SIDE_PIXELS} x {SIDE_PIXELS} pixels of 20 m: not stated",
             f"thinnest cloud {layer.thickness_min:g} m: Th_min is not printed",
         ),
         drawings=(
             Drawing(
-                "Cumulus in space, in section, and by altitude",
+                "Cumulus in three dimensions, in section, and by altitude",
                 volume_figure(columns),
-                "Steep heaps of cloud of many heights on a flat base over a blue sea; below, a section through them "
-                "and the share of the area that is cloud at each altitude.",
+                "Steep clouds of different heights with a flat base over a blue sea; below, a vertical section and "
+                "the cloud-covered fraction of the area at each altitude.",
             ),
         ),
     )
 
 
 def _highest(field: Array, coverage: float) -> NDArray[np.bool_]:
-    """Return the pixels with the highest values, by a plain sort."""
+    """Return the pixels with the highest values."""
     chosen = np.argsort(-field.ravel(), kind="stable")[: round(coverage * field.size)]
     mask = np.zeros(field.size, dtype=np.bool_)
     mask[chosen] = True

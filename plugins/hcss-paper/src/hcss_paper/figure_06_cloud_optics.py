@@ -25,20 +25,20 @@ if TYPE_CHECKING:
 
 
 WAVELENGTHS_UM = (0.55, 2.85, 3.0, 3.7, 4.0, 6.1, 8.5, 10.8, 12.0)
-"""At which rows tell the albedo."""
+"""Wavelengths of the table rows."""
 
 DIPS_UM = {"cumulus": (2.7, 3.1), "stratus": (2.7, 3.1), "cirrus": (2.7, 3.2)}
-"""Where the first absorption band of liquid water and of ice is deepest: 2.95 um and 2.85 to 3.1 um."""
+"""Range of the lowest albedo; absorption of liquid water peaks at 2.95 um, that of ice at 2.85 to 3.1 um."""
 
-# Particles above 10 um by far exceed the wavelength: extinction is twice their area, and a little more (the edge
-# adds some x^(-2/3), x = 2 pi r / wavelength).
+# Particles above 10 um are much larger than the wavelength: the extinction efficiency is slightly above 2 (edge
+# effects add about x^(-2/3), x = 2 pi r / wavelength).
 _TWICE = (1.95, 2.15)
 _SHORTEST_UM = 0.6
 
 
 def figure_6(seed: int) -> Reproduction:
-    """Return efficiencies and albedo by Mie theory, the corrected optics beside them."""
-    del seed  # nothing is drawn by chance
+    """Return efficiencies and albedo from Mie theory and from the corrected optics."""
+    del seed  # no random numbers are used
     catalog = Catalog()
     providers = optics_providers(catalog)
     wavelength = np.linspace(*RANGE_UM, 1401)
@@ -55,17 +55,17 @@ def figure_6(seed: int) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="Mie theory gives efficiencies that behave as theory says; the paper prints no number of them.",
-        fails="An efficiency breaks a law of scattering.",
+        holds="The efficiencies obey the laws of scattering; the paper prints no numbers.",
+        fails="An efficiency violates a law of scattering.",
         chosen=in_words(
             "particles: maritime cumulus and stratus of OPAC, cirrus with effective radius 30 um and variance .1; the "
             "paper gives the form of n(r) without numbers",
             "refractive indices: Hale and Querry (water), Warren and Brandt (ice); not stated",
         ),
         notes=(
-            f"Shown from {RANGE_UM[0]:g} um: at 0 no wavelength is left, and refractive indices are catalogued "
-            "from there.",
-            "Physical: water by temperature, rough ice crystals in place of the paper's ice spheres.",
+            f"The range starts at {RANGE_UM[0]:g} um, the shortest wavelength of the refractive indices in the "
+            "catalog.",
+            "Physical: temperature-dependent water, and rough ice crystals instead of the paper's ice spheres.",
         ),
         drawings=(
             Drawing(
@@ -75,7 +75,7 @@ def figure_6(seed: int) -> Reproduction:
                 "um and dips at 3 and 6 um and beyond 10 um.",
             ),
             Drawing(
-                "The same by property, and phase functions",
+                "The same quantities by property, and phase functions",
                 cloud_optics_figure(catalog),
                 "Six panels: three efficiencies, albedo, and phase functions at 3.7 and 10.8 um with a forward peak.",
             ),
@@ -84,7 +84,7 @@ def figure_6(seed: int) -> Reproduction:
 
 
 def checks_of(name: str, found: Efficiencies) -> tuple[Check, ...]:
-    """Return what must hold of the efficiencies of one cloud type, whatever its particles."""
+    """Return the checks of the efficiencies of one cloud type, which hold for any particles."""
     short = found.extinction[found.wavelength_um <= _SHORTEST_UM]
     low, high = DIPS_UM[name]
     near = (found.wavelength_um > 2.3) & (found.wavelength_um < 3.6)
@@ -99,8 +99,8 @@ def checks_of(name: str, found: Efficiencies) -> tuple[Check, ...]:
             bool(_TWICE[0] <= short.min() and short.max() <= _TWICE[1]),
         ),
         Check(
-            f"{name}: albedo least at {dip_um:.2f} um in the first water band, between {low} and {high} um; {dip:.2f}, "
-            "between .4 and .75",
+            f"{name}: lowest albedo at {dip_um:.2f} um in the first water band, between {low} and {high} um; "
+            f"{dip:.2f}, between .4 and .75",
             low <= dip_um <= high and 0.4 <= dip <= 0.75,
         ),
         Check(f"{name}: albedo below 1 um at least {visible:.5f}, above .999", 0.999 < visible <= 1.0),

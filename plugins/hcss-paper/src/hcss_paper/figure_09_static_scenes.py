@@ -1,4 +1,4 @@
-"""Fig 9: the six static scenes of Table I over the view angle."""
+"""Fig 9: the six static scenes of Table I as a function of view angle."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ if TYPE_CHECKING:
 
 SIDE_PIXELS = 800
 SATELLITES = {"New Technology": 0.30, "Qilu-2": 0.47}
-"""Coverage of the two images by Table I."""
+"""Coverage of the two images according to Table I."""
 
 SCENARIOS = tuple((band, satellite) for band in BANDS for satellite in SATELLITES)
 """Scenario1 to Scenario6."""
 
 SHORT_WAVE_RANGE = (0.0005, 0.0025)
-"""Printed as .001 to .002, which rounds these."""
+"""Printed as .001 to .002, rounded."""
 
 PHYSICAL_SATELLITE = "Qilu-2"
 INNER_PIXELS = 6
-"""Farther than this from clear sky is the inside of a cloud."""
+"""Pixels farther than this from clear sky are the inside of a cloud."""
 
 
 @dataclass(frozen=True)
 class Stack:
-    """The images of one satellite image over the view angles.
+    """Simulated images of one satellite image at all view angles.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Stack:
         return result
 
     def parts(self, band: str) -> tuple[Array, Array, Array]:
-        """Mean radiance (views,) of the sea, of the cloud's edge and of its inside."""
+        """Return the mean radiance (views,) of the sea, of the cloud edges and of the cloud interior."""
         edge = self.cloudy & ~binary_erosion(self.cloudy)
         inside = binary_erosion(self.cloudy, iterations=INNER_PIXELS)
         images = self.radiance[band]
@@ -77,13 +77,13 @@ class Stack:
         return sea, rim, core
 
     def contrast(self, band: str) -> Array:
-        """By how much the inside of the clouds differs from the sea (views,), as a share of the sea."""
+        """Return the relative difference (views,) between the cloud interior and the sea."""
         sea, _, core = self.parts(band)
         return np.abs(core / sea - 1.0)
 
 
 def stand_in(seed: int, size: int) -> NDArray[np.float32]:
-    """Return an image (size, size) that takes the place of a satellite's: brightness of clouds of type simulated."""
+    """Return a substitute for a satellite image, (size, size): brightness of clouds of type ``simulated``."""
     scenario = scenario_of(
         "simulated",
         "as-printed",
@@ -99,7 +99,7 @@ def stand_in(seed: int, size: int) -> NDArray[np.float32]:
 
 
 def stack(model: Model, image: NDArray[np.float32], coverage: float, views_deg: list[float]) -> Stack:
-    """Take clouds out of an image and simulate them at each view angle, in the three bands."""
+    """Extract clouds from an image and simulate them at each view angle, in the three bands."""
     size = image.shape[0]
     found: dict[str, list[NDArray[np.float32]]] = {band: [] for band in BANDS}
     with tempfile.TemporaryDirectory(prefix="hcss-twin-") as folder:
@@ -126,7 +126,7 @@ def figure_9(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     Parameters
     ----------
     seed : int
-        Of the images that take the place of the satellites'.
+        Of the substitutes for the satellite images.
     size : int
         Pixels along a side.
     """
@@ -149,23 +149,22 @@ def figure_9(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="What the text says of the scenes holds with other clouds of the same coverage in their place.",
-        fails="Of what the text says of the scenes, not all holds with other clouds of the same coverage.",
-        missing="The satellite images (Qilu-2, New Technology) are not published, so that the pictures cannot "
-        "be compared.",
+        holds="The statements of the text about the scenes hold for other clouds of the same coverage.",
+        fails="A statement of the text about the scenes does not hold for other clouds of the same coverage.",
+        missing="The satellite images (Qilu-2, New Technology) are not published, so the pictures cannot be compared.",
         chosen=(
             *in_words(
-                "images: clouds of type simulated, 800 x 800 pixels of 20 m, in place of the satellites', cut by a "
-                "threshold at the coverage of Table I"
+                "images: clouds of type simulated, 800 x 800 pixels of 20 m, in place of the satellite images, with a "
+                "threshold that gives the coverage of Table I"
             ),
             *radiance_inputs(*BANDS),
         ),
         notes=(
-            "Heights of type simulated (Table III), each cloud top at the temperature of the air. Means of these "
-            f"images are within {100 * _largest_share(rows):.0f} % of Table II, whose clouds are unknown; table-2 has "
-            "the closer fit of one cloud top and an effective cover.",
-            "By the corrected physics clouds reflect sunlight: in 2.7-3.0 um they are dark toward the glint, and "
-            "bright beside the sea beyond 60 deg.",
+            "Cloud heights are those of type simulated (Table III), each cloud top at air temperature. Means of "
+            f"these images are within {100 * _largest_share(rows):.0f} % of Table II, whose clouds are unknown; "
+            "table-2 has a closer fit with one cloud top and an effective cover.",
+            "With the corrected physics clouds reflect sunlight: in 2.7-3.0 um they are darker than the glint, and "
+            "brighter than the sea beyond 60 deg.",
             PHYSICAL_NOTE,
         ),
         drawings=(
@@ -176,17 +175,17 @@ def figure_9(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
                 "3-5 and 8-14 um, and all fade at 70 degrees.",
             ),
             Drawing(
-                "Scenarios 2, 4 and 6 by the corrected physics",
+                "Scenarios 2, 4 and 6 with the corrected physics",
                 _drawn([(f"({n})", corrected.radiance[band]) for n, band in zip((2, 4, 6), BANDS, strict=True)], views),
-                "Three rows of eight images; in 2.7-3.0 um dark clouds fade into the sea at 60 degrees and are "
-                "brighter than it at 70; in 3-5 and 8-14 um they are dark at all angles.",
+                "Three rows of eight images; in 2.7-3.0 um dark clouds have little contrast at 60 degrees and are "
+                "brighter than the sea at 70; in 3-5 and 8-14 um they are dark at all angles.",
             ),
         ),
     )
 
 
 def checks_of(name: str, found: Stack, coverage: float, views_deg: list[float]) -> list[Check]:
-    """Return what the text says of the scenes of one satellite image, as statements that may fail."""
+    """Return the statements of the text about the scenes of one satellite image, as checks."""
     share = float(found.cloudy.mean())
     short, middle, long = (found.means(band) for band in BANDS)
     brightest = sorted(views_deg[place] for place in np.argsort(short)[-2:])
@@ -209,8 +208,8 @@ def checks_of(name: str, found: Stack, coverage: float, views_deg: list[float]) 
         ),
         Check(f"{name}: clouds are dark in 3-5 um at every angle", bool(np.all(core < sea))),
         Check(
-            f"{name}: their thin edges are brighter than their inside in 3-5 um, by {100 * np.min(rim / core - 1):.0f} "
-            "% or more",
+            f"{name}: their thin edges are brighter than their interior in 3-5 um, by "
+            f"{100 * np.min(rim / core - 1):.0f} % or more",
             bool(np.all(rim > core)),
         ),
         Check(
@@ -225,7 +224,7 @@ def checks_of(name: str, found: Stack, coverage: float, views_deg: list[float]) 
 
 
 def _largest_share(rows: list[Row]) -> float:
-    """Return the largest difference from what is printed, as a share of it."""
+    """Return the largest relative difference from the printed numbers."""
     return max(abs(row.difference / row.published) for row in rows if row.difference is not None and row.published)
 
 

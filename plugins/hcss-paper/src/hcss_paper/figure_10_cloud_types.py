@@ -1,4 +1,4 @@
-"""Fig 10: four cloud types over the sea, and how high the sea is."""
+"""Fig 10: four cloud types over the sea, and the sea surface elevation."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WAVES = 200
 """Components of the drawn sea."""
 
 LARGEST_M = 2.5
-"""Largest undulation of the sea in the text of Fig 10."""
+"""Largest undulation of the sea stated in the text for Fig 10."""
 
 
 def thickness(kind: str, seed: int, size: int = SIDE_PIXELS) -> Array:
@@ -89,9 +89,9 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
         Row("significant wave height", "m", None, significant_wave_height_m(WIND_M_S)),
     ]
     checks = (
-        Check(f"size and heights of Table III: largest difference {off:.1e}, at most 1e-5", off < 1e-5),
-        Check("thickness runs from the thinnest to the thickest of eq 7 in every type, within 1 cm", bool(within)),
-        Check(f"coverage {COVERAGE:.0%} in every type, to the pixel", bool(covered)),
+        Check(f"image size and heights of Table III: largest difference {off:.1e}, at most 1e-5", off < 1e-5),
+        Check("thickness spans the full range of eq 7 in every type, within 1 cm", bool(within)),
+        Check(f"coverage {COVERAGE:.0%} in every type, exact to one pixel", bool(covered)),
         Check(
             f"largest undulation {highest:.2f} m, printed as around {LARGEST_M} m: within 15 %",
             abs(highest / LARGEST_M - 1.0) < 0.15,
@@ -100,29 +100,29 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="Size, resolution and heights are the printed ones, and so is the largest undulation of the sea.",
-        fails="Size, heights, coverage or the height of the sea differ from the print.",
+        holds="Image size, resolution, heights and the largest sea elevation agree with the printed values.",
+        fails="Image size, heights, coverage or sea elevation differ from the printed values.",
         chosen=in_words(
             f"coverage {COVERAGE:.0%}: not stated",
-            "stratocumulus has no row in Table III: gamma 3, H .333, L [2, 2], k 0-7, 600-1000 m from published "
+            "stratocumulus is not in Table III: gamma 3, H .333, L [2, 2], k 0-7, 600-1000 m from published "
             "measurements (catalog)",
         ),
         notes=(
             f"The significant wave height at 10 m/s is {significant_wave_height_m(WIND_M_S):.2f} m, sea state "
             "4; the paper "
-            "says sea state 5 (2.5 to 4 m) and compares it with the largest undulation, which is another quantity.",
-            f"The sea of the picture has {WAVES} waves of eq 1; the pixels are farther apart than its waves are long.",
+            "states sea state 5 (2.5 to 4 m) and compares it with the largest elevation, a different quantity.",
+            f"The sea in the figure has {WAVES} waves of eq 1; the pixels are larger than the wavelengths.",
         ),
         drawings=(
             Drawing(
                 "Four cloud types",
                 drawn(clouds),
-                "Four panels of cloud over dark sea: small heaps, a ragged layer, streaks, large smooth clouds.",
+                "Four panels of cloud over a dark sea: small cumulus, a ragged layer, streaks, large smooth clouds.",
             ),
             Drawing(
-                "The sea beneath, 500 m of it in pixels of 2.5 m",
+                "A 500 m section of the sea surface with 2.5 m pixels",
                 _drawn_sea(seed),
-                "Crests across the west wind, up to 2 m high.",
+                "Wave crests perpendicular to the west wind, up to 2 m high.",
             ),
         ),
     )
@@ -165,9 +165,9 @@ def _drawn_sea(seed: int) -> Figure:
 
 
 def _expected_highest_m(count: int) -> float:
-    """Return about the greatest absolute value of ``count`` independent normal numbers with the variance of eq 1.
+    """Return the expected largest absolute value of ``count`` independent normal numbers with the variance of eq 1.
 
-    The median of it: 2 (1 - Phi)(m) = 1 - 2^(-1/count).
+    This is the median m of the largest value: 2 (1 - Phi)(m) = 1 - 2^(-1/count).
     """
     quantile: Any = ndtri(1.0 - 0.5 * (1.0 - 0.5 ** (1.0 / count)))
     return math.sqrt(elevation_variance_m2(WIND_M_S)) * float(quantile)

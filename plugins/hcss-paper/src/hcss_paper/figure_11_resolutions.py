@@ -1,4 +1,4 @@
-"""Fig 11: one sky in pixels of 5, 20 and 50 m."""
+"""Fig 11: one cloud field with pixels of 5, 20 and 50 m."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ SIDE_M = 4000.0
 FINEST_M = 5.0
 PIXELS_M = (5.0, 20.0, 50.0)
 COARSEST_M = 100.0
-"""Images are said to go from 20 to 100 m."""
+"""The text states resolutions of 20 to 100 m."""
 
 TYPE, COVERAGE, BAND = "cumulus", 0.4, "mwir"
 
 LARGEST_OFF = {"as-printed": 2e-3, "physical": 2e-2}
-"""Share of the radiance: twice the accuracy that the pictures were asked for."""
+"""Relative: twice the accuracy of the simulated images."""
 
 
 def image(model: Model, pixel_m: float, seed: int) -> Array:
-    """Return radiance (rows, columns) of the same 4 km of sky, each pixel the mean over points 5 m apart."""
+    """Return radiance (rows, columns) of the same 4 km scene; each pixel is the mean over points 5 m apart."""
     side = round(SIDE_M / pixel_m)
     cube = simulated(
         TYPE,
@@ -60,14 +60,14 @@ def image(model: Model, pixel_m: float, seed: int) -> Array:
 
 
 def block_means(values: Array, factor: int) -> Array:
-    """Return means over blocks of ``factor`` x ``factor`` pixels, which must fit."""
+    """Return means over blocks of ``factor`` x ``factor`` pixels, which must divide the image."""
     rows, columns = (side // factor for side in values.shape)
     means: Array = values.reshape(rows, factor, columns, factor).mean(axis=(1, 3))
     return means
 
 
 def figure_11(seed: int) -> Reproduction:
-    """Return one sky at three resolutions, and at 100 m."""
+    """Return one cloud field at three resolutions, and at 100 m."""
     sizes = (*PIXELS_M, COARSEST_M)
     images = {size: image("as-printed", size, seed) for size in sizes}
     corrected = {size: image("physical", size, seed) for size in PIXELS_M}
@@ -94,34 +94,31 @@ def figure_11(seed: int) -> Reproduction:
     return judged(
         rows,
         checks_of(images, LARGEST_OFF["as-printed"]),
-        holds="One sky in pixels of any size: coarse images are the block means of the fine one, as "
-        "down-sampling makes "
-        "them, and are computed without it.",
-        fails="Images of different resolution do not show one sky.",
+        holds="Pixels of any size sample the same cloud field: coarse images equal the block means of the fine "
+        "image, as after down-sampling, but are computed directly.",
+        fails="Images of different resolution do not show the same cloud field.",
         chosen=(
-            *in_words(f"type {TYPE}, coverage {COVERAGE:.0%}, band 3-5 um, {SIDE_M / 1e3:g} km of sky: not stated"),
+            *in_words(f"type {TYPE}, coverage {COVERAGE:.0%}, band 3-5 um, {SIDE_M / 1e3:g} km scene: not stated"),
             *radiance_inputs(BAND),
         ),
         notes=(
-            "The paper resamples images up and down. Here each resolution is computed, with the points of the "
-            "5 m image "
+            "The paper resamples images. Here each resolution is computed from the points of the 5 m image "
             "within each pixel.",
             PHYSICAL_NOTE,
         ),
         drawings=(
             Drawing(
-                "4 km of sky and 1 km in its middle, in pixels of 5, 20 and 50 m, 3-5 um",
+                "A 4 km scene and its central 1 km, with pixels of 5, 20 and 50 m, 3-5 um",
                 _drawn([("as-printed", images), ("as-printed", _middle(images)), ("physical", _middle(corrected))]),
-                "Three rows of three images of the same dark clouds with grey edges, ever coarser: all of "
-                "them, a part, and "
-                "the part by the corrected physics.",
+                "Three rows of three images of the same dark clouds with grey edges, increasingly coarse: the whole "
+                "scene, its centre, and the centre with the corrected physics.",
             ),
         ),
     )
 
 
 def _middle(images: dict[float, Array]) -> dict[float, Array]:
-    """Return the middle kilometre of images by pixel size in m."""
+    """Return the central kilometre of images by pixel size in m."""
     first, last = 0.5 * SIDE_M - 500.0, 0.5 * SIDE_M + 500.0
     found = {}
     for size, values in images.items():
@@ -131,19 +128,20 @@ def _middle(images: dict[float, Array]) -> dict[float, Array]:
 
 
 def checks_of(images: dict[float, Array], allowed: float) -> list[Check]:
-    """Compare images by pixel size in m with the block means of the finest; ``allowed`` is a share of the "
-    "radiance.
-    """
+    """Compare images by pixel size in m with the block means of the finest; ``allowed`` is relative."""
     checks = []
     fine = images[FINEST_M]
     for size in sorted(images)[1:]:
         means = block_means(fine, round(size / FINEST_M))
         off = float(np.max(np.abs(images[size] / means - 1.0)))
         checks.append(
-            Check(f"{size:g} m against block means of 5 m: at most {off:.1e} off, allowed {allowed:g}", off <= allowed)
+            Check(
+                f"{size:g} m against block means of 5 m: largest relative difference {off:.1e}, at most {allowed:g}",
+                off <= allowed,
+            )
         )
     spreads = [float(images[size].std()) for size in sorted(images)]
-    checks.append(Check("the coarser the smoother: standard deviation falls", bool(np.all(np.diff(spreads) < 0))))
+    checks.append(Check("standard deviation decreases with pixel size", bool(np.all(np.diff(spreads) < 0))))
     return checks
 
 

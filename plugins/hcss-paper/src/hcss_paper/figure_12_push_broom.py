@@ -1,4 +1,4 @@
-"""Fig 12: stratus in three bands while the footprint moves on by 50 pixels a second."""
+"""Fig 12: stratus in three bands while the footprint moves by 50 pixels per second."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SECONDS = tuple(range(1, 9))
 SPEED_M_S = 1000.0
 PIXEL_M = 20.0
 SHIFT_PIXELS = (50, 0)
-"""Of the picture along x and y, each second."""
+"""Shift of the image along x and y per second."""
 
 REACH_PIXELS = 80
 SIDE_PIXELS = 800
@@ -29,7 +29,7 @@ MIN_CORRELATION = 0.98
 
 
 def sequence(model: Model, seed: int, size: int = SIDE_PIXELS, frames: int = len(SECONDS)) -> dict[str, Array]:
-    """Return radiance (frames, rows, columns) by band, from 1 s on; the clouds change but do not drift."""
+    """Return radiance (frames, rows, columns) by band, starting at 1 s; the clouds evolve but do not drift."""
     return radiance_by_band(
         "stratus",
         model,
@@ -44,10 +44,10 @@ def sequence(model: Model, seed: int, size: int = SIDE_PIXELS, frames: int = len
 
 
 def shift_between(before: Array, after: Array, reach: int = REACH_PIXELS) -> tuple[int, int, float]:
-    """Return by how many pixels the footprint moved on along x and y, and how well the images then agree.
+    """Return the shift of the footprint in pixels along x and y, and the correlation at that shift.
 
-    The middle of ``after`` is looked for in ``before``, at up to ``reach`` pixels in each direction,
-    by the coefficient of correlation.
+    The central part of ``after`` is located in ``before`` by cross-correlation, at shifts of up to ``reach`` pixels in
+    each direction.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def shift_between(before: Array, after: Array, reach: int = REACH_PIXELS) -> tup
 
 
 def figure_12(seed: int) -> Reproduction:
-    """Return eight seconds of stratus in three bands, and how they move."""
+    """Return eight seconds of stratus in three bands, and the motion of the images."""
     found, corrected = sequence("as-printed", seed), sequence("physical", seed)
     rows: list[Row] = []
     checks: list[Check] = []
@@ -90,10 +90,9 @@ def figure_12(seed: int) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="The picture moves on by the printed 50 pixels a second along x and none along y in all bands, "
-        "and 8-14 um has "
-        "the least contrast.",
-        fails="The picture does not move as printed, or its contrast is not as described.",
+        holds="The image moves by the printed 50 pixels per second along x and 0 along y in all bands, and 8-14 um "
+        "has the least contrast.",
+        fails="The image does not move as printed, or its contrast is not as described.",
         chosen=(
             *in_words("coverage 50 %, no wind, evolution of the largest structures in 1800 s: not stated"),
             *radiance_inputs(*BANDS),
@@ -106,16 +105,16 @@ def figure_12(seed: int) -> Reproduction:
                 "Three rows of eight images: clouds, dark on a bright sea, move to the left from image to image.",
             ),
             Drawing(
-                "The same by the corrected physics",
+                "The same scene with the corrected physics",
                 _drawn(corrected),
-                "Three rows of eight images: clouds, dark beside the glint of the sea, move to the left.",
+                "Three rows of eight images: clouds, darker than the sun glint, move to the left.",
             ),
         ),
     )
 
 
 def motion(name: str, frames: Array) -> tuple[list[Row], Check]:
-    """Return the shift of each second (rows), and whether all are the printed one."""
+    """Return rows with the mean shift per second, and a check that every shift is the printed one."""
     shifts = [shift_between(before, after) for before, after in itertools.pairwise(frames)]
     rows = [
         Row(
@@ -129,8 +128,8 @@ def motion(name: str, frames: Array) -> tuple[list[Row], Check]:
     least = min(agreement for *_, agreement in shifts)
     moved = all((x, y) == SHIFT_PIXELS for x, y, _ in shifts)
     check = Check(
-        f"{name}: every second the picture moves by {SHIFT_PIXELS[0]} pixels along x and {SHIFT_PIXELS[1]} along y, by "
-        f"cross-correlation; the coefficient is then {least:.4f} or more, at least {MIN_CORRELATION}",
+        f"{name}: every second the image moves by {SHIFT_PIXELS[0]} pixels along x and {SHIFT_PIXELS[1]} along y, from "
+        f"cross-correlation; correlation {least:.4f} or more, at least {MIN_CORRELATION}",
         moved and least >= MIN_CORRELATION,
     )
     return rows, check

@@ -30,7 +30,7 @@ SIDE_PIXELS = 800
 
 
 def images(model: Model, coverages: list[float], seed: int, size: int = SIDE_PIXELS) -> tuple[Array, Array]:
-    """Return radiance (coverages, rows, columns) and the share of cloudy pixels (coverages,) of one sky."""
+    """Return radiance (coverages, rows, columns) and cloudy fraction (coverages,) of one cloud field."""
     cubes = [
         simulated(
             "simulated",
@@ -49,7 +49,7 @@ def images(model: Model, coverages: list[float], seed: int, size: int = SIDE_PIX
 
 
 def figure_13(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
-    """Return five coverages of one sky with their mean radiance beside Table VII's."""
+    """Return one cloud field at five coverages, and the mean radiance compared with Table VII."""
     table = published()["table_7"]
     coverages = [percent / 100.0 for percent in table["coverage_pct"]]
     printed = np.array(table["radiance"], dtype=np.float64)
@@ -68,42 +68,41 @@ def figure_13(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     return judged(
         rows,
         checks_of(found, shares, coverages),
-        holds="The coverages are the captions', and mean radiance falls as they rise, as printed; but by "
-        f"{falls[0]:.2f} {RADIANCE} from clear to overcast where Table VII falls by {falls[1]:.2f}: its levels "
-        "are an item "
-        "of their own (table-7) and not reproduced.",
-        fails="A coverage is not the caption's, or radiance does not fall with coverage.",
+        holds="Coverages agree with the captions, and mean radiance falls with coverage, as printed. It falls by "
+        f"{falls[0]:.2f} {RADIANCE} from clear to overcast, Table VII by {falls[1]:.2f}: its values are a "
+        "separate item (table-7) and are not reproduced.",
+        fails="A coverage differs from the caption, or radiance does not fall with coverage.",
         chosen=(
-            *in_words("clouds of type simulated with the heights of Table III, each top at the temperature of the air"),
+            *in_words("clouds of type simulated with the heights of Table III, each top at air temperature"),
             *radiance_inputs(BAND),
         ),
         notes=(
-            "Physical: clouds reflect sunlight, and yet radiance falls, because the glint that they hide is brighter.",
+            "Physical: clouds reflect sunlight, but radiance still falls, because they hide the brighter glint.",
             PHYSICAL_NOTE,
         ),
         drawings=(
             Drawing(
-                "Coverage 10 to 50 %, 3-5 um: above as-printed, below physical",
+                "Coverage 10 to 50 %, 3-5 um: as-printed (top) and physical (bottom)",
                 _drawn([found, corrected], coverages),
-                "Two rows of five images with ever more dark cloud on a bright sea; thin edges are grey.",
+                "Two rows of five images with increasing dark cloud on a bright sea; thin edges are grey.",
             ),
         ),
     )
 
 
 def checks_of(found: Array, shares: Array, coverages: list[float]) -> list[Check]:
-    """Return what captions and text state, for radiance (coverages, rows, columns)."""
+    """Check the statements of captions and text for radiance (coverages, rows, columns)."""
     off = float(np.max(np.abs(shares - coverages)))
     pixel = 1.0 / found[0].size
     means = found.mean(axis=(1, 2))
     grows = all(np.all(more <= less * (1.0 + 2e-3)) for less, more in itertools.pairwise(found))
     return [
-        Check(f"coverage to the pixel: {off:.1e} off, at most {0.5 * pixel:.1e}", off <= 0.51 * pixel),
+        Check(f"coverage exact to one pixel: difference {off:.1e}, at most {0.5 * pixel:.1e}", off <= 0.51 * pixel),
         Check(
             f"mean radiance falls with every step, {means[0]:.3f} to {means[-1]:.3f} {RADIANCE}",
             bool(np.all(np.diff(means) < 0)),
         ),
-        Check("no pixel becomes brighter as the coverage of its sky grows", bool(grows)),
+        Check("no pixel becomes brighter as coverage increases", bool(grows)),
     ]
 
 

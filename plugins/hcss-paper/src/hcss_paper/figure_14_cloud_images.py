@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 
 CHECKED = {"Den": 0.03, "DP": 0.03, "FD": 0.05}
-"""Measures that a single image may miss by so much, as a share; EV is another matter (table-8)."""
+"""Largest relative difference of each measure for an individual image; EV is not checked (see table-8)."""
 
 
 def grey_levels(values: NDArray[np.float64], cloudy: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Return an image as the paper shows it: clear pixels 0, cloudy ones 1 to 255 between least and greatest."""
+    """Return grey levels as in the paper: clear pixels 0, cloudy pixels 1 to 255 between minimum and maximum."""
     return to_grey_levels(values, float(values[cloudy].min()), float(values[cloudy].max()), mask=cloudy)
 
 
 def figure_14(seed: int) -> Reproduction:
-    """Return a simulated image with its measures beside those of the printed one."""
+    """Return a simulated image, and its measures compared with those of the printed one."""
     table = published()["table_8"]
     printed = dict(zip(MEASURES, map(float, table["sim"]), strict=True))
     real = dict(zip(MEASURES, map(float, table["real"]), strict=True))
@@ -46,13 +46,13 @@ def figure_14(seed: int) -> Reproduction:
         rows,
         checks_of(found, printed),
         holds="A simulated image of the same type agrees with the printed one in Den, DP and FD.",
-        fails="A simulated image of the same type misses Den, DP or FD of the printed one.",
+        fails="A simulated image of the same type differs from the printed one in Den, DP or FD.",
         missing="The real image (a) is not published.",
         chosen=assumed(["coverage of Table VIII"]),
         notes=(
-            "Single images: other seeds differ by about 1 % in Den and DP and .03 in FD. Table VIII, as means over "
-            "several images, is table-8; EV is not reproduced by any way of counting that was tried.",
-            "Nothing here depends on the model of radiance.",
+            "Individual images: other seeds differ by about 1 % in Den and DP and .03 in FD. table-8 compares means "
+            "over several images; no variant of EV that was tried reproduces the printed value.",
+            "These results do not depend on the radiance model.",
         ),
         drawings=(
             Drawing(
@@ -72,12 +72,14 @@ def measures(found: Morphology) -> dict[str, float]:
 
 
 def checks_of(found: dict[str, float], printed: dict[str, float]) -> list[Check]:
-    """Compare the measures of an image with printed ones."""
+    """Compare the measures of an image with the printed ones."""
     checks = []
     for name, limit in CHECKED.items():
         off = abs(found[name] / printed[name] - 1.0)
         checks.append(
-            Check(f"{name} of the simulated image: {100 * off:.1f} % off, at most {100 * limit:g} %", off <= limit)
+            Check(
+                f"{name} of the simulated image: difference {100 * off:.1f} %, at most {100 * limit:g} %", off <= limit
+            )
         )
     return checks
 

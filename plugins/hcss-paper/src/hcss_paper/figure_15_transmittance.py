@@ -24,24 +24,24 @@ if TYPE_CHECKING:
 CLOUD_M = 6000.0
 STARTS_M = {"cloud": CLOUD_M, "sea": 0.0}
 RANGE_UM = (1.0, 14.0)
-"""The Fortran's shipped table ends at 1 um, the band model at 0.7 um; LOWTRAN7 itself knows no 0 um either."""
+"""The shipped table of the Fortran code ends at 1 um, the band model at 0.7 um."""
 
 BANDS_UM = ((2.7, 3.0), (3.0, 5.0), (8.0, 14.0))
 STEP_CM1 = 5.0
 
 LARGEST_MEAN_OFF = 2e-3
-"""Of band means from those of the LOWTRAN7 Fortran, whose profile has other levels."""
+"""Largest difference of band means from the LOWTRAN7 Fortran, whose profile has different levels."""
 
 LARGEST_RMS = 5e-3
 
 _TABLE = "us-standard-1976-lowtran7"
 _INPUTS = in_words(f"cloud at {CLOUD_M / 1e3:g} km: not stated, fitted to Tables II and IV; no aerosol: not stated")
 _NOTES = (
-    f"From {RANGE_UM[0]:g} um: the paper's axis begins at 0, where nothing is defined.",
-    "The angle is the zenith angle at the surface, where 70 deg still sees the sea; the text lets transmittance reach "
-    "0 at about 70 deg, which holds of the angle at the satellite.",
-    "MODTRAN, which the paper used, is licensed; LOWTRAN7, its predecessor, ran over the same atmosphere for the "
-    "shipped table. The corrected physics uses the same transmittances.",
+    f"The range starts at {RANGE_UM[0]:g} um: the paper's axis begins at 0, where transmittance is undefined.",
+    "The angle is the zenith angle at the surface, at which the sea is still visible at 70 deg. According to the text, "
+    "transmittance reaches 0 at about 70 deg, which is true for the angle at the satellite.",
+    "MODTRAN, which the paper used, needs a licence; the shipped table was computed with LOWTRAN7, its predecessor, "
+    "for the same atmosphere. The corrected physics uses the same transmittances.",
 )
 
 
@@ -84,7 +84,7 @@ def mean_over(wavelength_um: Array, values: Array, band_um: tuple[float, float])
 
 def figure_15(seed: int) -> Reproduction:
     """Return the spectra at 0 to 70 degrees."""
-    del seed  # nothing is drawn by chance
+    del seed  # no random numbers are used
     wavelength, found = spectra()
     reference = spectra(_TABLE)[1]
     rows = [
@@ -96,10 +96,9 @@ def figure_15(seed: int) -> Reproduction:
     return judged(
         rows,
         spectral_checks(found, reference),
-        holds="Transmittance falls with the angle at every wavelength, is higher from the cloud than from the "
-        "sea, and is that "
-        "of LOWTRAN7; the paper prints no number of it.",
-        fails="A spectrum breaks a law of transmittance, or differs from LOWTRAN7's.",
+        holds="Transmittance falls with the angle at every wavelength, is higher from the cloud than from the sea, "
+        "and agrees with LOWTRAN7; the paper prints no numbers.",
+        fails="A spectrum violates a law of transmittance, or differs from LOWTRAN7's.",
         chosen=_INPUTS,
         notes=_NOTES,
         drawings=(
@@ -107,14 +106,14 @@ def figure_15(seed: int) -> Reproduction:
                 "Transmittance to the detector, by zenith angle",
                 _drawn_spectra(wavelength, found),
                 "Two panels of eight spectra: windows at 3.5-4.1 and 8-13 um, dark bands at 2.7, 4.3 and 6.3 um, all "
-                "lower with a larger angle; from the cloud the water bands are open.",
+                "lower with a larger angle; from the cloud the water bands are transparent.",
             ),
         ),
     )
 
 
 def spectral_checks(found: dict[str, Array], reference: dict[str, Array]) -> list[Check]:
-    """Return what must hold of spectra (views, V) from cloud and from sea, with LOWTRAN7's beside them."""
+    """Check spectra (views, V) from cloud and from sea, and compare them with LOWTRAN7's."""
     every = np.stack([found["cloud"], found["sea"]])
     rise = float(np.max(np.diff(every, axis=1)))
     under = float(np.max(found["sea"] - found["cloud"]))
@@ -122,14 +121,17 @@ def spectral_checks(found: dict[str, Array], reference: dict[str, Array]) -> lis
     return [
         Check(f"between 0 and 1: {every.min():.1e} to {every.max():.5f}", bool(every.min() >= 0 and every.max() <= 1)),
         Check(f"falls from 0 to 70 deg at every wavelength; largest rise {rise:.1e}, at most 1e-9", rise <= 1e-9),
-        Check(f"from the cloud at least that from the sea; largest deficit {under:.1e}, at most 1e-9", under <= 1e-9),
+        Check(
+            f"transmittance from the cloud is not below that from the sea; largest deficit {under:.1e}, at most 1e-9",
+            under <= 1e-9,
+        ),
         Check(f"against the LOWTRAN7 Fortran: rms {rms:.1e}, at most {LARGEST_RMS:g}", rms <= LARGEST_RMS),
     ]
 
 
 def figure_16(seed: int) -> Reproduction:
     """Return means over the spectrum at 0 to 70 degrees."""
-    del seed  # nothing is drawn by chance
+    del seed  # no random numbers are used
     wavelength, found = spectra()
     reference = spectra(_TABLE)[1]
     means = {name: mean_over(wavelength, values, RANGE_UM) for name, values in found.items()}
@@ -142,17 +144,16 @@ def figure_16(seed: int) -> Reproduction:
     return judged(
         rows,
         mean_checks(means, others),
-        holds="The mean falls with the angle, most steeply to 70 degrees, and is higher from the cloud; the "
-        "paper prints no "
-        "number of it.",
-        fails="The mean does not behave as the text says.",
+        holds="The mean falls with the angle, most steeply to 70 degrees, and is higher from the cloud; the paper "
+        "prints no numbers.",
+        fails="The mean does not behave as the text states.",
         chosen=_INPUTS,
         notes=(f"Mean over wavelength, {RANGE_UM[0]:g} to {RANGE_UM[1]:g} um.", *_NOTES[1:]),
         drawings=(
             Drawing(
                 "Mean transmittance to the detector",
                 _drawn_means(wavelength, found, means),
-                "Lines that fall with the angle, gently at first and steeply to 70 degrees; those from the cloud lie "
+                "Lines that fall with the angle, slowly at first and steeply to 70 degrees; those from the cloud are "
                 "above those from the sea.",
             ),
         ),
@@ -160,15 +161,20 @@ def figure_16(seed: int) -> Reproduction:
 
 
 def mean_checks(means: dict[str, Array], reference: dict[str, Array]) -> list[Check]:
-    """Return what must hold of means (views,) from cloud and from sea, with LOWTRAN7's beside them."""
+    """Check means (views,) from cloud and from sea, and compare them with LOWTRAN7's."""
     falls = all(np.all(np.diff(values) < 0) for values in means.values())
     steepest = all(int(np.argmin(np.diff(values))) == len(values) - 2 for values in means.values())
     off = max(float(np.max(np.abs(means[name] - reference[name]))) for name in means)
     return [
         Check("falls with every step of the angle", bool(falls)),
         Check("falls most from 60 to 70 deg", steepest),
-        Check("from the cloud above that from the sea at every angle", bool(np.all(means["cloud"] > means["sea"]))),
-        Check(f"against the LOWTRAN7 Fortran: {off:.1e} off, at most {LARGEST_MEAN_OFF:g}", off <= LARGEST_MEAN_OFF),
+        Check(
+            "transmittance from the cloud is above that from the sea at every angle",
+            bool(np.all(means["cloud"] > means["sea"])),
+        ),
+        Check(
+            f"against the LOWTRAN7 Fortran: difference {off:.1e}, at most {LARGEST_MEAN_OFF:g}", off <= LARGEST_MEAN_OFF
+        ),
     ]
 
 

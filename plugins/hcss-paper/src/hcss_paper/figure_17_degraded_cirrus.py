@@ -1,4 +1,4 @@
-"""Fig 17: cirrus in 2.7-3.0 um, blurred and noisy."""
+"""Fig 17: cirrus in 2.7-3.0 um with blur and noise."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ if TYPE_CHECKING:
 
 
 CUT = slice(330, 430), slice(360, 460)
-"""Rows and columns of the part that is drawn enlarged."""
+"""Rows and columns of the enlarged part."""
 
 SCENARIO = "degraded-cirrus"
 
 SIGMA_PIXELS = 1.5
 NOISE: dict[Model, float] = {"as-printed": 5e-5, "physical": 7e-4}
-"""W m-2 sr-1: about a quarter of the clean image's standard deviation, so that both can be seen."""
+"""W m-2 sr-1: about a quarter of the clean image's standard deviation, so that both are visible."""
 BORDER_PIXELS = 10
-"""Left out of the comparison with another code's blur: beyond the border that one has to guess, too."""
+"""Margin excluded from the comparison with another code's blur, because values outside the image are unknown."""
 
 
 def cubes(model: Model, seed: int) -> tuple[xr.Dataset, xr.Dataset]:
-    """Return the clean cube of the shipped scenario and what its sensor makes of it."""
+    """Return the clean cube of the shipped scenario and the measured cube of its sensor."""
     blurred = {"psf": "gaussian", "psf_sigma": SIGMA_PIXELS, "noise": "ner", "ner": NOISE[model]}
     scenario = scenario_of(SCENARIO, model, {"bands": [SHORT_WAVE], "seed": seed, "sensor.parameters": blurred})
     clean = simulate(scenario)
@@ -55,7 +55,7 @@ def frame(cube: xr.Dataset) -> Array:
 
 
 def figure_17(seed: int) -> Reproduction:
-    """Return the degraded image with blur and noise told apart."""
+    """Return the degraded image, with blur and noise checked separately."""
     clean, measured = cubes("as-printed", seed)
     sharp, seen = frame(clean), frame(measured)
     physical = cubes("physical", seed)
@@ -79,13 +79,12 @@ def figure_17(seed: int) -> Reproduction:
             ),
             *checks_of(sharp, seen, SIGMA_PIXELS, noise),
         ],
-        holds="Band, cloud type and coverage are the printed ones, and the image is degraded by a blur kernel "
-        "and noise of the "
-        "sizes asked for.",
-        fails="Band or coverage differ, or blur and noise are not of the sizes asked for.",
+        holds="Band, cloud type and coverage are the printed ones, and the image is degraded by a blur kernel and "
+        "noise of the requested size.",
+        fails="Band or coverage differ, or blur and noise do not have the requested size.",
         chosen=(
             *in_words(
-                f"blur kernel: Gaussian of {SIGMA_PIXELS:g} pixels; the paper's is an on-orbit one and not published",
+                f"blur kernel: Gaussian of {SIGMA_PIXELS:g} pixels; the paper's on-orbit kernel is not published",
                 f"noise: white, {1e3 * noise:g} mW m-2 sr-1 (physical: {1e3 * NOISE['physical']:g}); not published",
             ),
             *radiance_inputs(SHORT_WAVE),
@@ -95,10 +94,10 @@ def figure_17(seed: int) -> Reproduction:
             Drawing(
                 "Cirrus in 2.7-3.0 um, as-printed",
                 drawn(clean, measured, noise),
-                "Above sharp streaks of cirrus and 2 km of them, below the same blurred and grainy.",
+                "Top: sharp streaks of cirrus and a 2 km section of them; bottom: the same with blur and noise.",
             ),
             Drawing(
-                "The same by the corrected physics: cirrus reflects sunlight",
+                "The same scene with the corrected physics: cirrus reflects sunlight",
                 drawn(*physical, NOISE["physical"]),
                 "The same four panels.",
             ),
@@ -107,9 +106,7 @@ def figure_17(seed: int) -> Reproduction:
 
 
 def checks_of(sharp: Array, seen: Array, sigma: float, noise: float) -> list[Check]:
-    """Return whether ``seen`` is ``sharp`` blurred by a Gaussian of ``sigma`` pixels with white noise of that "
-    "deviation.
-    """
+    """Check that ``seen`` is ``sharp`` with a Gaussian blur (``sigma`` pixels) and white noise (``noise``)."""
     inner = (slice(BORDER_PIXELS, -BORDER_PIXELS),) * 2
     left = (seen - gaussian_filter(sharp, sigma, truncate=6.0))[inner]
     unlike = (seen - sharp)[inner]
@@ -119,27 +116,27 @@ def checks_of(sharp: Array, seen: Array, sigma: float, noise: float) -> list[Che
     offset = float(left.mean())
     return [
         Check(
-            f"less an independent Gaussian blur there remains noise of {1e3 * deviation:.4f} mW m-2 sr-1, asked for "
-            f"{1e3 * noise:g}: within 1 %",
+            f"after subtraction of an independent Gaussian blur the noise is {1e3 * deviation:.4f} mW m-2 sr-1, "
+            f"requested {1e3 * noise:g}: within 1 %",
             abs(deviation / noise - 1.0) < 0.01,
         ),
         Check(
-            f"its mean is {offset / noise:.1e} of it, within 5 standard errors of 0",
+            f"its mean is {offset / noise:.1e} of its standard deviation, within 5 standard errors of 0",
             abs(offset) < 5.0 * noise / count**0.5,
         ),
         Check(
-            f"neighbours are independent: correlation {beside:.1e}, within 5 standard errors of 0",
+            f"the noise of neighbouring pixels is independent: correlation {beside:.1e}, within 5 standard errors of 0",
             abs(beside) < 5.0 / count**0.5,
         ),
         Check(
-            f"without the blur more would remain: {1e3 * float(unlike.std()):.4f} mW m-2 sr-1",
+            f"without subtraction of the blur the residual is larger: {1e3 * float(unlike.std()):.4f} mW m-2 sr-1",
             float(unlike.std()) > deviation,
         ),
     ]
 
 
 def drawn(clean: xr.Dataset, measured: xr.Dataset, noise: float) -> Figure:
-    """Draw the whole image and a part of it, clean above and measured below, with noise of so many W m-2 sr-1."""
+    """Draw the whole image and a part of it, clean (top) and measured (bottom); ``noise`` is in W m-2 sr-1."""
     figure = blank(8.6, 7.4)
     axes = figure.subplots(2, 2)
     frames = [1e3 * frame(cube) for cube in (clean, measured)]
@@ -165,7 +162,7 @@ def drawn(clean: xr.Dataset, measured: xr.Dataset, noise: float) -> Figure:
             axis.set_xlabel("x (km, east)")
             axis.set_ylabel("y (km, north)")
         whole.set_title(name, fontsize=10)
-        part.set_title("2 km of it", fontsize=10)
+        part.set_title("2 km section", fontsize=10)
     bar = figure.colorbar(image, ax=axes.ravel().tolist(), shrink=0.7, extend="both")
     bar.set_label("radiance, 2.7-3.0 um (mW m$^{-2}$ sr$^{-1}$)")
     return figure

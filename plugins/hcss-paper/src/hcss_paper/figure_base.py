@@ -1,4 +1,4 @@
-"""What the figures share: simulations by both radiance models, and how pictures are drawn."""
+"""Shared code of the figures: simulations with both radiance models, and drawing."""
 
 from __future__ import annotations
 
@@ -37,27 +37,27 @@ _PARTS: Mapping[Model, Mapping[str, Any]] = {
 }
 
 _ACCURACY: Mapping[Model, float] = {"as-printed": 1e-3, "physical": 1e-2}
-"""Share of the radiance: what a picture shows, without waiting for more."""
+"""Relative: as much as is visible in a picture, to save time."""
 
 PHYSICAL_NOTE = (
-    "Physical: the same scene by the corrected physics, with all of the glint and with sunlight on the clouds, to 1 % "
+    "Physical: the same scene with the corrected physics, with the full glint and with sunlight on the clouds, to 1 % "
     "of the radiance."
 )
 
 
 def radiance_inputs(*bands: str) -> tuple[AssumedInput, ...]:
-    """Return the inputs that every picture of radiance in these bands takes, for a reproduction."""
+    """Return the inputs of every radiance image in these bands, for a reproduction."""
     scales = [_glint_name(band) for band in bands]
     return (
         *assumed(["sea temperature", *dict.fromkeys(scales)]),
         *in_words(
-            "wind 10 m/s, and no sunlight on the cloud by as-printed: inputs of scenario baseline, which the fits hold"
+            "wind 10 m/s, and no sunlight on the cloud in as-printed: inputs of scenario baseline, fixed in the fits"
         ),
     )
 
 
 def scenario_of(name: str, model: Model, overrides: Mapping[str, Any]) -> Scenario:
-    """Return a shipped scenario with one of the two models of radiance and further overrides.
+    """Return a shipped scenario with one of the two radiance models and further overrides.
 
     The fitted factor on the glint is that of its first band.
     """
@@ -80,8 +80,8 @@ def simulated(name: str, model: Model, overrides: Mapping[str, Any]) -> xr.Datas
 
 
 def radiance_by_band(name: str, model: Model, overrides: Mapping[str, Any]) -> dict[str, Array]:
-    """Return radiance (frames, rows, columns) in the three bands, each with the glint fitted to it."""
-    # 8-14 um has next to no glint: it goes with 3-5 um.
+    """Return radiance (frames, rows, columns) in the three bands, each with its fitted glint factor."""
+    # 8-14 um has almost no glint: it uses the factor of 3-5 um.
     groups: tuple[tuple[str, ...], ...] = ((SHORT_WAVE,), ("mwir", "lwir"))
     if model == "physical":
         groups = (tuple(BANDS),)
@@ -101,14 +101,14 @@ RADIANCE = "W m-2 sr-1"
 RADIANCE_SHOWN = "W m$^{-2}$ sr$^{-1}$"
 
 PANEL_PIXELS = 200
-"""Most pixels along a side of a panel: larger images are shown by the means of blocks."""
+"""Largest number of pixels along a side of a panel; larger images are reduced to block means."""
 
 SHADES = 64
-"""Of grey: as many as the eye tells apart in a small picture, and a third fewer bytes than 256."""
+"""Number of grey levels: enough for a small picture, with a third fewer bytes than 256 levels."""
 
 
 def blank(width: float, height: float) -> Figure:
-    """Return an empty figure of that size in inches, belonging to no window system."""
+    """Return an empty figure of that size in inches, independent of any window system."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -118,7 +118,7 @@ def blank(width: float, height: float) -> Figure:
 
 
 def reduced(values: NDArray[Any], most: int = PANEL_PIXELS) -> NDArray[np.float64]:
-    """Return means over blocks, so that no side has more than ``most`` pixels; what is left over is cut off.
+    """Return means over blocks, so that no side has more than ``most`` pixels; incomplete blocks are cropped.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def reduced(values: NDArray[Any], most: int = PANEL_PIXELS) -> NDArray[np.float6
 
 
 def shades(name: str = "gray") -> Any:
-    """Return a colour map of matplotlib in :data:`SHADES` steps."""
+    """Return a matplotlib colour map with :data:`SHADES` levels."""
     from matplotlib import colormaps
 
     return colormaps[name].resampled(SHADES)

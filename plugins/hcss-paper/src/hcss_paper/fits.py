@@ -27,7 +27,7 @@ COVERS = {
     "cover of Scenario6": ("table_2", "Scenario6", "8.0-14.0"),
     "cover of Table IV, 8-14 um": ("table_4", "8.0-14.0", "8.0-14.0"),
 }
-"""Rows with a cover of their own: table, row, band."""
+"""Rows with separate cloud covers: table, row, band."""
 
 SURFACES = {
     "MODTRAN surface of Scenario3": ("table_2", "Scenario3", "3.0-5.0"),
@@ -38,17 +38,17 @@ SURFACES = {
     "MODTRAN surface of Table IV, 8-14 um": ("table_4", "8.0-14.0", "8.0-14.0"),
     "MODTRAN surface of Table IV, 2.7-3.0 um": ("table_4", "2.7-3.0", "2.7-3.0"),
 }
-"""MODTRAN columns with the temperature of their black surface: table, row, band."""
+"""MODTRAN columns, each with its own black-surface temperature: table, row, band."""
 
 _TOGETHER = "least squares of the relative differences of the six rows of Tables II and IV together"
 _NADIR = "least squares over the 32 radiances of Tables V and VI, seen from above, the sun at 1 au"
 
 
 class ColumnTerms:
-    """Terms of the ``as-printed`` columns of Tables II and IV, from which any inputs are mixed.
+    """Terms of the ``as-printed`` columns of Tables II and IV, which can be combined for any inputs.
 
-    The sea's emission is that of a black one times what its emissivity and the air let pass, at each wavenumber; all
-    else is linear.
+    At each wavenumber, sea emission is black-body emission times emissivity and transmittance; all other terms are
+    linear in the inputs.
     """
 
     def __init__(self) -> None:
@@ -76,7 +76,7 @@ def column_terms() -> ColumnTerms:
 
 
 def _spectra(plan: Plan) -> tuple[Array, Array, Array, Array]:
-    """Emission of sea and air and glint of the clear column, and the opaque column, each (V,)."""
+    """Return sea emission, air emission and glint of the clear column, and the opaque column, each (V,)."""
     nu, sun = plan.spectral_grid.wavenumber_cm1, plan.sun_track.at(0.0)
     clear = plan.assembly.model.clear(nu, sun)
     opaque = plan.assembly.model.cloudy(nu, np.array([[plan.layers[0].thickness_max_m]]), sun)
@@ -85,10 +85,10 @@ def _spectra(plan: Plan) -> tuple[Array, Array, Array, Array]:
 
 
 def fit_tables_2_and_4(terms: ColumnTerms) -> dict[str, float]:
-    """Fit sea temperature, glint scale and the cover of each row, cloud top and its temperature held.
+    """Fit sea temperature, glint scale and the cover of each row, with fixed cloud-top height and temperature.
 
-    The cloud is at 6 km (the highest of type ``simulated``, Table III) with the air's 249.2 K there. Other heights
-    and temperatures give the rows as well: they, sea temperature and covers trade against each other.
+    The cloud top is at 6 km (the highest of type ``simulated``, Table III) with the air temperature there, 249.2 K.
+    Other heights and temperatures fit the rows as well: they, sea temperature and covers are degenerate.
     """
     places = list(BANDS)
 
@@ -105,7 +105,7 @@ def fit_tables_2_and_4(terms: ColumnTerms) -> dict[str, float]:
 
 
 def fit_table_4_short_wave(terms: ColumnTerms, sea_temperature_K: float) -> dict[str, float]:
-    """Fit cover and glint scale of the 2.7-3.0 um row of Table IV by themselves."""
+    """Fit cover and glint scale of the 2.7-3.0 um row of Table IV separately."""
     printed = printed_row("table_4", "2.7-3.0")
 
     def residuals(inputs: Array) -> Array:
@@ -119,9 +119,9 @@ def fit_table_4_short_wave(terms: ColumnTerms, sea_temperature_K: float) -> dict
 
 
 def fit_tables_5_and_6(terms: ColumnTerms, sea_temperature_K: float) -> dict[str, float]:
-    """Fit the cover of each table and a glint scale of both, seen from above in 3-5 um.
+    """Fit the cover of each table and a common glint scale, for a nadir view in 3-5 um.
 
-    Differences of radiance, not of shares: rounding, the same everywhere, is most of what is left over.
+    Absolute differences are minimised, because most of the residual is rounding, which is the same in all rows.
     """
     band = list(BANDS).index("3.0-5.0")
     thermal, opaque = terms.clear(sea_temperature_K, 0.0)[0, band], terms.opaque[0, band]
@@ -129,7 +129,7 @@ def fit_tables_5_and_6(terms: ColumnTerms, sea_temperature_K: float) -> dict[str
     nu, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1[0]
     suns, printed = [], []
     for table, of_table in (("table_5", suns_of_table_5()), ("table_6", suns_of_table_6())):
-        # Glint of a sun at 1 au: irradiance goes as the inverse square of its distance.
+        # Glint of a sun at 1 au: irradiance is proportional to the inverse square of the distance.
         glints = [
             sun.distance_au**2 * plan.assembly.model.clear(nu, sun)["sea_reflected_sun"] @ weights for sun in of_table
         ]
@@ -178,7 +178,7 @@ def fit_table_7() -> dict[str, float]:
 
 
 def refit() -> dict[str, float]:
-    """Fit every input anew, rounded as kept."""
+    """Fit every input again, rounded as in the file."""
     terms = column_terms()
     found = fit_tables_2_and_4(terms)
     sea = found["sea temperature"] = round(found["sea temperature"], _digits("sea temperature"))
@@ -188,12 +188,12 @@ def refit() -> dict[str, float]:
 
 
 def _digits(name: str) -> int:
-    """Decimals kept."""
+    """Return the number of decimals in the file."""
     return 2 if _described(name)["unit"] == "K" else 4
 
 
 def _described(name: str) -> dict[str, str]:
-    """Unit, meaning and origin of an input."""
+    """Return unit, meaning and origin of an input."""
     if name in COVERS:
         meaning = f"effective cover of opaque cloud, {name.removeprefix('cover of ')}"
         return {"unit": "1", "meaning": meaning, "how": _TOGETHER}
@@ -228,7 +228,7 @@ _OTHERS = {
 
 
 def document(values: dict[str, float]) -> str:
-    """Return the file's text."""
+    """Return the text of the file."""
     about = (
         "Inputs that W. Sun et al. do not state, fitted to the numbers of their tables (tables.json) in the "
         "as-printed model. They are fits and no proof of what the authors used. Written by `python -m "

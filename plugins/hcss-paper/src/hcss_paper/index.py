@@ -1,4 +1,4 @@
-"""All tables and figures that can be computed again, and how they are named."""
+"""All tables and figures that can be recomputed, and their names."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Item:
     name : str
         ``table-2`` or ``figure-12``.
     title : str
-        What the paper shows there.
+        Content of the table or figure.
     target : str
         ``"package.module:function"`` that takes the seed of random fields and returns a
         :class:`~hcss_paper.reproduction.Reproduction`; imported when the item is computed.
@@ -35,22 +35,22 @@ def _item(name: str, title: str, target: str) -> Item:
 TABLES: tuple[Item, ...] = (
     _item("headline", "Errors claimed in the abstract", "claims:headline"),
     _item("table-1", "Static scenes: bands and coverages", "tables_1_and_3:table_1"),
-    _item("table-2", "Radiance of static scenes over the view angle", "tables_2_and_4:table_2"),
-    _item("table-2-modtran", "MODTRAN's radiance beside Table II", "tables_2_and_4:table_2_modtran"),
+    _item("table-2", "Radiance of static scenes against view angle", "tables_2_and_4:table_2"),
+    _item("table-2-modtran", "MODTRAN radiance of Table II", "tables_2_and_4:table_2_modtran"),
     _item("table-3", "Shape parameters and heights of cloud types", "tables_1_and_3:table_3"),
-    _item("table-4", "Radiance of dynamic scenes over the view angle, 3-5 and 8-14 um", "tables_2_and_4:table_4"),
-    _item("table-4-modtran", "MODTRAN's radiance beside Table IV, 3-5 and 8-14 um", "tables_2_and_4:table_4_modtran"),
+    _item("table-4", "Radiance of dynamic scenes against view angle, 3-5 and 8-14 um", "tables_2_and_4:table_4"),
+    _item("table-4-modtran", "MODTRAN radiance of Table IV, 3-5 and 8-14 um", "tables_2_and_4:table_4_modtran"),
     _item(
         "table-4-swir",
-        "Radiance of dynamic scenes and MODTRAN's over the view angle, 2.7-3.0 um",
+        "Radiance of dynamic scenes and of MODTRAN against view angle, 2.7-3.0 um",
         "tables_2_and_4:table_4_short_wave",
     ),
     _item("table-5", "Sun angles and radiance at twenty places", "tables_5_to_7:table_5"),
     _item("table-6", "Sun angles and radiance over the year", "tables_5_to_7:table_6"),
-    _item("table-7", "Radiance over cloud coverage", "tables_5_to_7:table_7"),
+    _item("table-7", "Radiance against cloud coverage", "tables_5_to_7:table_7"),
     _item("table-8", "Measures of a simulated and a real cloud image: Den, DP, FD and RMSE", "tables_8_and_9:table_8"),
     _item("table-8-ev", "Measures of the images of Table VIII: EV", "tables_8_and_9:table_8_entropy"),
-    _item("table-9", "Measures of cloud images of three coverages: DP, FD and RMSE", "tables_8_and_9:table_9"),
+    _item("table-9", "Measures of cloud images with three coverages: DP, FD and RMSE", "tables_8_and_9:table_9"),
     _item("table-9-ev", "Measures of the images of Table IX: EV and Den", "tables_8_and_9:table_9_entropy"),
     _item("table-10", "Features of the method", "claims:table_10"),
 )
@@ -62,12 +62,14 @@ FIGURES: tuple[Item, ...] = (
     _item("figure-6", "Optical properties of cumulus, stratus and cirrus", "figure_06_cloud_optics:figure_6"),
     _item("figure-9", "Static scenes of Table I over view angles", "figure_09_static_scenes:figure_9"),
     _item("figure-10", "Four cloud types over the sea", "figure_10_cloud_types:figure_10"),
-    _item("figure-11", "One sky in pixels of 5, 20 and 50 m", "figure_11_resolutions:figure_11"),
-    _item("figure-12", "Stratus in three bands over eight seconds", "figure_12_push_broom:figure_12"),
+    _item("figure-11", "One cloud field with pixels of 5, 20 and 50 m", "figure_11_resolutions:figure_11"),
+    _item("figure-12", "Stratus in three bands for eight seconds", "figure_12_push_broom:figure_12"),
     _item("figure-13", "Coverage from 10 to 50 %", "figure_13_coverage:figure_13"),
     _item("figure-14", "Real and simulated cloud image", "figure_14_cloud_images:figure_14"),
-    _item("figure-15", "Transmittance to the detector over wavelength and angle", "figure_15_transmittance:figure_15"),
-    _item("figure-16", "Mean transmittance to the detector over angle", "figure_15_transmittance:figure_16"),
+    _item(
+        "figure-15", "Transmittance to the detector against wavelength and angle", "figure_15_transmittance:figure_15"
+    ),
+    _item("figure-16", "Mean transmittance to the detector against angle", "figure_15_transmittance:figure_16"),
     _item("figure-17", "Degraded image of cirrus in 2.7-3.0 um", "figure_17_degraded_cirrus:figure_17"),
 )
 
@@ -77,12 +79,12 @@ _ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 
 
 def chosen(names: Sequence[str]) -> tuple[Item, ...]:
-    """Return the items of these names in the order of :data:`ITEMS`; all where none is named.
+    """Return the named items in the order of :data:`ITEMS`; all items if no name is given.
 
     Raises
     ------
     HcssError
-        If there is no item of a name; the message has the closest one.
+        If no item has a name; the message gives the closest one.
     """
     known = {item.name: item for item in ITEMS}
     for name in names:
@@ -92,7 +94,7 @@ def chosen(names: Sequence[str]) -> tuple[Item, ...]:
 
 
 def heading(name: str) -> str:
-    """Return the name of an item as the paper writes it: ``Table IV, modtran``, ``Figure 12``."""
+    """Return the name of an item in the form used in the paper: ``Table IV, modtran``, ``Figure 12``."""
     kind, *rest = name.split("-")
     if not rest:
         return kind.capitalize()

@@ -1,4 +1,4 @@
-"""The numbers that the paper prints, and those it does not state, which are fitted to them or chosen."""
+"""The printed numbers of the paper, and the inputs that it does not state, which are fitted or chosen."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FIT_COMMAND = "python -m hcss_paper.fits"
 """Fits the inputs again and prints them; with ``--write`` it also writes :data:`FITTED_FILE`."""
 
 CLOUD_HEIGHTS_KM = {"stratus": (0.033, 1.0), "cumulus": (0.066, 3.0), "cirrus": (6.0, 10.0), "simulated": (0.333, 6.0)}
-"""Base and top by Table III."""
+"""Base and top according to Table III."""
 
 LEAP_YEAR_MONTHS = 4
 """Table VI prints 2019 throughout; its angles of January to April are those of 2024."""
@@ -50,14 +50,14 @@ def printed_row(table: str, row: str, column: str = "Ours") -> Array:
 
 @dataclass(frozen=True)
 class AssumedInput:
-    """An input or a reading that the paper does not state, and what is taken for it.
+    """An input or interpretation that the paper does not state, and the value used for it.
 
     Attributes
     ----------
     text : str
         One line for a report, with the value.
     name : str or None
-        Of a fitted input; None for a choice in words.
+        Name of a fitted input; None for a choice described in words.
     value : float or None
     unit : str or None
         ``"1"`` for pure numbers.
@@ -70,7 +70,7 @@ class AssumedInput:
 
 
 def in_words(*texts: str) -> tuple[AssumedInput, ...]:
-    """Return choices that have no number of their own."""
+    """Return choices that have no numerical value."""
     return tuple(map(AssumedInput, texts))
 
 
@@ -86,7 +86,7 @@ class FittedInput:
 
     @property
     def assumed(self) -> AssumedInput:
-        """The line of a report about it."""
+        """The corresponding line of a report."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         return AssumedInput(f"{self.meaning}: {self.value:g}{unit}", self.name, self.value, self.unit)
 
@@ -98,7 +98,7 @@ def fitted_inputs() -> dict[str, FittedInput]:
 
 
 def fitted(name: str) -> float:
-    """Return the value of a fitted input; raises CatalogError if there is none of that name."""
+    """Return the value of a fitted input; raises CatalogError if the name is unknown."""
     known = fitted_inputs()
     if name not in known:
         raise CatalogError(f"no fitted input '{name}'; {choose_from(name, known)}")
@@ -115,11 +115,11 @@ def origin(names: Iterable[str]) -> str:
     """Return how inputs were fitted, for the notes of a report."""
     known = fitted_inputs()
     ways = dict.fromkeys(known[name].how for name in names)
-    return f"Inputs fitted: {'; '.join(ways)}. To fit them again: {FIT_COMMAND}"
+    return f"Inputs fitted: {'; '.join(ways)}. To repeat the fits: {FIT_COMMAND}"
 
 
 def suns_of_table_5() -> tuple[Sun, ...]:
-    """Return the suns of scenarios 19 to 38: 20 April 2019, 12:30 in the zone of round(longitude / 15) hours."""
+    """Return the suns of scenarios 19 to 38: 20 April 2019, 12:30 in the time zone of round(longitude / 15) hours."""
     return tuple(
         _sun(datetime(2019, 4, 20, 12, 30), round(longitude / 15), latitude, longitude)
         for _, latitude, longitude, *_ in published()["table_5"]["rows"]

@@ -1,4 +1,4 @@
-"""What the package brings. Imported by ``hcss --help``: nothing heavy here."""
+"""Hook that registers the command. ``hcss --help`` imports this module, so it must import quickly."""
 
 from hcss_twin.core.commands import CommandSpec, hookimpl
 

@@ -1,4 +1,4 @@
-"""The report: published and computed side by side, in one HTML file."""
+"""HTML report that compares published and computed numbers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _TONES: dict[str, Tone] = {
 }
 
 _ROWS_SHOWN = 40
-"""More rows than these are folded."""
+"""Longer tables are folded."""
 
 
 def reproduction_page(outcomes: Sequence[Outcome], seed: int) -> Page:
@@ -58,19 +58,19 @@ def _summary(outcomes: Sequence[Outcome]) -> Section:
         "Summary",
         [
             paragraph(", ".join(f"{counts[name]} {name}" for name in _TONES if counts[name]) + "."),
-            Table(["item", "verdict", "largest difference", "what it shows"], rows, text_columns=4),
+            Table(["item", "verdict", "largest difference", "content"], rows, text_columns=4),
             folded(
                 "How to read this",
                 bullets(
                     [
-                        "Published: as printed. Computed: by the paper's equations (as-printed), anew for this report.",
-                        "Physical: by the corrected physics, where it differs. It is fitted to no table.",
-                        "Reproduced: every check holds, without an input or a reading chosen to give the paper's "
+                        "Published: as printed. Computed: with the paper's equations (as-printed), for this report.",
+                        "Physical: with the corrected physics, where it differs. It is not fitted to any table.",
+                        "Reproduced: every check holds, without inputs or interpretations fitted to the paper's "
                         "numbers.",
-                        "Reproduced with fitted inputs: every check holds, with the inputs and readings listed, "
-                        "which the paper does not state. They are a fit and no proof of what the authors used.",
-                        "Not reproducible: a check fails, or what it would take is not published; the reason is given.",
-                        "Largest difference: of all rows, as a share of what is printed; of percentages, the "
+                        "Reproduced with fitted inputs: every check holds with the listed inputs and "
+                        "interpretations, which the paper does not state. They do not prove what the authors used.",
+                        "Not reproducible: a check fails, or required data are not published; the reason is given.",
+                        "Largest difference: over all rows, relative to the printed number; for percentages, the "
                         "difference itself.",
                     ]
                 ),
@@ -128,7 +128,7 @@ def _checks(checks: Sequence[Check]) -> list[Block]:
 def _rows(result: Reproduction) -> list[Block]:
     if not result.rows:
         return []
-    # A column without any number is left out.
+    # A column without numbers is omitted.
     names = ["published", "computed", "difference", "physical"]
     used = [any(getattr(row, name) is not None for row in result.rows) for name in names]
     header = ["", "unit", *compress(names, used)]
@@ -150,7 +150,7 @@ def _numbers(row: Row, decimals: int) -> list[str]:
 
 
 def _decimals(row: Row, rows: Sequence[Row]) -> int:
-    """Return how many decimals a number is printed with: the most among rows of its unit and size (0.45 is 0.450)."""
+    """Return the number of decimals: the most among printed rows of the same unit and magnitude (0.45 is 0.450)."""
     size = _size(row)
     alike = [each for each in rows if each.unit == row.unit and abs(_size(each) - size) <= 2.0]
     printed = [_printed_decimals(each.published) for each in alike if each.published is not None]
@@ -160,7 +160,7 @@ def _decimals(row: Row, rows: Sequence[Row]) -> int:
 
 
 def _size(row: Row) -> float:
-    """Order of magnitude; 0 for nothing."""
+    """Return the order of magnitude; 0 if the row has no numbers."""
     numbers = (row.published, row.computed, row.physical)
     value = next((abs(each) for each in numbers if each and math.isfinite(each)), 1.0)
     return math.log10(value)

@@ -1,4 +1,4 @@
-"""What a reproduced table or figure consists of, and the verdict that follows from its checks."""
+"""Data of a reproduced table or figure, and the verdict that follows from its checks."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ Verdict = Literal["reproduced", "reproduced with fitted inputs", "not reproducib
 
 @dataclass(frozen=True)
 class Row:
-    """One printed number and what is computed for it.
+    """One printed number and the computed ones.
 
     Attributes
     ----------
     label : str
-        Row and column of the table, or what is read from the figure: ``"3.0-5.0 um, 20 deg"``.
+        Row and column of the table, or quantity of the figure: ``"3.0-5.0 um, 20 deg"``.
     unit : str
-        Of the numbers; ``"1"`` for pure numbers.
+        Unit of the numbers; ``"1"`` for dimensionless ones.
     published : float or None
-        As printed; None where the paper shows a picture without numbers.
+        As printed; None if the paper shows a picture without numbers.
     computed : float or None
-        By the paper's equations (``as-printed``); None where they give nothing.
+        Computed with the paper's equations (``as-printed``); None if they do not give it.
     physical : float or None
-        By the corrected physics, where it differs from the printed equations.
+        Computed with the corrected physics, if it differs from the printed equations.
     """
 
     label: str
@@ -43,7 +43,7 @@ class Row:
 
     @property
     def difference(self) -> float | None:
-        """Computed less published, in the row's unit."""
+        """Computed minus published, in the row's unit."""
         if self.published is None or self.computed is None:
             return None
         return self.computed - self.published
@@ -59,7 +59,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A picture that belongs to the item; ``alternative`` says what it shows."""
+    """A figure of the item; ``alternative`` is its text description."""
 
     title: str
     figure: Figure
@@ -68,20 +68,20 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A table or figure, computed again.
+    """A recomputed table or figure.
 
     Attributes
     ----------
     verdict : {"reproduced", "reproduced with fitted inputs", "not reproducible"}
     reason : str
-        What agrees, or why it cannot.
+        What agrees, or why the item is not reproducible.
     rows : sequence of Row
     checks : sequence of Check
         All hold unless the verdict is "not reproducible".
     fitted_inputs : sequence of AssumedInput
-        Inputs and readings that the paper does not state and that were fitted or chosen.
+        Inputs and interpretations that the paper does not state and that were fitted or chosen.
     notes : sequence of str
-        What differs from the printed equations and why, where inputs come from.
+        Differences from the printed equations and their reasons; origin of inputs.
     drawings : sequence of Drawing
     """
 
@@ -95,7 +95,7 @@ class Reproduction:
 
 
 def verdict_of(checks: Sequence[Check], fitted_inputs: Sequence[AssumedInput]) -> Verdict:
-    """Return the verdict of checks; raises ValueError if there is none, because nothing could fail then."""
+    """Return the verdict that follows from checks; raises ValueError if there are none."""
     if not checks:
         raise ValueError("checks: none given, allowed: one or more; a verdict needs something that can fail")
     if not all(check.holds for check in checks):
@@ -123,15 +123,15 @@ def judged(
     rows, checks, notes, drawings
         As in :class:`Reproduction`.
     holds, fails : str
-        The reason where all checks hold, and where one does not.
+        Reason if all checks hold, and if one fails.
     inputs : sequence of str
-        Names of the fitted inputs that it uses; how they were fitted is added to the notes.
+        Names of the fitted inputs; the method of the fit is added to the notes.
     choices : sequence of str
-        Readings and inputs without a number of their own that were chosen because they give the printed numbers.
+        Interpretations and inputs in words that were chosen because they give the printed numbers.
     chosen : sequence of AssumedInput
-        Both kinds where a figure collects them itself.
+        Both kinds, for figures that collect them themselves.
     missing : str
-        What it would take and is not published: the item is then not reproducible whatever its checks say.
+        Required data that are not published: the item is then not reproducible, whatever its checks.
     """
     taken = (*assumed(inputs), *in_words(*choices), *chosen)
     verdict = verdict_of(checks, taken)
@@ -142,15 +142,15 @@ def judged(
 
 
 def settled(item: Reproduction) -> Reproduction:
-    """Return an item whose verdict claims no more than its checks and inputs allow.
+    """Return an item whose verdict is consistent with its checks and inputs.
 
-    A failed check makes it "not reproducible"; fitted inputs keep it from "reproduced".
+    With a failed check it is "not reproducible"; with fitted inputs it is not "reproduced".
     """
     failed = [check.statement for check in item.checks if not check.holds]
     if item.verdict == "not reproducible":
         return item
     if failed:
-        reason = f"{item.reason} But this does not hold: {'; '.join(failed)}."
+        reason = f"{item.reason} But this check fails: {'; '.join(failed)}."
         return replace(item, verdict="not reproducible", reason=reason)
     if item.fitted_inputs and item.verdict == "reproduced":
         return replace(item, verdict="reproduced with fitted inputs")
@@ -158,19 +158,19 @@ def settled(item: Reproduction) -> Reproduction:
 
 
 def rms_check(label: str, computed: Array, printed: Array, limit: float) -> Check:
-    """Compare two rows (N,) by the root mean square of their relative differences; ``limit`` is a share."""
+    """Compare two rows (N,) by the rms of their relative differences; ``limit`` is relative."""
     rms = float(np.sqrt(np.mean((computed / printed - 1.0) ** 2)))
     statement = f"{label}: rms of relative differences {100 * rms:.2g} %, at most {100 * limit:.2g} %"
     return Check(statement, rms <= limit)
 
 
 def deviation_check(label: str, computed: Array, printed: Array, limit: float, unit: str) -> Check:
-    """Compare two rows (N,) by the root mean square of their differences; ``limit`` is in ``unit``."""
+    """Compare two rows (N,) by the rms of their differences; ``limit`` is in ``unit``."""
     rms = float(np.sqrt(np.mean((computed - printed) ** 2)))
     return Check(f"{label}: rms of differences {rms:.2g} {unit}, at most {limit:.2g}", rms <= limit)
 
 
 def largest_check(label: str, computed: Array, printed: Array, limit: float, unit: str) -> Check:
-    """Compare two rows (N,) by the largest of their differences; ``limit`` is in ``unit``."""
+    """Compare two rows (N,) by their largest difference; ``limit`` is in ``unit``."""
     largest = float(np.max(np.abs(computed - printed)))
     return Check(f"{label}: largest difference {largest:.2g} {unit}, at most {limit:.2g}", largest <= limit)

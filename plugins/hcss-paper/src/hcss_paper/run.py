@@ -1,4 +1,4 @@
-"""Computing items one after the other: one that fails does not keep the others from being computed."""
+"""Compute items one by one; if one fails, the others are still computed."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Outcome:
     ----------
     item : Item
     result : Reproduction or None
-        None where it failed.
+        None if the computation failed.
     error : str
-        Type and message of the exception; empty where there was none.
+        Type and message of the exception; empty if there was none.
     seed : int
-        Of random fields.
+        Seed of the random fields.
     pictures : sequence of bytes
-        Its drawings as PNG.
+        Drawings as PNG.
     """
 
     item: Item
@@ -44,12 +44,12 @@ class Outcome:
 
     @property
     def verdict(self) -> str:
-        """One of the three, or "failed"."""
+        """Verdict of the result, or "failed"."""
         return "failed" if self.result is None else self.result.verdict
 
     @property
     def worst(self) -> Row | None:
-        """The row with the largest relative difference; None where nothing is compared."""
+        """The row with the largest relative difference; None if nothing is compared."""
         rows = () if self.result is None else self.result.rows
         return max(
             (row for row in rows if relative(row) is not None), key=lambda row: abs(relative(row) or 0.0), default=None
@@ -75,9 +75,9 @@ class Outcome:
 
 
 def relative(row: Row) -> float | None:
-    """Return a row's difference as a share of the published number; None where there is no such share.
+    """Return the difference relative to the published number, or None if it is undefined.
 
-    Percentages are shares already: for them it is the difference itself.
+    For percentages it is the difference itself, as a fraction.
     """
     if row.difference is None or row.published is None:
         return None
@@ -90,7 +90,7 @@ def relative(row: Row) -> float | None:
 
 
 def outcomes(items: Iterable[Item], seed: int) -> Iterator[Outcome]:
-    """Compute items one by one; ``seed`` is that of random fields."""
+    """Compute items one by one; ``seed`` is that of the random fields."""
     for item in items:
         module, _, function = item.target.partition(":")
         try:
@@ -104,21 +104,21 @@ def outcomes(items: Iterable[Item], seed: int) -> Iterator[Outcome]:
 
 
 COLOURS = 256
-"""Of a palette, at most."""
+"""Largest number of colours of a palette."""
 
 
 def small_png(figure: Figure, dpi: int = 110) -> bytes:
     """Return a figure as PNG of at most 256 colours, a quarter to a half smaller for pictures of clouds.
 
-    The same figure gives the same bytes. Without dithering, so that areas of one colour stay so; a figure that is
-    smaller in all its colours keeps them.
+    The same figure gives the same bytes. There is no dithering, so areas of one colour stay uniform. A figure whose
+    file is smaller in full colour is not reduced.
     """
     from PIL import Image
 
     whole = png_of(figure, dpi)
     stream = io.BytesIO()
     with Image.open(io.BytesIO(whole)) as image:
-        # On white: a palette has no room for transparency, and figures have a white ground.
+        # A palette has no transparency, and figures have a white background.
         opaque = Image.alpha_composite(Image.new("RGBA", image.size, "white"), image.convert("RGBA"))
         palette = opaque.convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
         palette.save(stream, "PNG", optimize=True)

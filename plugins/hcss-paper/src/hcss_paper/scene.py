@@ -1,4 +1,4 @@
-"""The paper's scene, by its own equations and by the corrected physics, as columns of radiance."""
+"""Radiance columns of the paper's scene, with the paper's equations and with the corrected physics."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hcss_twin.scenario.scenario import Scenario
 Model = Literal["as-printed", "physical"]
 
 BANDS = {"2.7-3.0": "swir-2.7-3.0", "3.0-5.0": "mwir", "8.0-14.0": "lwir"}
-"""Names of the catalog for the bands as the paper writes them, um."""
+"""Catalog names of the paper's bands (limits in um)."""
 
 _PHYSICAL: Mapping[str, Any] = {
     "radiance": {"model": "physical"},
@@ -39,19 +39,19 @@ def scene(
     glint_scale: float = 1.0,
     sea_temperature_K: float | None = None,
 ) -> Plan:
-    """Return the plan of scenario ``baseline`` as Tables II and IV have it.
+    """Return the plan of scenario ``baseline`` with the settings of Tables II and IV.
 
-    Both models have the same place, time, air, sea temperature, wind, and cloud at 6 km. What was fitted to the tables
-    besides (the factor on the glint, no sunlight on the cloud) belongs to ``as-printed`` alone.
+    Both models have the same place, time, air, sea temperature, wind, and cloud at 6 km. The other inputs fitted to
+    the tables (the factor on the glint, no sunlight on the cloud) apply to ``as-printed`` only.
 
     Parameters
     ----------
     model : {"as-printed", "physical"}
     view_zenith_deg : float
     bands : tuple of str
-        Names of the catalog.
+        Catalog names.
     glint_scale : float
-        Of ``as-printed``.
+        Factor on the glint in ``as-printed``.
     sea_temperature_K : float, optional
         By default that of the scenario.
     """
@@ -78,7 +78,7 @@ class Columns:
     opaque: Array
 
     def mixed(self, cover: float, band: int = 0) -> Array:
-        """Radiance (views or suns,) of a scene of which the share ``cover`` is opaque cloud."""
+        """Return the radiance (views or suns,) of a scene with the fraction ``cover`` of opaque cloud."""
         result: Array = (1.0 - cover) * self.clear[:, band] + cover * self.opaque[:, band]
         return result
 
@@ -97,18 +97,18 @@ def columns_over_views(model: Model, sunlit: bool = True) -> Columns:
 
 @lru_cache(maxsize=6)
 def columns_over_suns(model: Model, suns: tuple[Sun, ...], one_distance: bool = True) -> Columns:
-    """Return the columns of Tables V and VI: seen from above, 3-5 um, one row for each sun.
+    """Return the columns of Tables V and VI: nadir view, 3-5 um, one row for each sun position.
 
     Parameters
     ----------
     model : {"as-printed", "physical"}
     suns : tuple of Sun
     one_distance : bool
-        By ``as-printed`` the sun is at 1 au on every day.
+        If true, ``as-printed`` has the sun at 1 au on every day.
     """
     plan = scene(model, 0.0, (BANDS["3.0-5.0"],), fitted("nadir glint scale"), fitted("sea temperature"))
     if model == "as-printed" and one_distance:
-        # The printed radiance does not know the yearly change of sunlight.
+        # The printed radiance does not include the annual variation of solar irradiance.
         suns = tuple(replace(sun, distance_au=1.0) for sun in suns)
     found = [_columns(plan, sun) for sun in suns]
     return Columns(np.array([row[0] for row in found]), np.array([row[1] for row in found]))
@@ -122,13 +122,13 @@ def _columns(plan: Plan, sun: Sun | None) -> Array:
 
 @dataclass(frozen=True)
 class BlackSurface:
-    """Thermal radiance of clear air above a black surface: what the MODTRAN columns turn out to be.
+    """Thermal radiance of clear air above a black surface, which the MODTRAN columns agree with.
 
     Attributes
     ----------
     wavenumber_cm1 : ndarray (V,)
     weights_cm1 : ndarray (V,)
-        Of the band.
+        Weights of the band integral.
     transmittance, path_radiance : ndarray (views, V)
     """
 
@@ -138,7 +138,7 @@ class BlackSurface:
     path_radiance: Array
 
     def radiance(self, temperature_K: float) -> Array:
-        """Band radiance (views,) above a surface of that temperature."""
+        """Return the band radiance (views,) above a surface of that temperature."""
         emitted = self.transmittance * planck(self.wavenumber_cm1, temperature_K)
         result: Array = (emitted + self.path_radiance) @ self.weights_cm1
         return result
@@ -150,7 +150,7 @@ def black_surface(band: str) -> BlackSurface:
     Parameters
     ----------
     band : str
-        Name of the catalog, one of :data:`BANDS`.
+        Catalog name, one of :data:`BANDS`.
     """
     wavenumber, weights, transmittance, path = _clear_air()
     return BlackSurface(wavenumber, weights[list(BANDS.values()).index(band)], transmittance, path)

@@ -1,4 +1,4 @@
-"""Tables I and III, which are inputs: bands and coverages of the static scenes, and the cloud types."""
+"""Tables I and III, which list inputs: bands and coverages of the static scenes, and cloud types."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _HALF_A_PIXEL = 0.5 / 800**2
 
 
 def table_1(seed: int) -> Reproduction:
-    """Return the printed bands and coverages beside those a scene gets."""
+    """Compare the printed bands and coverages with those of a simulated scene."""
     catalog = Catalog()
     bands = {spectral_band(name, catalog).name: spectral_band(name, catalog) for name in BANDS.values()}
     limits = {tuple(map(float, text.split("-"))): name for text, name in BANDS.items()}
@@ -32,7 +32,7 @@ def table_1(seed: int) -> Reproduction:
     checks = (
         Check("the catalog has the three bands with the printed limits", same),
         Check(
-            f"800 x 800 pixels have the coverage asked for: largest difference {max(cover_errors):.1g}, at most "
+            f"800 x 800 pixels have the requested coverage: largest difference {max(cover_errors):.1g}, at most "
             f"half a pixel, {_HALF_A_PIXEL:.1g}",
             max(cover_errors) <= _HALF_A_PIXEL,
         ),
@@ -40,20 +40,20 @@ def table_1(seed: int) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="These are inputs: the bands are in the catalog, and a scene gets exactly the coverage it asks for.",
-        fails="A band or a coverage is not what the table says.",
+        holds="These are inputs: the bands are in the catalog, and a scene has exactly the requested coverage.",
+        fails="A band or a coverage differs from the table.",
         notes=(
-            "The two satellite images are not published. Coverages are of clouds of type simulated; an image of "
-            "one's own becomes a scene with `hcss clouds`.",
-            "The radiance of Table II does not follow from these coverages: it fits effective covers of opaque "
-            "cloud, which are listed there.",
+            "The two satellite images are not published. Coverages are those of clouds of type simulated; "
+            "`hcss import` extracts clouds from your own images.",
+            "The radiance of Table II does not follow from these coverages, but from the effective covers of "
+            "opaque cloud listed there.",
         ),
     )
 
 
 def table_3(seed: int) -> Reproduction:
-    """Return the printed parameters beside those of the catalog's cloud types."""
-    del seed  # nothing is drawn
+    """Compare the printed parameters with those of the catalog's cloud types."""
+    del seed  # no random numbers are used
     catalog = Catalog()
     rows = []
     for name, printed in published()["table_3"]["rows"].items():
@@ -74,12 +74,11 @@ def table_3(seed: int) -> Reproduction:
     return judged(
         rows,
         [Check(f"cloud types of the catalog: largest difference {largest:.1g}, at most 1e-12", largest <= 1e-12)],
-        holds="These are inputs, and the catalog's cloud types have them.",
+        holds="These are inputs, and the cloud types of the catalog have the same values.",
         fails="A cloud type of the catalog differs from the table.",
         notes=(
-            "L, the interpolation resolution, is ambiguous in print. It is read as lattice cells per 16 km, which "
-            "gives the density of Table VIII; pixels per cell does not.",
-            "The paper shows stratocumulus (Fig 10) without a row here; the catalog's has published measurements "
-            "instead.",
+            "The printed definition of L, the interpolation resolution, is ambiguous. It is taken as lattice cells "
+            "per 16 km, which gives the density of Table VIII; pixels per cell does not.",
+            "Stratocumulus (Fig 10) has no row in this table; the catalog's values are from published measurements.",
         ),
     )

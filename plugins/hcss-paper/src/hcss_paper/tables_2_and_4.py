@@ -1,4 +1,4 @@
-"""Tables II and IV: radiance over the view zenith angle."""
+"""Tables II and IV: radiance against view zenith angle."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hcss_twin.core.arrays import Array
 UNIT = "W m-2 sr-1"
 
 LIMITS = {"3.0-5.0": 0.005, "8.0-14.0": 0.0035}
-"""Largest rms of relative differences of a row that counts as reproduced."""
+"""Largest rms of relative differences of a reproduced row."""
 
 BLACK_LIMITS = {"3.0-5.0": 0.007, "8.0-14.0": 0.005}
 """The same for the MODTRAN columns."""
@@ -23,20 +23,20 @@ _COVER_3_5 = "cover of Table IV, 3-5 um"
 _RE_ROUNDING = {"3.0-5.0": 0.25, "8.0-14.0": 0.01}
 
 CLOUD_CHOICES = (
-    "cloud top 6 km, the highest of Table III's type simulated, with the air's 249.2 K there",
-    "no sunlight reflected by the cloud: the rows exclude that of eq 16",
+    "cloud top at 6 km, the highest of type simulated in Table III, with the air temperature there, 249.2 K",
+    "no sunlight reflected by the cloud: the printed rows do not include eq 16",
 )
 
 PHYSICAL_NOTE = (
-    "Physical: the same place, time, air, sea temperature, wind, cloud top and effective cover, by the corrected "
-    "physics, with all sunlight on sea and cloud. It was fitted to nothing here, and by day in 3-5 um it is not "
-    "expected to agree: the printed rows have a sixth of the sun's glint and no sunlight from the cloud."
+    "Physical: the same place, time, air, sea temperature, wind, cloud top and effective cover, with the "
+    "corrected physics and all sunlight on sea and cloud. It is not fitted to the tables, and by day in 3-5 um it is "
+    "not expected to agree: the printed rows have a sixth of the sun glint and no sunlight from the cloud."
 )
 
 
 def table_2(seed: int) -> Reproduction:
     """Return the rows "Ours" of Table II."""
-    del seed  # nothing is drawn
+    del seed  # no random numbers are used
     return _mixed("table_2", [name for name, row in COVERS.items() if row[0] == "table_2"])
 
 
@@ -66,7 +66,7 @@ def table_4_short_wave(seed: int) -> Reproduction:
     inputs = ("sea temperature", "short-wave cover", "short-wave glint scale", "glint scale", _COVER_3_5, surface)
     found, physical = columns_over_views("as-printed"), columns_over_views("physical")
     cover, shared = fitted("short-wave cover"), fitted(_COVER_3_5)
-    # The glint is what sunlight adds; it is linear in its factor.
+    # The glint is the difference due to sunlight; it is proportional to its factor.
     scale = fitted("short-wave glint scale")
     scaled = _with_glint_scale(found, 0, scale)
     computed = (1.0 - cover) * scaled + cover * found.opaque[:, 0]
@@ -90,10 +90,10 @@ def table_4_short_wave(seed: int) -> Reproduction:
         ],
         checks,
         holds="Both rows agree within their rounding.",
-        fails="Two free numbers for eight do not give the row Ours: it peaks at 20 deg, the glint of a sea in 10 "
-        f"m/s wind between 20 and 30 deg; rms {share:.1f} %. The fit leaves {100 * scale:.0f} % of the sun's glint "
-        f"where 3-5 um has {100 * fitted('glint scale'):.0f} %, so no scene has both rows. The row Modtran hardly "
-        "falls with the angle, where clear air above a black surface does.",
+        fails="Two fitted parameters do not reproduce the eight values of the row Ours: it peaks at 20 deg, the glint "
+        f"of a sea in 10 m/s wind between 20 and 30 deg; rms {share:.1f} %. The fit needs {100 * scale:.0f} % of the "
+        f"sun glint, that in 3-5 um {100 * fitted('glint scale'):.0f} %, so no scene gives both rows. The row Modtran "
+        "hardly falls with angle, in contrast to clear air above a black surface.",
         inputs=inputs,
         notes=(PHYSICAL_NOTE,),
         choices=CLOUD_CHOICES,
@@ -120,13 +120,13 @@ def _mixed(table: str, names: list[str]) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="Clear and opaque-cloud columns of one scene, mixed with an effective cover for each row, give every "
-        "row. No single cube has them all, because the cover differs between the bands.",
-        fails="A row is further off than what the fit leaves over.",
+        holds="Clear and opaque-cloud columns of one scene, mixed with an effective cover for each row, reproduce "
+        "every row. No single cube contains all rows, because the cover differs between the bands.",
+        fails="The difference of a row exceeds the residual of the fit.",
         inputs=["sea temperature", "glint scale", *names],
         notes=(
-            f"{coverage} Cloud height, cloud temperature, sea temperature and cover trade against each other: other "
-            "sets fit as well, and none is proof of what the authors used.",
+            f"{coverage} Cloud height, cloud temperature, sea temperature and cover are degenerate: other sets fit "
+            "as well, and none is proof of what the authors used.",
             "The shipped scenario baseline has rounded values of an earlier fit (291.4 K, 0.162).",
             PHYSICAL_NOTE,
         ),
@@ -147,12 +147,12 @@ def _above_black(names: list[str]) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="They are thermal radiance of clear air (1976 US Standard) above a black surface: no cloud, no sun, "
-        "no waves. One surface temperature gives each row.",
-        fails="A row is not that of clear air above a black surface.",
+        holds="The rows are the thermal radiance of clear air (1976 US Standard) above a black surface, without cloud, "
+        "sun or waves. Each row has one surface temperature.",
+        fails="A row differs from clear air above a black surface.",
         inputs=names,
-        notes=("Air: the package's own band model, not MODTRAN.",),
-        choices=("a black surface in place of sea and cloud, and no sun",),
+        notes=("The air is computed with this package's band model, not with MODTRAN.",),
+        choices=("a black surface instead of sea and cloud, and no sun",),
     )
 
 
@@ -170,7 +170,7 @@ def _rows(label: str, printed: Array, computed: Array, physical: Array | None = 
 
 
 def _printed_errors(label: str, table: str, row: str, rounding: float) -> Check:
-    """The printed relative errors against the printed radiances, percent."""
+    """Compare the printed relative errors with the printed radiances, in percent."""
     ours, modtran = printed_row(table, row), printed_row(table, row, "Modtran")
     off = float(np.max(np.abs(100.0 * np.abs(ours / modtran - 1.0) - printed_row(table, row, "RE"))))
     statement = f"{label}: printed relative errors follow from the printed radiances to {off:.2g} %"
@@ -178,7 +178,7 @@ def _printed_errors(label: str, table: str, row: str, rounding: float) -> Check:
 
 
 def _with_glint_scale(columns: Columns, band: int, scale: float) -> Array:
-    """Clear column (views,) with another factor on the glint."""
+    """Return the clear column (views,) with a different factor on the glint."""
     night = columns_over_views("as-printed", sunlit=False)
     glint = columns.clear[:, band] - night.clear[:, band]
     result: Array = night.clear[:, band] + scale / fitted("glint scale") * glint

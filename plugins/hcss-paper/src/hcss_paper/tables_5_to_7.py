@@ -15,19 +15,19 @@ from hcss_twin.providers import Sun
 
 LARGEST_ANGLE_DEG = 6e-4
 LARGEST_RADIANCE = 6e-4
-"""The printed rounding, .0005, and a little."""
+"""Slightly more than the printed rounding, .0005."""
 
 
 def table_5(seed: int) -> Reproduction:
     """Return Table V."""
-    del seed  # nothing is drawn
+    del seed  # no random numbers are used
     printed = published()["table_5"]["rows"]
     labels = [f"Scenario{row[0]}, {abs(row[1])} {'NS'[row[1] < 0]} {row[2]} E" for row in printed]
     notes = (
-        "12:30 on 20 April 2019. The change with longitude in the table is that of the clock against the sun "
-        "within a zone: at one solar time there would be next to none.",
+        "12:30 on 20 April 2019. The change with longitude in the table is the difference between clock time and "
+        "solar time within a zone: at the same solar time there would be almost none.",
     )
-    choices = ("clock: the whole-hour zone nearest to the longitude",)
+    choices = ("time zone: the whole-hour zone nearest to the longitude",)
     return _suns("Table V", labels, printed, suns_of_table_5(), choices, notes)
 
 
@@ -40,9 +40,9 @@ def table_6(seed: int) -> Reproduction:
     notes = (
         "At 12:30 on 20 April 2019 the sun's angles over this place are "
         f"{true.zenith_deg:.3f} and {true.azimuth_deg:.3f} deg.",
-        "What changes over the year is the sun's angle alone: air, sea temperature and cloud are those of one day.",
+        "Only the sun's angle changes over the year: air, sea temperature and cloud are those of one day.",
     )
-    choices = ("the year 2024 for January to April, where 2019 is printed",)
+    choices = ("the year 2024 for January to April, although 2019 is printed",)
     return _suns("Table VI", labels, printed, suns_of_table_6(), choices, notes)
 
 
@@ -78,9 +78,9 @@ def _suns(
         rows,
         checks,
         holds="Every sun angle agrees to the printed digits (NREL algorithm, refracted zenith). The radiance "
-        "agrees to its rounding with an effective cover of this table and a factor on the glint that both tables "
-        "share.",
-        fails="An angle or a radiance is further off than its rounding.",
+        "agrees within rounding with an effective cover for this table and a factor on the glint that is common "
+        "to Tables V and VI.",
+        fails="The difference of an angle or a radiance exceeds its rounding.",
         inputs=["sea temperature", "nadir glint scale", f"cover of {name}"],
         notes=(
             *notes,
@@ -89,7 +89,7 @@ def _suns(
         ),
         choices=(
             *choices,
-            "view straight down, where section IV-A has 20 deg",
+            "nadir view, although section IV-A states 20 deg",
             "the sun at 1 au on every day",
             *CLOUD_CHOICES,
         ),
@@ -97,12 +97,12 @@ def _suns(
 
 
 LIMIT = 0.0034
-"""Largest rms of differences that counts as reproduced: what a straight line leaves over."""
+"""Largest rms of differences of a reproduced row: the residual of a straight line."""
 
 
 def table_7(seed: int) -> Reproduction:
-    """Return the printed trend beside that of the columns of Tables II and IV."""
-    del seed  # nothing is drawn
+    """Compare the printed trend with that of the columns of Tables II and IV."""
+    del seed  # no random numbers are used
     table = published()["table_7"]
     coverage = np.array(table["coverage_pct"], dtype=np.float64) / 100.0
     printed = np.array(table["radiance"], dtype=np.float64)
@@ -135,14 +135,14 @@ def table_7(seed: int) -> Reproduction:
     return judged(
         rows,
         checks,
-        holds="The columns of Tables II and IV, mixed with the printed coverages, give the table.",
-        fails=f"Radiance falls with coverage, as printed, but by {-slope:.2f} {UNIT} from clear to overcast, where "
-        f"the columns that give Tables II and IV fall by {clear - opaque:.2f}. No input is shared; a straight line, "
-        "two free numbers for five, describes the table and explains nothing.",
+        holds="The columns of Tables II and IV, mixed with the printed coverages, reproduce the table.",
+        fails=f"Radiance falls with coverage, as printed, but by {-slope:.2f} {UNIT} from clear to overcast, "
+        f"those of the columns for Tables II and IV by {clear - opaque:.2f}. There is no common input; a straight line "
+        "(two parameters for five values) fits the table but does not explain it.",
         inputs=["sea temperature", "glint scale", "Table VII without cloud", "Table VII per coverage"],
         notes=(
-            "Opaque cloud at 6 km seen at 20 deg. Between Scenario3 and Scenario4 of Table II, too, the effective "
-            "cover rises by far less than the printed coverage.",
+            "Opaque cloud at 6 km viewed at 20 deg. Between Scenario3 and Scenario4 of Table II the effective cover "
+            "also rises by far less than the printed coverage.",
             PHYSICAL_NOTE,
         ),
         choices=CLOUD_CHOICES,

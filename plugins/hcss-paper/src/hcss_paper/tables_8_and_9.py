@@ -1,4 +1,4 @@
-"""Tables VIII and IX: what the paper measures of cloud images."""
+"""Tables VIII and IX: measures of cloud images."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 
 SEED = 1
-"""Of the images to which inputs are fitted, and the command's default."""
+"""Seed of the images to which inputs are fitted, and the default of the command."""
 
 IMAGES = 8
-"""Over so many skies measures are averaged: one standard deviation of a single one is 1 % of Den and DP, .03 of FD."""
+"""Number of images averaged; the standard deviation of an individual one is 1 % in Den and DP and .03 in FD."""
 
 MEASURES = ("EV", "Den", "DP", "FD")
 
@@ -38,20 +38,20 @@ def cloud_field(cloud_type: str, seed: int) -> NDArray[Any]:
 
 
 def cloud_mask(cloud_type: str, coverage: float, seed: int) -> NDArray[np.bool_]:
-    """Return the cloudy pixels of one sky."""
+    """Return the cloudy pixels of one cloud field."""
     mask: NDArray[np.bool_] = cloudy_pixels(cloud_field(cloud_type, seed), coverage)
     return mask
 
 
 @lru_cache(maxsize=8 * IMAGES)
 def measured(cloud_type: str, coverage: float, seed: int) -> Morphology:
-    """Return the measures of one sky."""
+    """Return the measures of one cloud field."""
     field = cloud_field(cloud_type, seed)
     return morphology(cloud_fraction_value(field), cloudy_pixels(field, coverage))
 
 
 def mean_measures(cloud_type: str, coverage: float, seed: int) -> dict[str, float]:
-    """Return EV, Den, DP and FD as the paper prints them, means over :data:`IMAGES` skies from ``seed`` on.
+    """Return EV, Den, DP and FD as the paper prints them, as means over :data:`IMAGES` seeds from ``seed`` on.
 
     The paper prints ten times the density of eq 22, which cannot exceed 1.
     """
@@ -68,7 +68,7 @@ UNITS = {"EV": "bit", "Den": "1", "DP": "1", "FD": "1"}
 
 # A single image of this type has a standard deviation of 1 % in Den and DP and of .03 in FD.
 LARGEST = {"EV": ("share", 0.05), "Den": ("share", 0.03), "DP": ("share", 0.03), "FD": ("absolute", 0.06)}
-"""Largest difference of a measure, relative or absolute, that counts as reproduced."""
+"""Largest difference of a reproduced measure, relative or absolute."""
 
 # Half a unit of the last printed digit of EV, Den, DP and FD, and of percentages.
 _HALF_8 = (5e-4, 5e-4, 0.5, 5e-4)
@@ -76,15 +76,15 @@ _HALF_9 = (5e-4, 5e-4, 5e-3, 5e-4)
 _HALF_PERCENTAGE = 5e-3
 
 _NOTES = (
-    f"Computed: means over {IMAGES} skies of type simulated, 800 x 800 pixels of 20 m, 256 grey levels. The paper's "
+    f"Computed: means over {IMAGES} images of type simulated, 800 x 800 pixels of 20 m, 256 grey levels. The paper's "
     "own images, real or simulated, are not published.",
-    "Den is printed ten times too large: eq 22 cannot exceed 1. DP has W - 1 below the line, as printed.",
+    "Den is printed ten times too large: eq 22 cannot exceed 1. DP is divided by W - 1, as printed.",
 )
 
 _CHOICES = (
-    "FD: a box count of the body under the grey levels, the only reading of eq 6 that was found to give the "
+    "FD: a box count of the volume below the grey-level surface, the only interpretation of eq 6 that gives the "
     "printed values",
-    "L of Table III: lattice cells per 16 km, the reading that gives the printed Den of Table VIII",
+    "L of Table III: lattice cells per 16 km, the interpretation that gives the printed Den of Table VIII",
 )
 
 
@@ -97,7 +97,7 @@ def eq_24_percent(real: Sequence[float], simulated: Sequence[float]) -> tuple[tu
 def eq_24_limits(
     real: Sequence[float], simulated: Sequence[float], half: Sequence[float]
 ) -> tuple[tuple[tuple[float, float], ...], tuple[float, float]]:
-    """Return least and greatest errors and RMSE, percent, of entries that are known to their rounding.
+    """Return the smallest and largest errors and RMSE, in percent, for entries known within their rounding.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def eq_24_limits(
 
 
 def table_8(seed: int) -> Reproduction:
-    """Return Table VIII but for EV."""
+    """Return Table VIII except EV."""
     table = published()["table_8"]
     coverage = fitted("coverage of Table VIII")
     printed = dict(zip(MEASURES, table["sim"], strict=True))
@@ -140,16 +140,16 @@ def table_8(seed: int) -> Reproduction:
         rows,
         checks,
         holds="Eq 24 gives the printed errors and their RMSE from the printed entries, and clouds of type "
-        "simulated have Den, DP and FD of the printed image at one coverage.",
-        fails="A measure of clouds of type simulated, or eq 24, misses the print.",
+        "simulated reproduce Den, DP and FD of the printed image at one coverage.",
+        fails="A measure of clouds of type simulated, or eq 24, differs from the printed values.",
         inputs=["coverage of Table VIII"],
         choices=_CHOICES,
-        notes=(*_NOTES, "EV is an item of its own: it is not reproduced."),
+        notes=(*_NOTES, "EV is a separate item; it is not reproduced."),
     )
 
 
 def table_9(seed: int) -> Reproduction:
-    """Return Table IX but for EV and Den."""
+    """Return Table IX except EV and Den."""
     table = published()["table_9"]["rows"]
     real = table["real"][1:5]
     rows: list[Row] = []
@@ -169,9 +169,9 @@ def table_9(seed: int) -> Reproduction:
         checks,
         holds="Eq 24 gives all three RMSE from the printed entries, and clouds of type simulated have the printed "
         "DP and FD at the printed coverages.",
-        fails="A measure of clouds of type simulated, or eq 24, misses the print.",
+        fails="A measure of clouds of type simulated, or eq 24, differs from the printed values.",
         choices=_CHOICES,
-        notes=(*_NOTES, "EV and Den are an item of their own: they are not reproduced."),
+        notes=(*_NOTES, "EV and Den are a separate item; they are not reproduced."),
     )
 
 
@@ -195,7 +195,7 @@ def table_9_entropy(seed: int) -> Reproduction:
         more = _measures(label, dict(zip(MEASURES, printed, strict=True)), found, ("EV", "Den"))
         rows += more[0]
         checks += more[1]
-    return _missed(rows, checks, "EV and, by some 6 %, Den", ())
+    return _missed(rows, checks, "EV and Den (off by about 6 %)", ())
 
 
 def _missed(rows: list[Row], checks: list[Check], what: str, inputs: Sequence[str]) -> Reproduction:
@@ -203,8 +203,8 @@ def _missed(rows: list[Row], checks: list[Check], what: str, inputs: Sequence[st
         rows,
         checks,
         holds=f"Clouds of type simulated have the printed {what}.",
-        fails=f"Clouds of type simulated at the same coverage miss {what}. Eq 21 gives about twice the printed EV "
-        "for any way of counting that was tried; the images it was computed from are not published.",
+        fails=f"Clouds of type simulated at the same coverage do not reproduce {what}. Eq 21 gives about twice "
+        "the printed EV in every variant tried; the images from which it was computed are not published.",
         inputs=inputs,
         notes=_NOTES,
         choices=_CHOICES[1:],
@@ -229,9 +229,9 @@ def _measures(
 
 
 def _within(label: str, stated: float, low: float, high: float) -> Check:
-    """A printed percentage against what eq 24 gives for entries within their rounding."""
+    """Compare a printed percentage with the range that eq 24 gives for entries within their rounding."""
     return Check(
-        f"{label}, printed {stated:.2f} %: eq 24 gives {low:.2f} to {high:.2f} % for the printed entries, each to "
-        "its rounding",
+        f"{label}, printed {stated:.2f} %: eq 24 gives {low:.2f} to {high:.2f} % for the printed entries "
+        "within their rounding",
         low - _HALF_PERCENTAGE <= stated <= high + _HALF_PERCENTAGE,
     )

@@ -1,4 +1,4 @@
-"""The Airy pattern as a kernel of pixels."""
+"""Airy pattern as a pixel kernel."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _POINTS = 16
 
 
 def airy_kernel(wavelength_um: float, f_number: float, pitch_um: float, radius: int = 7) -> Array:
-    """Return the mean of the Airy pattern over each pixel, of sum 1.
+    """Return the mean of the Airy pattern over each pixel, normalised to a sum of 1.
 
     (2 J1(v) / v)^2 with v = pi r / (wavelength f_number), r the distance in the focal plane (M. Born and E. Wolf,
     "Principles of Optics", 7th edition, 1999, section 8.5.2). Light beyond the kernel is put into it.

@@ -60,7 +60,7 @@ def _reading(times_s: tuple[float, ...]) -> str:
 @cli.command()
 @click.argument("cube", type=click.Path(exists=True, path_type=Path))
 def wavelength(cube: Path) -> None:
-    """Say the mean wavelengths of the light of CUBE's scene, for wavelength_um, and how far the others are off."""
+    """Print the mean photon wavelengths of CUBE's scene, for wavelength_um, and the errors of the other choices."""
     from hcss_pyxel.mean_wavelength import mean_wavelengths_of
     from hcss_pyxel.wavelengths import compared
 
@@ -78,7 +78,7 @@ def wavelength(cube: Path) -> None:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Default: result.nc beside PIPELINE.")
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 def run(pipeline: Path, output: Path | None, force: bool) -> None:
-    """Run PIPELINE in Pyxel and keep all frames: photons, electrons, volts and digital numbers."""
+    """Run PIPELINE in Pyxel and write all frames: photons, electrons, volts and digital numbers."""
     from hcss_pyxel.run import run_pipeline
 
     output = output or pipeline.with_name("result.nc")
@@ -91,7 +91,7 @@ def run(pipeline: Path, output: Path | None, force: bool) -> None:
 
 
 def main() -> None:
-    """Run the command line; an error on purpose becomes one message and exit code 1."""
+    """Run the command line; an expected error gives one message and exit code 1."""
     from hcss_twin.errors import HcssError
 
     try:

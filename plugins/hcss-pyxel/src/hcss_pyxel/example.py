@@ -27,7 +27,7 @@ FILL = 2.0 / 3.0
 
 @dataclass(frozen=True)
 class Instrument:
-    """The example's instrument: round numbers of a cooled infrared camera, generic on purpose.
+    """Instrument of the example: rounded values of a generic cooled infrared camera.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Instrument:
 
 @dataclass(frozen=True)
 class Example:
-    """What was written: the pipeline, the kernel of its optics, and what they were made for.
+    """Files of the example: the pipeline and the kernel of its optics, with the values they were made for.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ def write_example(
     band: str | None = None,
     instrument: Instrument | None = None,
 ) -> Example:
-    """Write ``pipeline.yaml`` and ``psf.npy`` for a cube into a folder, which is made where it is missing.
+    """Write ``pipeline.yaml`` and ``psf.npy`` for a cube to a folder, which is created if necessary.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def write_example(
 
 
 def _of_the_scene(cube: Path, band: str, radiance: NDArray[np.float64]) -> tuple[float | None, str]:
-    """Return the mean wavelength of an image's light by the scene's own spectra, or why it is not known."""
+    """Return the mean wavelength of an image from the spectra of its scene, or the reason why it is unknown."""
     from hcss_pyxel.mean_wavelength import mean_wavelengths_of
 
     try:

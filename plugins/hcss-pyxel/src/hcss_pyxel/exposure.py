@@ -1,4 +1,4 @@
-"""Which frames of a cube an exposure sees, and how long."""
+"""Frames of a cube that contribute to an exposure, and their durations."""
 
 from __future__ import annotations
 

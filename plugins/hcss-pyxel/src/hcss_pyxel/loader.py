@@ -190,7 +190,7 @@ def _window(detector: Detector, data: xr.DataArray, window: Sequence[int] | None
 
 
 def _lit_rows(detector: Detector) -> int:
-    """Return the rows that see light: all but the overscan of a CCD."""
+    """Return the illuminated rows: all except the overscan of a CCD."""
     geometry = detector.geometry
     return int(geometry.image_row if getattr(geometry, "has_overscan", False) else geometry.row)
 

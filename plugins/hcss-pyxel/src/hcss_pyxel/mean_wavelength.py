@@ -1,4 +1,4 @@
-"""Mean wavelengths of a scene's radiance in its bands: what turns band radiance into photons.
+"""Mean photon wavelengths of a scene in its bands, which convert band radiance to photons.
 
 Photons of a band are the integral of ``lambda L / (h c)``; with the mean wavelength ``integral(lambda L) /
 integral(L)`` they are ``mean L_band / (h c)`` exactly.
@@ -26,7 +26,7 @@ _THICKNESSES = 5
 
 @dataclass(frozen=True)
 class MeanWavelength:
-    """Mean wavelength of single columns of a scene in one band: clear sky first, then cloud.
+    """Mean wavelength of individual columns of a scene in one band: clear sky first, then cloud.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class MeanWavelength:
     wavelength_um: Array
 
     def of_image(self, radiance: Array) -> float:
-        """Return the mean wavelength of all light of an image: right for its photons as a whole.
+        """Return the mean wavelength of a whole image, which gives the correct total number of photons.
 
         Parameters
         ----------
@@ -84,7 +84,7 @@ def mean_wavelengths(plan: Plan, time_s: float = 0.0) -> tuple[MeanWavelength, .
 
 
 def mean_wavelengths_of(cube: str | os.PathLike[str]) -> tuple[MeanWavelength, ...]:
-    """Return mean wavelengths of the scene that a cube was made from, at the scenario's start.
+    """Return mean wavelengths of the scene of a cube, at the scenario's start.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def _total(terms: Mapping[str, Array]) -> Array:
 
 
 def _columns(plan: Plan) -> Array:
-    """Return columns (N, L) with cloud in one layer, from the thinnest to the thickest in equal ratios."""
+    """Return columns (N, L) with cloud in one layer, thickness increasing in equal ratios."""
     rows = []
     for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.assembly.cloudy_layers, strict=True)):
         if not cloudy:

@@ -1,4 +1,4 @@
-"""From band radiance to photons on a pixel.
+"""Conversion of band radiance to photons on a pixel.
 
 An extended source of radiance L fills the solid angle that a pixel sees; of the power L A Omega that enters the
 aperture the transmission arrives, in photons of h c / lambda (for instance G. H. Rieke, "Detection of Light", 2nd

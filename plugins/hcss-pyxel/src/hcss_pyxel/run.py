@@ -1,4 +1,4 @@
-"""A whole run of Pyxel, kept in one file."""
+"""Run Pyxel and write the result to one file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LOADER = "hcss_pyxel.load_cube"
 
 
 def run_pipeline(pipeline: Path, output: Path) -> dict[str, float]:
-    """Run a pipeline and write what its detector held after each step as NetCDF.
+    """Run a pipeline and write the detector data after each step as NetCDF.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def run_pipeline(pipeline: Path, output: Path) -> dict[str, float]:
 
 
 def _loader_calls(configuration: Any) -> Iterator[dict[str, Any]]:
-    """Yield the arguments of each loader that is switched on."""
+    """Yield the arguments of each enabled loader."""
     for model in configuration.pipeline.photon_collection or ():
         if model.enabled and model.dump()["func"] == LOADER:
             yield dict(model.arguments)
@@ -73,7 +73,7 @@ def _require_arguments(calls: Iterable[dict[str, Any]]) -> None:
 
 
 def _provenance(pipeline: Path, calls: Iterable[dict[str, Any]]) -> dict[str, str]:
-    """Return where a result comes from, for its global attributes."""
+    """Return the provenance of a result, for its global attributes."""
     versions = {name: importlib.metadata.version(name) for name in ("hcss-pyxel", "hcss-twin", "pyxel-sim")}
     cubes = [os.fspath(arguments["cube"]) for arguments in calls if "cube" in arguments]
     found = {

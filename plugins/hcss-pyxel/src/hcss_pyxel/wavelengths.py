@@ -1,4 +1,4 @@
-"""How far assumed mean wavelengths are from those of a scene's own spectra."""
+"""Errors of assumed mean wavelengths compared with those of the scene's spectra."""
 
 from __future__ import annotations
 
