@@ -58,7 +58,7 @@ def parse_quantity(value: object, dimension: str) -> object:
 
 
 def quantity_or_word(dimension: str, low: float, high: float, word: str, above: str) -> Callable[[object], object]:
-    """Return a validator for a quantity from ``low`` to ``high``, or one word; ``above`` is suggested above ``high``."""
+    """Return a validator for a quantity from ``low`` to ``high`` or a word; ``above`` is suggested above ``high``."""
     plain = next(iter(UNITS[dimension]))
     allowed = f'allowed: {low:g} to {high:g} {plain}, or "{word}"'.replace("e+", "e")
 

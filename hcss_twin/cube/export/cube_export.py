@@ -191,7 +191,7 @@ def export_cube(
             more = f" (and {len(existing) - 1} more)" if len(existing) > 1 else ""
             raise CubeError(f"{existing[0]} exists{more}; give another name with -o, or --force")
         with ExitStack() as stack:
-            # the file entered last is renamed first, so image files are entered first and companions last
+            # the file entered last is renamed first: image files first, companions last
             drafts = {path: stack.enter_context(atomic_write(path, CubeError)) for path in reversed(names.all)}
             missing = _write(selection, cube.name, to, names, drafts, limits)
         return Exported(
