@@ -38,7 +38,7 @@ def make_plan(scenario: Scenario, *, keeps_results: bool = True, shelf: ResultCa
     keeps_results : bool
         Whether to use results of earlier runs in the user's cache, and store new ones there.
     shelf : ResultCache, optional
-        What scenes planned before in this process read and computed already.
+        Files and results of scenes planned earlier in this process.
 
     Raises
     ------

@@ -63,7 +63,7 @@ GLINT_SAFETY_FACTOR = 1.05
 
 
 def slant_skipped(assembly: Assembly, sun: SunFrames, contrast: float | None, radiance: bool) -> Iterator[Omission]:
-    """Yield parallax and shadows if they are omitted.
+    """Yield the omissions of parallax and shadows.
 
     Parameters
     ----------

@@ -77,7 +77,7 @@ def quantized(
 
 
 def quantization_lines(variables: tuple[VariableSpec, ...], compressed: bool) -> tuple[str, ...]:
-    """Yield notes on the rounding of values; none if there is no rounding."""
+    """Return notes on the rounding of values; empty if there is no rounding."""
     errors = {spec.significant_bits: spec.units == "K" for spec in variables if spec.significant_bits is not None}
     return tuple(
         f"{'temperatures' if temperature else 'numbers'} are rounded to {bits} bits of the mantissa: relative error "
