@@ -110,7 +110,7 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     version = dataset.attrs.get(FORMAT_ATTRIBUTE)
     if version != FORMAT_VERSION:
         dataset.close()
-        problem = "it is no finished cube" if version is None else f"it has the cube format {version}"
+        problem = "it is not a finished cube" if version is None else f"it has the cube format {version}"
         raise CubeError(
             f"cannot read {os.fspath(path)}: {problem}; "
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"

@@ -80,9 +80,9 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         If a band response file is missing.
     """
     if SENSOR_ATTRIBUTE in dataset.attrs:
-        raise CubeError(f"{name} is what a sensor measured already; a clean cube is needed")
+        raise CubeError(f"{name} is already a sensor cube; a clean cube is needed")
     if "radiance" not in dataset:
-        raise CubeError(f"{name} has no radiance, which a sensor measures; run its scenario with it")
+        raise CubeError(f"{name} has no radiance, which a sensor needs; request it in the scenario")
     recorded = Recorded.of(dict(dataset.attrs), name)
     scenario, catalog = recorded.scenario, Catalog(base=base or recorded.base)
     try:
@@ -97,11 +97,11 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         pixel_size_m, speed_m_s = pixel_size_and_speed(scenario)
         image = int(scenario["image"]["rows"]), int(scenario["image"]["columns"])
     except (KeyError, TypeError, ValueError) as error:
-        raise CubeError(f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) is not that of this cube: {error}") from error
+        raise CubeError(f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) does not match this cube: {error}") from error
     times_s = (dataset["time"].to_numpy() - start) / np.timedelta64(1, "ns") * 1e-9
     numbers = np.rint(times_s / interval_s).astype(np.int64)
     if np.any(numbers < 0) or np.any(np.abs(numbers * interval_s - times_s) > 1e-3 * interval_s):
-        raise CubeError(f"{name}: its times are not those of its scenario, every {interval_s:g} s from the start")
+        raise CubeError(f"{name}: its times do not match its scenario, every {interval_s:g} s from the start")
     grid = Grid(dataset.sizes["y"], dataset.sizes["x"], _pixel_size_m(dataset, pixel_size_m, name))
     inputs = SensorInputs(
         bands=sensor_bands(bands),

@@ -51,7 +51,7 @@ def write_envi(selection: Selection, source: str, raw: Path, header: Path, descr
     """
     code = _TYPES.get(f"{selection.dtype.kind}{selection.dtype.itemsize}")
     if code is None:
-        raise CubeError(f"values of type {selection.dtype} have no place in ENVI; allowed: {', '.join(_TYPES)}")
+        raise CubeError(f"values of type {selection.dtype} cannot be stored in ENVI; allowed: {', '.join(_TYPES)}")
     missing = 0
     with raw.open("wb") as file:
         for frame in selection.frames:

@@ -67,7 +67,7 @@ def _stored(dtype: np.dtype[Any]) -> np.dtype[Any]:
     name = f"{dtype.kind}{dtype.itemsize}"
     name = _WIDER.get(name, name)
     if name not in ("u1", "i2", "i4", "i8", "f4", "f8"):
-        raise CubeError(f"values of type {dtype} have no place in FITS; allowed: floats of 32 or 64 bits, integers")
+        raise CubeError(f"values of type {dtype} cannot be stored in FITS; allowed: floats of 32 or 64 bits, integers")
     return np.dtype(name).newbyteorder(">")
 
 

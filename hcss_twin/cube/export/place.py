@@ -140,7 +140,7 @@ def axis(name: str, centres_m: NDArray[np.float64], fallback_m: float | None) ->
         return float(centres_m[0]), fallback_m
     step = float(centres_m[-1] - centres_m[0]) / (centres_m.size - 1)
     if not step > 0.0:
-        raise CubeError(f"{name} does not grow with the pixel's number; that of a cube does")
+        raise CubeError(f"{name} does not increase with the pixel number; in a cube it does")
     even = centres_m[0] + step * np.arange(centres_m.size)
     if np.max(np.abs(centres_m - even)) > _EVEN * step:
         raise CubeError(f"{name} has uneven steps; those of a cube are even")

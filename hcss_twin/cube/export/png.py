@@ -151,7 +151,7 @@ def _range(image: NDArray[Any]) -> tuple[float, float] | None:
     if np.isnan(low):
         return None
     if np.isinf(low) or np.isinf(high):
-        raise CubeError("a value is infinite; PNG has no place for it")
+        raise CubeError("a value is infinite, which PNG cannot store")
     return float(low), float(high)
 
 
