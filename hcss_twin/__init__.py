@@ -4,7 +4,7 @@
     >>> scenario = hcss_twin.Scenario.load("stratus")
     >>> cube = hcss_twin.simulate(scenario)          # an xarray.Dataset
 
-Everything named in ``__all__`` is imported when it is first used, so that ``import hcss_twin`` is quick.
+The names in ``__all__`` are imported on first use, so that ``import hcss_twin`` is quick.
 """
 
 from __future__ import annotations

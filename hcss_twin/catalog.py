@@ -1,4 +1,4 @@
-"""The catalog, at the import path that the provider API promises; defined in :mod:`hcss_twin.core.catalog`."""
+"""The catalog, at the import path of the provider API; defined in :mod:`hcss_twin.core.catalog`."""
 
 from hcss_twin.core.catalog import Catalog
 

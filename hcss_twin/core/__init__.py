@@ -1,1 +1,1 @@
-"""What every package stands on: errors, catalogs, cache, files. Imports nothing of ours."""
+"""Base of all other packages: errors, catalogs, cache, files. Imports none of them."""

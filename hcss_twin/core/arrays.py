@@ -1,4 +1,4 @@
-"""The alias for arrays of double precision, which almost every signature uses."""
+"""Type alias for double-precision arrays, used in almost every signature."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Results that runs keep in the user's cache: each file has a name that says all its content depends on.
+"""Results of runs in the user's cache: each file name is a hash of everything the result depends on.
 
-Files appear whole or not at all, hold no code, and are removed again, the least recently used ones first.
+Files are written atomically and contain no code; the least recently used are removed first.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from hcss_twin.core.files import atomic_write
 from hcss_twin.core.result_cache import ResultCache
 
 TABLES = ("tables", ".npz")
-"""Compiled tables of scenes: name of their folder in the cache, and how the files end."""
+"""Radiance tables of scenes: cache folder and file suffix."""
 
 PLANS = ("plans", ".npz")
-"""Analyses of scenes."""
+"""Scene analyses."""
 
 REFERENCES = ("references", ".npz")
-"""Columns that certificates are made from."""
+"""Columns computed for certificates."""
 
 OPTICS = ("optics", ".nc")
 """Bulk properties of cloud particles."""
 
 FORMAT = 2
-"""Raised when what is written changes its meaning."""
+"""Incremented when the meaning of the stored values changes."""
 
 DEFAULT_LIMIT_MB = 1000.0
 
@@ -44,30 +44,30 @@ _T = TypeVar("_T")
 
 
 class CacheError(HcssError):
-    """The cache cannot be used as asked."""
+    """The cache settings are invalid."""
 
 
 def cache_root() -> Path | None:
-    """Return the cache folder: HCSS_CACHE_DIR, or hcss-twin in the user's cache folder; None for users without one.
+    """Return the cache folder: HCSS_CACHE_DIR, or hcss-twin in the user's cache folder; None if there is neither.
 
-    The user's cache folder is that of the operating system: on Linux XDG_CACHE_HOME or ~/.cache.
+    The operating system defines the user's cache folder: on Linux XDG_CACHE_HOME or ~/.cache.
     """
     own = os.environ.get("HCSS_CACHE_DIR")
     if own:
         return Path(own)
     try:
         return platformdirs.user_cache_path("hcss-twin", appauthor=False, opinion=False)
-    except RuntimeError:  # a user of the system without a home folder
+    except RuntimeError:  # a system user without a home folder
         return None
 
 
 def limit_bytes() -> int:
-    """Return the most a kind may occupy: HCSS_CACHE_MB megabytes, 1000 without it; 0 keeps nothing.
+    """Return the size limit of each kind: HCSS_CACHE_MB megabytes, by default 1000; 0 disables the cache.
 
     Raises
     ------
     CacheError
-        If the variable is not a number, 0 or more.
+        If the variable is not a non-negative number.
     """
     text = os.environ.get("HCSS_CACHE_MB", "")
     try:
@@ -80,7 +80,7 @@ def limit_bytes() -> int:
 
 
 def result_key(parts: Mapping[str, Any], memory: ResultCache) -> str:
-    """Return a hash of what a result depends on, and of this package and its libraries."""
+    """Return a hash of the inputs of a result and of the versions of this package and its libraries."""
     code = {"format": FORMAT, "libraries": memory.versions(), "engine": memory.fingerprint(__name__)}
     return hashlib.sha256(json.dumps({**parts, **code}, sort_keys=True, default=str).encode()).hexdigest()
 
@@ -88,29 +88,30 @@ def result_key(parts: Mapping[str, Any], memory: ResultCache) -> str:
 def recall_or_compute(
     kind: tuple[str, str], key: str, catalog: Catalog, compute: Callable[[], _T], classes: tuple[type, ...]
 ) -> _T:
-    """Return the result that an earlier run kept, the same to the bit, or compute it and keep it.
+    """Return the cached result of an earlier run, bit for bit, or compute it and store it.
 
     Parameters
     ----------
     kind : (str, str)
         For example ``TABLES``.
     key : str
-        Of all that the result depends on, the files in ``catalog.used`` among it. Files that ``compute`` reads beside
-        these are kept with the result: they must be unchanged, and are recorded as read again.
+        Hash of all inputs, including the files in ``catalog.used``. Further files that ``compute`` reads are
+        stored with the result: the result is reused only if they are unchanged, and they are then recorded as
+        read.
     catalog : Catalog
-        With a secluded one nothing is recalled and nothing is kept.
+        With a secluded catalog the cache is neither read nor written.
     classes : tuple of type
-        Dataclasses that may occur in the result; that of the result comes first.
+        Dataclasses that may occur in the result; the class of the result itself comes first.
     """
     if isinstance(catalog, SecludedCatalog):
         return compute()
     store, folder, before = Store(*kind), str(catalog.base.resolve()), catalog.used
     path = store.find(key)
     if path is not None:
-        with contextlib.suppress(Exception):  # whatever is wrong with the file, its result is computed again
+        with contextlib.suppress(Exception):  # if the file is unusable, the result is recomputed
             base, names, digests, kept = read_record(path, classes)
             files = dict(zip(names, digests, strict=True))
-            # Files of a scenario in another folder are not those of this one.
+            # A scenario in another folder refers to other files.
             if isinstance(kept, classes[0]) and base in ("", folder) and catalog.unchanged(files):
                 result: _T = kept  # type: ignore[assignment]
                 return result
@@ -135,9 +136,9 @@ class Store:
     Parameters
     ----------
     kind : str
-        Name of their folder in the cache.
+        Name of the folder in the cache.
     suffix : str
-        How they end.
+        File suffix.
     """
 
     def __init__(self, kind: str, suffix: str) -> None:
@@ -146,7 +147,7 @@ class Store:
         self._suffix = suffix
 
     def find(self, key: str) -> Path | None:
-        """Return the file of a key, which counts as used now; None if there is none."""
+        """Return the file of a key and mark it as used now; None if there is none."""
         if self.folder is None:
             return None
         path = self.folder / f"{key}{self._suffix}"
@@ -157,9 +158,9 @@ class Store:
         return path
 
     def keep(self, key: str, write: Callable[[Path], None]) -> None:
-        """Write the file of a key, by a function of its path, and remove the least recently used beyond the limit.
+        """Write the file of a key and remove the least recently used files beyond the limit; ``write`` gets its path.
 
-        A cache that cannot be written costs time and nothing else; several processes may write at once.
+        A cache that cannot be written only costs time; several processes may write at once.
         """
         limit = limit_bytes()
         if self.folder is None or limit == 0:
@@ -180,7 +181,7 @@ class Store:
             _remove(self.folder / f"{key}{self._suffix}")
 
     def kept(self) -> list[CachedFile]:
-        """Return all files, the most recently used first."""
+        """Return all files, most recently used first."""
         files = []
         for path in [] if self.folder is None else self.folder.glob(f"[!.]*{self._suffix}"):
             with contextlib.suppress(OSError):  # removed by another process
@@ -189,7 +190,7 @@ class Store:
         return sorted(files, key=lambda each: -each.last_used_s)
 
     def clear(self) -> list[CachedFile]:
-        """Remove all files and return those that were there."""
+        """Remove all files and return them."""
         return [each for each in self.kept() if _remove(each.path)]
 
 
@@ -206,7 +207,7 @@ def write_record(path: Path, record: Any, classes: tuple[type, ...]) -> None:
     Raises
     ------
     TypeError
-        If something else occurs in it.
+        If the tree contains another type.
     """
     arrays: dict[str, NDArray[Any]] = {}
     structure = json.dumps(_encode(record, classes, arrays))
@@ -232,7 +233,7 @@ def _encode(value: Any, classes: tuple[type, ...], arrays: dict[str, NDArray[Any
     if type(value) in classes:
         fields = {each.name: _encode(getattr(value, each.name), classes, arrays) for each in dataclasses.fields(value)}
         return {"class": type(value).__name__, "fields": fields}
-    raise TypeError(f"{type(value).__name__} cannot be kept in a record")
+    raise TypeError(f"{type(value).__name__} cannot be stored in a record")
 
 
 def _decode(value: Any, classes: Mapping[str, type], arrays: Mapping[str, NDArray[Any]]) -> Any:

@@ -1,8 +1,8 @@
-"""Named data a scenario can refer to, and a record of every file that was used.
+"""Named data that a scenario can refer to, and a record of every file that was read.
 
-The data lie in ``catalogs/``: beside this module in an installed wheel, beside the
-package folder in a source checkout. A :class:`Catalog` belongs to one run; it remembers
-the hash of each file it opened, for the provenance of a cube.
+The data are in ``catalogs/``: inside the package in an installed wheel, next to the package folder in a
+source checkout. A :class:`Catalog` belongs to one run and records the hash of each file it opens, for the
+provenance of a cube.
 """
 
 from __future__ import annotations
@@ -28,29 +28,30 @@ def catalog_root() -> Path:
     Raises
     ------
     CatalogError
-        If the installation lacks the folder.
+        If the folder is not installed.
     """
     package = Path(__file__).parents[1]
     for candidate in (package / "catalogs", package.parent / "catalogs"):
         if (candidate / "bands.toml").is_file():
             return candidate
-    raise CatalogError(f"the catalog files are missing beside {package}; reinstall hcss-twin")
+    raise CatalogError(f"the catalog files are missing next to {package}; reinstall hcss-twin")
 
 
 class Catalog:
-    """Reader of catalog and user data files that records what it read.
+    """Reader of catalog files and user files that records each file it reads.
 
     Parameters
     ----------
     root : Path, optional
         Folder of the named files; the shipped ``catalogs/`` by default.
     base : Path, optional
-        Folder against which a user's relative paths are resolved (that of the scenario file).
+        Folder against which a user's relative paths are resolved (the folder of the scenario file).
 
     Attributes
     ----------
     shelf : ResultCache
-        Parsed files; catalogs of many scenes in one process can share it. Not part of the provider API.
+        Parsed files; the catalogs of several scenes in one process can share it. Not part of the provider
+        API.
     """
 
     def __init__(self, root: Path | None = None, base: Path | None = None) -> None:
@@ -61,11 +62,11 @@ class Catalog:
 
     @property
     def used(self) -> Mapping[str, str]:
-        """SHA-256 of each file opened so far, keyed by its name in the catalog or its path."""
+        """SHA-256 of each file opened so far, by catalog name or path."""
         return dict(sorted(self._used.items()))
 
     def names(self, folder: str, suffix: str) -> list[str]:
-        """List the names in one catalog folder, without their suffix."""
+        """List the names in a catalog folder, without suffix."""
         return sorted(path.name.removesuffix(suffix) for path in (self.root / folder).glob(f"*{suffix}"))
 
     def find(self, name: str, folder: str, suffix: str, *, beside: bool = False) -> Path:
@@ -74,17 +75,17 @@ class Catalog:
         Parameters
         ----------
         name : str
-            What the user gave.
+            Catalog name or path.
         folder, suffix : str
-            Where named files lie in the catalog, and how they end.
+            Catalog folder and suffix of the named files.
         beside : bool
-            Whether names of files in a folder of the same name beside the scenario count too; of equal
-            names the shipped one is taken.
+            Whether to search also a folder of the same name next to the scenario; a shipped file takes
+            precedence.
 
         Raises
         ------
         CatalogError
-            If neither exists; the message gives the names there are and the closest one.
+            If neither exists; the message lists the known names and the closest one.
         """
         roots = [self.root, self.base] if beside else [self.root]
         for root in roots:
@@ -115,9 +116,9 @@ class Catalog:
         return self._record(own)
 
     def unchanged(self, used: Mapping[str, str]) -> bool:
-        """Whether files that were read before, by the names in :attr:`used`, are still the same.
+        """Whether files that were read before, by their names in :attr:`used`, are unchanged.
 
-        If all are, they are recorded as read; else none is.
+        If all are, they are recorded as read; otherwise none is.
         """
         now = Catalog(self.root, self.base)
         now.shelf = self.shelf
@@ -172,7 +173,7 @@ class SecludedCatalog(Catalog):
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()
-    except (OSError, ValueError):  # a name the system cannot have, so there is no such file
+    except (OSError, ValueError):  # not a possible file name, so there is no such file
         return False
 
 

@@ -1,4 +1,4 @@
-"""Commands that an installed package adds to ``hcss``: the hook, and their collection without importing their code.
+"""Commands that plugins add to ``hcss``: the hook, and the listing of commands without importing their code.
 
 A plugin names a module in the entry point group ``hcss_twin.commands``. The module has a function ``hcss_commands``,
 marked with ``hookimpl``, and is imported when the commands are listed: it should import nothing but this module.
@@ -21,7 +21,7 @@ from hcss_twin.core.errors import HcssError, ProviderError, closest
 from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, describe
 
 PROJECT = "hcss_twin"
-"""Name that ties markers, plugin managers and the entry point groups together."""
+"""Project name shared by hook markers, plugin managers and entry point groups."""
 
 GROUP = "hcss_twin.commands"
 
@@ -35,7 +35,7 @@ _TARGET = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
 
 
 def check_name(name: object) -> None:
-    """Raise ValueError unless a name consists of lower-case letters, digits, and hyphens within."""
+    """Raise ValueError unless a name consists of lower-case letters, digits and inner hyphens."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise ValueError(f"name {name!r}: allowed are lower-case letters, digits, and hyphens within")
 
@@ -100,7 +100,7 @@ class PluginCommand:
         Raises
         ------
         HcssError
-            If it cannot be imported or is no click command.
+            If it cannot be imported or is not a click command.
         """
         import click
 
@@ -118,10 +118,10 @@ class PluginCommand:
 def collect(
     plugins: Iterable[tuple[Origin, EntryPoint | BaseException]], core: Collection[str]
 ) -> tuple[dict[str, PluginCommand], list[BrokenPlugin]]:
-    """Return the commands of plugins by name, and what cannot be used.
+    """Return the commands of plugins by name, and the unusable plugins.
 
-    A name that the core has, or that two plugins bring, is refused for each plugin that claims it; the other commands
-    of these plugins remain.
+    A name that the core uses, or that two plugins define, is rejected for each of these plugins; their other
+    commands remain.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def collect(
 
 
 def _specs(plugin: Any) -> list[CommandSpec]:
-    """Call the hook of one plugin; a manager of its own keeps plugins from wrapping one another's hooks."""
+    """Call the hook of one plugin; a separate manager prevents plugins from wrapping each other's hooks."""
     manager = pluggy.PluginManager(PROJECT)
     hook = hcss_commands.__name__
     manager.add_hookspecs(sys.modules[__name__])

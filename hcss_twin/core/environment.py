@@ -29,7 +29,7 @@ def installed_version(distribution: str) -> str:
 
 @cache
 def _loaded(distribution: str) -> str:
-    """Return the version that this process has loaded, whatever is installed later; reading it takes a millisecond."""
+    """Return the loaded version, even if another is installed later; reading it takes a millisecond."""
     return installed_version(distribution)
 
 
@@ -38,10 +38,10 @@ COMPILING = "compiling kernels, once on this machine (up to half a minute) ..."
 
 @contextmanager
 def announce_compilation(report: Callable[[str], object]) -> Iterator[None]:
-    """Call ``report`` with one line when the first of our kernels is compiled in this block.
+    """Call ``report`` with one line when the first kernel of this package is compiled in this block.
 
-    A user would take the pause for a hang. The compiler reports it, so that kernels from its cache do not count,
-    whichever folder that is in, and those for another version or processor do.
+    Otherwise a user would take the pause for a hang. The compiler itself triggers the message, so that only
+    kernels that are missing from its cache, or were compiled for another version or processor, cause it.
     """
     from numba.core import event
 

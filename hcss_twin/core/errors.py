@@ -1,4 +1,4 @@
-"""Exceptions of the package, and the wording that their messages share."""
+"""Exceptions of the package, and common wording for their messages."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class HcssError(Exception):
 
 
 class CatalogError(HcssError):
-    """A named or given data file is missing or malformed."""
+    """A catalog file or user file is missing or malformed."""
 
 
 class ProviderError(HcssError):
-    """A provider (plugin) is unknown, broken, or broke its contract."""
+    """A provider (plugin) is unknown, broken, or violates its contract."""
 
 
 class CubeError(HcssError):
@@ -31,7 +31,7 @@ class SweepError(HcssError):
 
 
 class ImageError(HcssError):
-    """An image cannot be evaluated: its shape, type or values do not allow it."""
+    """An image cannot be evaluated because of its shape, type or values."""
 
 
 class PosteriorError(HcssError):
@@ -68,14 +68,14 @@ class CertificateWarning(UserWarning):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong with a scenario.
+    """One problem of a scenario.
 
     Attributes
     ----------
     field : str
         Dotted path of the key, for example ``view.zenith``.
     message : str
-        What was given, what is allowed, and the closest valid choice.
+        Given value, allowed values, and closest valid choice.
     """
 
     field: str
@@ -86,7 +86,7 @@ class Problem:
 
 
 class ScenarioError(HcssError):
-    """A scenario is not valid; carries every problem, not only the first."""
+    """A scenario is invalid; lists every problem, not only the first."""
 
     def __init__(self, problems: Iterable[Problem], origin: str = "scenario") -> None:
         self.problems = tuple(problems)
@@ -98,20 +98,20 @@ class ScenarioError(HcssError):
 
 
 SPELLING_CUTOFF = 0.65
-"""Least similarity (2 x equal letters / all letters) of two spellings of one word; zenith and azimuth have 0.62."""
+"""Minimum similarity (2 x equal letters / all letters) of two spellings of a word; zenith and azimuth have 0.62."""
 
 
 def closest(name: str, choices: Iterable[str]) -> str | None:
-    """Return the choice that ``name`` is probably a misspelling or an abbreviation of; None if there is none.
+    """Return the choice that ``name`` probably misspells or abbreviates; None if there is none.
 
-    Names are compared word by word, so that ``sensor_zenith`` is no misspelling of ``solar_zenith``.
+    Names are compared word by word, so that ``sensor_zenith`` is not taken for a misspelt ``solar_zenith``.
     """
     best = max(choices, key=lambda choice: _similarity(name, choice), default=None)
     return best if best is not None and _similarity(name, best) > 0.0 else None
 
 
 def _similarity(name: str, choice: str) -> float:
-    """Return how alike two names are spelt, 0 to 1; 0 where their words differ in meaning."""
+    """Return the similarity of two names, 0 to 1; 0 if their words differ in meaning."""
     one, other = _words(name), _words(choice)
     whole = _ratio("".join(one), "".join(other))
     if len(one) == len(other):
@@ -120,7 +120,7 @@ def _similarity(name: str, choice: str) -> float:
         return 0.9 + 0.1 * whole  # swir is nearer to swir-2.7-3.0 than to mwir
     shorter, longer = sorted((one, other), key=len)
     contained = bool(shorter) and all(any(_is_spelling(word, each) for each in longer) for word in shorter)
-    return whole if contained or whole > 0.8 else 0.0  # 0.8: only the marks between words are missing
+    return whole if contained or whole > 0.8 else 0.0  # 0.8: only the separators between words are missing
 
 
 def _words(name: str) -> list[str]:
@@ -140,7 +140,7 @@ def _ratio(one: str, other: str) -> float:
 
 
 def choose_from(name: str, choices: Iterable[str]) -> str:
-    """Phrase the allowed choices and the one closest to ``name``."""
+    """Return text with the allowed choices and the one closest to ``name``."""
     known = sorted(choices)
     guess = closest(name, known)
     hint = f"; closest is '{guess}'" if guess else ""
@@ -159,13 +159,13 @@ def shown(value: object) -> str:
     else:
         try:
             text = repr(value)
-        except ValueError:  # integers beyond Python's limit for conversion to text
+        except ValueError:  # integer beyond Python's limit for conversion to text
             text = "a number of thousands of digits"
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
 def listed(value: object) -> str | None:
-    """Write ``value`` as the only entry of a list; None for what cannot be an entry."""
+    """Write ``value`` as the only entry of a list; None if it cannot be an entry."""
     return json.dumps([value]) if isinstance(value, str) and len(value) < LONGEST else None
 
 
@@ -176,5 +176,5 @@ def ordinal(number: int) -> str:
 
 
 def count(number: int, noun: str, plural: str) -> str:
-    """Write a number of things: ``1 entry``, ``2 entries``."""
+    """Write a number with its noun: ``1 entry``, ``2 entries``."""
     return f"{number} {noun if number == 1 else plural}"

@@ -1,4 +1,4 @@
-"""Files that appear complete, are on the disk when they are said to be, and never replace an input."""
+"""Atomic, durable writing of files that never replaces an input."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from hcss_twin.core.errors import CatalogError, HcssError
 
 @contextlib.contextmanager
 def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
-    """Give a hidden name to write to; leaving the block without an exception renames it to ``path``.
+    """Yield a hidden path to write to, which is renamed to ``path`` if the block raises no exception.
 
-    The draft lies in the same folder, so that the renaming is one step and an older file is either whole
-    or replaced. Leaving the block through any exception, Ctrl-C among them, removes the draft.
+    The draft is in the same folder, so that renaming is atomic: an older file stays intact or is replaced.
+    Any exception in the block, including Ctrl-C, removes the draft.
 
     Parameters
     ----------
     path : Path
         Final name; its folder must exist.
     error : type
-        What is raised where the system refuses, or a library reports a refusal as OSError or RuntimeError.
+        Exception to raise if the system or a library reports an OSError or RuntimeError.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def atomic_write(path: Path, error: type[HcssError]) -> Iterator[Path]:
 
 
 def require_not_read(output: Path, read: Iterable[Path], error: type[HcssError]) -> None:
-    """Refuse to write onto a file that is read, or onto a folder that holds one.
+    """Refuse to overwrite an input file, or a folder that contains one.
 
     Raises
     ------
@@ -62,9 +62,9 @@ def require_not_read(output: Path, read: Iterable[Path], error: type[HcssError])
 
 
 def flush(path: Path) -> None:
-    """Ask the system to put a file, or a folder's entries, on the disk."""
+    """Flush a file, or the entries of a folder, to disk."""
     if path.is_dir():
-        # some systems cannot open folders; the rename is then as durable as they make it
+        # some systems cannot open folders; durability of the rename is then up to them
         with contextlib.suppress(OSError):
             _flush_handle(os.open(path, os.O_RDONLY))
         return
@@ -80,12 +80,12 @@ def _flush_handle(handle: int) -> None:
 
 @contextmanager
 def open_format(path: Path, name: str, version: int) -> Iterator[Any]:
-    """Open a NetCDF file whose attributes ``format`` and ``format_version`` are the expected ones.
+    """Open a NetCDF file with the expected attributes ``format`` and ``format_version``.
 
     Raises
     ------
     CatalogError
-        If it is not NetCDF or of another format.
+        If it is not NetCDF or has another format.
     """
     import netCDF4
 

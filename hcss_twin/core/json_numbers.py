@@ -1,4 +1,4 @@
-"""Numbers for JSON, which has no NaN and no infinity: they become null."""
+"""Conversion of numbers to JSON, which has no NaN or infinity: they become null."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ if TYPE_CHECKING:
 
 
 def json_number(value: float | None) -> float | None:
-    """Return a number, or None where there is none or it is not finite."""
+    """Return a number, or None if it is missing or not finite."""
     return float(value) if value is not None and math.isfinite(value) else None
 
 
 def json_list(values: NDArray[Any]) -> list[float | None]:
-    """Return numbers, with None for those that are not finite."""
+    """Return numbers, with None for non-finite ones."""
     return [json_number(float(value)) for value in values]
 
 
 def json_value(value: Any) -> Any:
-    """Return anything that JSON can say, with None for numbers in it that are not finite; tuples become lists."""
+    """Return a JSON-compatible value with None for non-finite numbers; tuples become lists."""
     if isinstance(value, dict):
         return {name: json_value(each) for name, each in value.items()}
     if isinstance(value, list | tuple):

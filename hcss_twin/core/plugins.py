@@ -1,6 +1,6 @@
-"""Installed plugins: entry points of a group, read one distribution at a time so that a broken one harms no other.
+"""Installed plugins: entry points of a group, read per distribution so that a broken one does not affect the others.
 
-Imported by ``hcss --help``: nothing beyond the standard library.
+``hcss --help`` imports this module, so it uses the standard library only.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 OWN_DISTRIBUTION = "hcss-twin"
-"""Distribution that brings the defaults."""
+"""Distribution that contains the default providers."""
 
 FAILURES = (Exception, SystemExit)
-"""What a plugin may raise without stopping the program; a user's interrupt is not among them."""
+"""Exceptions of a plugin that do not stop the program; a keyboard interrupt does."""
 
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a plugin comes from."""
+    """Distribution of a plugin."""
 
     entry_point: str
     distribution: str
@@ -31,18 +31,18 @@ class Origin:
 
 @dataclass(frozen=True)
 class BrokenPlugin:
-    """A plugin, or a part of one, that cannot be used.
+    """A plugin, or part of one, that cannot be used.
 
     Attributes
     ----------
     entry_point, distribution, version : str
-        Where it comes from.
+        Origin of the plugin.
     error : str
-        What went wrong.
+        Cause, as text.
     offered : tuple of (Kind, str)
-        Providers it would have brought, as far as they became known.
+        Providers it would have defined, as far as known.
     cause : BaseException or None
-        The error itself, to raise from.
+        The original exception, for chaining.
     """
 
     entry_point: str
@@ -57,29 +57,29 @@ class BrokenPlugin:
 
 
 def describe(error: BaseException) -> str:
-    """Name an exception in one line."""
+    """Describe an exception in one line."""
     text = " ".join(str(error).split())
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
 def normalised(distribution: str) -> str:
-    """Return the form in which distribution names are compared (PEP 503)."""
+    """Return the normalised distribution name (PEP 503)."""
     return re.sub(r"[-_.]+", "-", distribution).lower()
 
 
 def installed(group: str) -> Iterator[tuple[Origin, importlib.metadata.EntryPoint | BaseException]]:
-    """Yield each entry point of a group, or the error that kept it from being read.
+    """Yield each entry point of a group, or the error raised while reading it.
 
     Distributions are read one by one, because a single malformed ``entry_points.txt`` makes
-    ``importlib.metadata.entry_points()`` fail for all. Of a distribution that is twice on the path the first counts,
-    as for imports.
+    ``importlib.metadata.entry_points()`` fail for all. If a distribution is on the path twice, the first is
+    used, as for imports.
     """
     seen: set[str] = set()
     for distribution in importlib.metadata.distributions():
         try:
             text = distribution.read_text("entry_points.txt")
         except FAILURES:
-            continue  # unreadable metadata of a package that may have nothing to do with this one
+            continue  # unreadable metadata of a package that may be unrelated
         if not text or group not in text:
             continue
         name, version = _identity(distribution)

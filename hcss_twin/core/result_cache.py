@@ -1,4 +1,4 @@
-"""What scenes that follow each other in one process read and compute once."""
+"""In-memory cache of files and results that several scenes in one process share."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from hcss_twin.core.environment import versions
 _T = TypeVar("_T")
 
 MAX = 512
-"""Results in memory; the least recently used are dropped first."""
+"""Number of results in memory; the least recently used are dropped first."""
 
 
 class ResultCache:
-    """Results by names that say all they depend on; they are shared, and must not be changed."""
+    """Results by keys that contain everything they depend on; results are shared and must not be modified."""
 
     def __init__(self) -> None:
         self._results: OrderedDict[Hashable, Any] = OrderedDict()
 
     def get_or_compute(self, name: Hashable, compute: Callable[[], _T]) -> _T:
-        """Return the result of a name, computed when it is asked for first."""
+        """Return the result of a key, computed on first use."""
         if name in self._results:
             self._results.move_to_end(name)
         else:
@@ -37,19 +37,19 @@ class ResultCache:
         return result
 
     def sha256(self, path: Path) -> str:
-        """Return the hash of a file, which is read again where its size, its time or the file itself is another."""
+        """Return the hash of a file, which is read again if its size, modification time or inode changed."""
         return self.get_or_compute(("sha256", *_state(path)), lambda: hashlib.sha256(path.read_bytes()).hexdigest())
 
     def parsed(self, path: Path, read: Callable[[Path], _T]) -> _T:
-        """Return what a reader, a function of a module, makes of a file."""
+        """Return the result of applying a reader, a module-level function, to a file."""
         return self.get_or_compute((read.__module__, read.__qualname__, *_state(path)), lambda: read(path))
 
     def versions(self) -> dict[str, str]:
-        """Return the versions of this package and its libraries, as they were when they were asked for first."""
+        """Return the versions of this package and its libraries at the first call."""
         return self.get_or_compute("versions", versions)
 
     def fingerprint(self, module: str) -> str:
-        """Return :func:`package_fingerprint` of a module's package, as it was when it was asked for first."""
+        """Return :func:`package_fingerprint` of a module's package at the first call."""
         package = module.partition(":")[0].partition(".")[0]
         return self.get_or_compute(("fingerprint", package), lambda: package_fingerprint(package))
 
@@ -60,7 +60,7 @@ def _state(path: Path) -> tuple[str, int, int, int]:
 
 
 def package_fingerprint(package: str) -> str:
-    """Return a hash of the files of a top-level package, by name, size and time of change."""
+    """Return a hash of the names, sizes and modification times of a top-level package's files."""
     spec = importlib.util.find_spec(package)
     if spec is None:
         return "absent"
@@ -76,7 +76,7 @@ def package_fingerprint(package: str) -> str:
         )
     digest = hashlib.sha256()
     for path in files:
-        with suppress(FileNotFoundError):  # a link that leads nowhere
+        with suppress(FileNotFoundError):  # a dangling link
             about = os.stat(path)
             digest.update(f"{path}\0{about.st_size}\0{about.st_mtime_ns}\n".encode())
     return digest.hexdigest()

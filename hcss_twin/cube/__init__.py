@@ -1,1 +1,1 @@
-"""The output file: one table of variables drives writer, reader, docs and tests."""
+"""The output file: one table of variables is shared by writer, reader, docs and tests."""

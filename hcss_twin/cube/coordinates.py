@@ -21,12 +21,12 @@ _UNITS = "seconds since "
 
 
 def start_of(dataset: xr.Dataset) -> np.datetime64:
-    """Return the scenario's start (UTC) of an open cube, from which its file counts seconds.
+    """Return the scenario's start (UTC) of an open cube, the reference of its time coordinate.
 
     Raises
     ------
     CubeError
-        If the file counts time in another way.
+        If the file has other time units.
     """
     units = str(dataset["time"].encoding.get("units", ""))
     try:
@@ -43,7 +43,7 @@ def frame_times_s(dataset: xr.Dataset) -> NDArray[np.float64]:
     Raises
     ------
     CubeError
-        If the file counts time in another way.
+        If the file has other time units.
     """
     since = dataset["time"].to_numpy().astype("datetime64[ns]") - start_of(dataset)
     seconds: NDArray[np.float64] = since / np.timedelta64(1, "s")
@@ -120,8 +120,8 @@ COORDINATES: tuple[VariableSpec, ...] = (
 def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
     """Return the value of each coordinate variable, keyed and shaped as in the table.
 
-    ``time`` is in seconds since the start. Coordinates of a dimension that no variable has, and an altitude of the
-    sensor that is not known, are left out.
+    ``time`` is in seconds since the start. Coordinates of unused dimensions, and an unknown sensor altitude,
+    are omitted.
     """
     extent, place = footprint(header), header.image_window
     times = np.array(header.frame_times_s, dtype=np.float64)
@@ -164,7 +164,7 @@ def time_units(header: CubeHeader) -> str:
 def auxiliary_names(header: CubeHeader, dims: tuple[str, ...]) -> list[str]:
     """Return the coordinate variables that belong to a data variable with these dimensions.
 
-    Where pixels have coordinates of their own, those of the image centre do not belong to it.
+    If pixels have their own coordinates, those of the image centre are excluded.
     """
     own = [spec.name for spec in header.geometry if set(spec.dims) <= set(dims)]
     instead = {STANDS_FOR.get(name) for name in own} | {"altitude"}
@@ -179,12 +179,12 @@ def auxiliary_names(header: CubeHeader, dims: tuple[str, ...]) -> list[str]:
 
 
 def is_bounds(spec: VariableSpec) -> bool:
-    """Return whether a coordinate is the CF boundary variable of another, which has no attributes."""
+    """Return whether a coordinate is a CF boundary variable, which has no attributes."""
     return BOUND in spec.dims
 
 
 def grid_mapping_attributes(header: CubeHeader) -> dict[str, str | float]:
-    """Return the attributes of the CF grid mapping of x and y."""
+    """Return the attributes of the CF grid mapping for x and y."""
     return {
         "grid_mapping_name": "azimuthal_equidistant",
         "longitude_of_projection_origin": header.longitude,

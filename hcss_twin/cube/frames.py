@@ -1,4 +1,4 @@
-"""Checks of the arrays of one frame before anything of it is written."""
+"""Checks of the arrays of one frame before any of them is written."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hcss_twin.cube.variables import VariableSpec
 
 
 class WrittenFrames:
-    """Record of the parts of frames that were written."""
+    """Record of the parts of frames that have been written."""
 
     def __init__(self, header: CubeHeader) -> None:
         self._header = header
@@ -24,12 +24,12 @@ class WrittenFrames:
         self._begun: dict[int, list[Window]] = {}
 
     def room_for(self, index: int, place: Window | None) -> Window:
-        """Return rows and columns of a part, all where ``place`` is None, after checking that it is yet to be written.
+        """Return rows and columns of a part (all if ``place`` is None) after checking that it is not yet written.
 
         Raises
         ------
         CubeError
-            If there is no such part, or some of it was written.
+            If there is no such part, or it is partly written already.
         """
         header = self._header
         if not 0 <= index < header.frames:
@@ -46,7 +46,7 @@ class WrittenFrames:
     def add(self, index: int, place: Window) -> None:
         """Record a part as written."""
         parts = [*self._begun.pop(index, []), place]
-        # parts do not overlap, so that their areas add up to the frame
+        # parts do not overlap, so their areas add up to the frame
         area = sum((rows.stop - rows.start) * (columns.stop - columns.start) for rows, columns in parts)
         if area == self._header.rows * self._header.columns:
             self._complete.add(index)
@@ -54,7 +54,7 @@ class WrittenFrames:
             self._begun[index] = parts
 
     def require_all(self, path: object) -> None:
-        """Raise CubeError where a frame of the cube is not complete."""
+        """Raise CubeError if a frame of the cube is incomplete."""
         missing = sorted(set(range(self._header.frames)) - self._complete)
         if missing:
             listed = ", ".join(map(str, missing[:10])) + (", ..." if len(missing) > 10 else "")
@@ -68,12 +68,12 @@ def _meet(one: Window, other: Window) -> bool:
 def check_frame(
     header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any]], place: Window | None = None
 ) -> None:
-    """Check that a frame, or a part of it, has exactly the header's variables and that each array obeys its spec.
+    """Check that a frame, or a part of it, has exactly the header's variables and that each array matches its spec.
 
     Raises
     ------
     CubeError
-        Naming the frame, the variable, what was given and what is allowed.
+        With frame, variable, given value and allowed values.
     """
     expected = {spec.name for spec in header.variables}
     missing, unknown = sorted(expected - set(arrays)), sorted(set(arrays) - expected)
@@ -96,7 +96,7 @@ def frame_shape(header: CubeHeader, spec: VariableSpec, place: Window | None = N
 
 
 def plain_bytes(header: CubeHeader) -> int:
-    """Return the size of all frames without compression."""
+    """Return the uncompressed size of all frames."""
     return sum(
         (header.frames if "time" in spec.dims else 1)
         * math.prod(frame_shape(header, spec))
@@ -106,7 +106,7 @@ def plain_bytes(header: CubeHeader) -> int:
 
 
 def _check_array(where: str, spec: VariableSpec, shape: tuple[int, ...], array: NDArray[Any]) -> None:
-    # a masked array is refused: the library would fill what is masked
+    # a masked array is rejected: the library would fill masked values
     if not isinstance(array, np.ndarray) or isinstance(array, np.ma.MaskedArray):
         raise CubeError(f"{where}: {type(array).__name__}; a plain numpy array is needed")
     if array.shape != shape:

@@ -1,4 +1,4 @@
-"""Extent of a cube on the globe, and the viewing geometry of every pixel."""
+"""Geographic extent of a cube, and the viewing geometry of each pixel."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ POINTS_PER_SIDE = 16
 
 @dataclass(frozen=True)
 class Footprint:
-    """Extent of everything the image covers from the first to the last frame, degrees.
+    """Extent of the area covered by all frames, degrees.
 
-    Longitudes run on beyond 180 rather than jump, so that west <= east always holds. ``outline``
-    holds points (latitude, longitude), anticlockwise from the south-west corner, not closed.
+    Longitudes continue beyond 180, so that west <= east always holds. ``outline`` contains points (latitude,
+    longitude), anticlockwise from the south-west corner, not closed.
     """
 
     south: float
@@ -53,7 +53,7 @@ def footprint(header: CubeHeader) -> Footprint:
     south, north = float(latitudes.min()), float(latitudes.max())
     west, east = float(longitudes.min()), float(longitudes.max())
     for pole in (90.0, -90.0):
-        # The plane's meridian through its centre leads to both.
+        # The central meridian of the plane passes through both poles.
         pole_m = distance_from_equator_m(pole) - distance_from_equator_m(header.latitude)
         if y0 <= pole_m <= y1 and x0 <= 0.0 <= x1:
             south, north = min(south, pole), max(north, pole)
@@ -84,7 +84,7 @@ class PixelGeometry:
 
     @property
     def of_frames(self) -> tuple[str, ...]:
-        """Names of the coordinates of each frame."""
+        """Names of the coordinates that differ between frames."""
         return tuple(spec.name for spec in self.header.geometry if "time" in spec.dims)
 
     @property
@@ -99,14 +99,14 @@ class PixelGeometry:
         time_s: float = 0.0,
         inside: Window | None = None,
     ) -> Iterator[tuple[Window, dict[str, NDArray[Any]]]]:
-        """Yield parts of the cube, row by row from its first pixel on, with the values (y, x) of what is named.
+        """Yield parts of the cube, row by row from its first pixel, with the values (y, x) of the named coordinates.
 
         Parameters
         ----------
         tile : (int, int), optional
             Rows and columns of a part; by default strips of few pixels.
         time_s : float
-            Time after the start, for what every frame has for itself.
+            Time after the start, for coordinates that differ between frames.
         inside : (slice, slice), optional
             Rows and columns of the cube, by default all.
         """
@@ -119,9 +119,9 @@ class PixelGeometry:
                 yield (rows, columns), self.values(names, (rows, columns), time_s)
 
     def values(self, names: tuple[str, ...], place: Window, time_s: float = 0.0) -> dict[str, NDArray[Any]]:
-        """Return the values (y, x) of what is named, for rows and columns of the cube.
+        """Return the values (y, x) of the named coordinates for rows and columns of the cube.
 
-        A pixel has the same bits in every part, and in every window of the image.
+        The result for a pixel is bit-identical in every part and window of the image.
         """
         rows, columns = place
         types = {spec.name: spec.dtype for spec in self.header.geometry}
@@ -129,7 +129,7 @@ class PixelGeometry:
         result = {name: np.empty(shape, dtype=types[name]) for name in names}
         if not names:
             return result
-        # What is computed on the way takes much more memory than what is result.
+        # Intermediate arrays take much more memory than the result.
         for strip in _cut(rows, max(1, PIXELS_AT_ONCE // shape[1])):
             part = slice(strip.start - rows.start, strip.stop - rows.start)
             for name, values in self._strip(names, strip, columns, time_s).items():
@@ -190,11 +190,11 @@ class PixelGeometry:
 
 
 def pixel_centres_m(first: int, count: int, whole: int, size_m: float) -> Array:
-    """Return the distances (count,) of pixel centres from that of an image of ``whole`` pixels along one axis."""
+    """Return the distances (count,) of pixel centres from the centre of an image of ``whole`` pixels along one axis."""
     return (np.arange(first, first + count, dtype=np.float64) - 0.5 * (whole - 1)) * np.float64(size_m)
 
 
 def _cut(whole: slice, size: int | None) -> Iterator[slice]:
-    """Cut a range into ranges of at most so many pixels, by default one."""
+    """Split a range into ranges of at most so many pixels, by default one."""
     for start in range(whole.start, whole.stop, size or max(1, whole.stop - whole.start)):
         yield slice(start, whole.stop if size is None else min(start + size, whole.stop))

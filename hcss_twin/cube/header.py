@@ -29,7 +29,7 @@ class BandInfo:
 
 @dataclass(frozen=True)
 class LayerInfo:
-    """One cloud layer: its name, and the altitudes between which its clouds lie."""
+    """One cloud layer: its name, and the lowest and highest altitude of its clouds."""
 
     name: str
     base_m: float
@@ -38,7 +38,7 @@ class LayerInfo:
 
 @dataclass(frozen=True)
 class WindowInfo:
-    """Where a cube lies in a larger image: its first row and column, and the rows and columns of that image."""
+    """Position of a cube in a larger image: first row and column, and size of the image."""
 
     first_row: int
     first_column: int
@@ -53,7 +53,7 @@ class CubeHeader:
     Attributes
     ----------
     start : datetime
-        Time of the scenario's start; must know its time zone.
+        Start of the scenario; must have a time zone.
     frame_times_s : sequence of float (F,)
         Time of each frame after ``start``, increasing.
     bands : tuple of BandInfo
@@ -69,26 +69,26 @@ class CubeHeader:
     solar_zenith_deg, solar_azimuth_deg : sequence of float (F,)
         Direction from the surface point to the sun at each frame.
     variables : tuple of VariableSpec
-        What is written.
+        Data variables to write.
     attributes : mapping
         Global attributes: provenance (the scenario's text belongs under ``hcss_scenario``) and
         replacements for the defaults of the discovery metadata.
     platform_speed_m_s : float
         Speed of the image centre over the ground along +x.
     layers : tuple of LayerInfo
-        Cloud layers in the order of the ``layer`` dimension; needed where a variable has it.
+        Cloud layers in the order of the ``layer`` dimension; required if a variable has this dimension.
     window : WindowInfo or None
-        Where the cube lies in a larger image; None where it has all of it. ``rows`` and ``columns`` are those of the
-        cube, ``latitude`` and ``longitude`` those of the centre of the whole image.
+        Position of the cube in a larger image; None if it covers all of it. ``rows`` and ``columns`` refer to
+        the cube, ``latitude`` and ``longitude`` to the centre of the whole image.
     geometry : tuple of VariableSpec
-        Coordinates of every pixel to write, of the table in :mod:`hcss_twin.cube.variables`.
+        Per-pixel coordinates to write, from the table in :mod:`hcss_twin.cube.variables`.
     sensor_altitude_m : float or None
-        Above the ellipsoid; None where it is not known.
+        Above the ellipsoid; None if unknown.
 
     Raises
     ------
     CubeError
-        If a value is outside its range or lengths disagree.
+        If a value is out of range or lengths are inconsistent.
     """
 
     start: datetime
@@ -132,12 +132,12 @@ class CubeHeader:
 
     @property
     def image_window(self) -> WindowInfo:
-        """Where the cube lies in its image, which it may fill."""
+        """Position of the cube in its image, which may be all of it."""
         return self.window or WindowInfo(0, 0, self.rows, self.columns)
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Length of each dimension of the data variables; ``layer`` only where one of them has it."""
+        """Length of each dimension of the data variables; ``layer`` only if a variable has it."""
         sizes = {"time": self.frames, "band": len(self.bands), "y": self.rows, "x": self.columns}
         if any(LAYER in spec.dims for spec in self.variables):
             sizes[LAYER] = len(self.layers)

@@ -1,6 +1,6 @@
 """Global attributes of a cube: CF, the Attribute Convention for Data Discovery 1.3, and provenance.
 
-The tables say what each attribute holds and when a cube has it; the functions compute the values.
+The tables define the meaning of each attribute and when it is written; the functions compute the values.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class AttributeSpec:
     ----------
     name : str
     type : str
-        As it is stored: text, JSON (text), number or integer.
+        Type in the file: text, JSON (text), number or integer.
     when : str
-        Cubes that have it.
+        Condition under which a cube has it.
     description : str
     """
 
@@ -107,7 +107,7 @@ COMPUTED: tuple[AttributeSpec, ...] = (
     AttributeSpec("geospatial_vertical_positive", "text", ALWAYS, "up."),
     AttributeSpec("geospatial_vertical_units", "text", ALWAYS, "m."),
 )
-"""Discovery metadata that follow from the scene."""
+"""Discovery metadata derived from the scene."""
 
 
 UNKNOWN = "unknown"
@@ -140,12 +140,12 @@ _COMPUTED = frozenset({"Conventions", "date_created", FORMAT_ATTRIBUTE})
 
 
 def global_attributes(header: CubeHeader) -> dict[str, Attribute]:
-    """Return all global attributes but the mark of a finished cube.
+    """Return all global attributes except the mark of a finished cube.
 
     Raises
     ------
     CubeError
-        If the caller's attributes contain one that is computed, or SOURCE_DATE_EPOCH is no integer.
+        If the caller's attributes contain a computed one, or SOURCE_DATE_EPOCH is not an integer.
     """
     for name in header.attributes:
         if name in _COMPUTED or name.startswith(_COMPUTED_PREFIXES):
@@ -166,7 +166,7 @@ def global_attributes(header: CubeHeader) -> dict[str, Attribute]:
 
 
 def creation_time() -> datetime:
-    """Return now, or the time that the environment variable SOURCE_DATE_EPOCH fixes.
+    """Return the current time, or the time set by the environment variable SOURCE_DATE_EPOCH.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def creation_time() -> datetime:
 
 
 def window_attribute(header: CubeHeader) -> dict[str, Attribute]:
-    """Say which part of its image the cube is, where it is not all of it."""
+    """Describe the part of the image that the cube covers, if it is not all of it."""
     place = header.window
     if place is None:
         return {}
@@ -197,7 +197,7 @@ def window_attribute(header: CubeHeader) -> dict[str, Attribute]:
 
 
 def _identifier(header: CubeHeader) -> str:
-    """Name the content: equal for equal scenarios and headers, whenever they are run."""
+    """Return an identifier of the content: equal for equal scenarios and headers, whenever they are run."""
     scenario = str(header.attributes.get(SCENARIO_ATTRIBUTE, ""))
     described = "\n".join(
         [

@@ -29,7 +29,7 @@ class _Dimension:
 
 
 class _Variable:
-    """A variable of a Zarr store with the attributes of one of netCDF4."""
+    """A variable of a Zarr store with the interface of a ``netCDF4.Variable``."""
 
     def __init__(self, array: Any) -> None:
         self._array = array
@@ -43,7 +43,7 @@ class _Variable:
 
 
 class ZarrCube:
-    """A Zarr store with the attributes of a ``netCDF4.Dataset``.
+    """A Zarr store with the interface of a ``netCDF4.Dataset``.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class ZarrCube:
 
 @contextmanager
 def stored_arrays(path: str | os.PathLike[str]) -> Iterator[Any]:
-    """Open a cube as a ``netCDF4.Dataset`` or, of a store, what looks like one."""
+    """Open a cube as a ``netCDF4.Dataset``, or a Zarr store as an object with the same interface."""
     if is_zarr(path):
         yield ZarrCube(path)
         return
@@ -78,11 +78,11 @@ def stored_arrays(path: str | os.PathLike[str]) -> Iterator[Any]:
 
 
 _SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
-"""First bytes of NetCDF-4 and of the older formats."""
+"""First bytes of NetCDF-4 files and of older formats."""
 
 
 def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Open a finished cube; values are read from the file when they are used.
+    """Open a finished cube; values are read from the file on access.
 
     Bands and cloud layers can be selected by name: ``open_cube(path).radiance.sel(band="mwir")``. Close the dataset
     after use, or use it in a ``with`` block.
@@ -92,7 +92,7 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     CubeError
         If the file is missing, is neither NetCDF nor a Zarr store, is not a cube, or was not finished.
     """
-    # imported here because commands that read no cube should not wait for it
+    # imported here so that commands that read no cube start quickly
     import xarray as xr
 
     if is_zarr(path) and os.path.isdir(path):
@@ -103,14 +103,14 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     else:
         raise CubeError(f"cannot read {os.fspath(path)}: there is no such file")
     try:
-        # xarray would keep a cached file open, and reuse it, if it had been replaced under the same name
+        # with its cache, xarray would reuse the open file after a new one has replaced it
         dataset = xr.open_dataset(path, decode_coords="all", cache=False, **options)
     except (OSError, ValueError, RuntimeError, KeyError) as error:
         raise CubeError(f"cannot read {os.fspath(path)}: {_why_not(path, error)}") from error
     version = dataset.attrs.get(FORMAT_ATTRIBUTE)
     if version != FORMAT_VERSION:
         dataset.close()
-        problem = "it is no finished cube" if version is None else f"it has the cube format {version}"
+        problem = "it is not a finished cube" if version is None else f"it has the cube format {version}"
         raise CubeError(
             f"cannot read {os.fspath(path)}: {problem}; "
             f"the global attribute {FORMAT_ATTRIBUTE} = {FORMAT_VERSION} is needed"
@@ -119,13 +119,13 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     named = dataset.set_coords([name for name in described if name in dataset])
     names = {dim: f"{dim}_name" for dim in ("band", LAYER) if f"{dim}_name" in dataset}
     named = named.assign_coords({dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()})
-    # a derived dataset does not close its file
+    # closing a derived dataset does not close its file
     named.set_close(dataset.close)
     return named
 
 
 def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
-    """Say why a file could not be opened: most are no NetCDF at all."""
+    """Explain why a file could not be opened: most are not NetCDF at all."""
     try:
         with open(path, "rb") as file:
             start = file.read(max(map(len, _SIGNATURES)))
@@ -141,12 +141,12 @@ def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
 
 
 def scenario_text(path: str | os.PathLike[str]) -> str:
-    """Return the text of the scenario of a cube.
+    """Return the scenario of a cube as text.
 
     Raises
     ------
     CubeError
-        If the file is no finished cube or carries no scenario.
+        If the file is not a finished cube or has no scenario.
     """
     with open_cube(path) as dataset:
         text = dataset.attrs.get(SCENARIO_ATTRIBUTE)

@@ -21,7 +21,7 @@ _LACKING = {
     "waves": 'the scene has no resolved waves; allowed: with sea.waves = "resolved"',
     "altitude": "the altitude of the sensor is not known; allowed: with platform.altitude",
 }
-"""Why a scene has no variable that needs a feature."""
+"""Reason why a scene lacks the variables that need a feature."""
 
 
 def expand(
@@ -38,25 +38,26 @@ def expand(
     Parameters
     ----------
     requested : iterable of str
-        Names of variables, or groups: ``all`` (without viewing geometry), ``terms`` (of the radiance), ``truth``
-        (every variable of that kind), ``geometry`` (coordinates of the pixels). Groups have the variables that the
-        scene has; those by layer only with two layers, because with one they repeat others.
+        Names of variables, or groups: ``all`` (without viewing geometry), ``terms`` (of the radiance),
+        ``truth`` (every variable of that kind), ``geometry`` (coordinates of the pixels). Groups contain the
+        variables available in the scene; per-layer variables only with two layers, because with one they
+        repeat others.
     terms : mapping of str to str
-        Description of each term of the radiance model in use, by its name.
+        Description of each term of the selected radiance model, by name.
     layer_count : int
         Number of cloud layers of the scene.
     shadows, waves : bool
         Whether clouds cast shadows, and whether waves are resolved.
     altitude : bool
-        Whether that of the sensor is known; without it there are no directions toward it.
+        Whether the sensor altitude is known; the directions toward the sensor need it.
     moves : bool
-        Whether the image moves over the ground; latitude and longitude then have a time.
+        Whether the image moves over the ground; latitude and longitude then have a time dimension.
 
     Raises
     ------
     ValueError
-        If nothing is requested, a name is unknown (with the allowed names and the closest one), or the scene lacks
-        what a variable needs.
+        If nothing is requested, a name is unknown (with the allowed names and the closest one), or the scene
+        lacks a feature that a variable needs.
     """
     present = {"layers": layer_count > 0, "shadows": shadows, "waves": waves, "altitude": altitude}
     lacking = {feature for feature, exists in present.items() if not exists}

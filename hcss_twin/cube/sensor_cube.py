@@ -1,4 +1,4 @@
-"""The measured cube: axes and truth of a finished clean cube, with measurements in place of radiance."""
+"""The sensor cube: axes and truth of a finished clean cube, with measurements in place of radiance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hcss_twin.cube.variables import BAND_FRAME, TERM_PREFIX, VARIABLES, Variabl
 from hcss_twin.cube.writer import variable_attributes
 
 SENSOR_ATTRIBUTE = "hcss_sensor"
-"""Global attribute of a sensor's cube: what the sensor is (JSON)."""
+"""Global attribute of a sensor cube: description of the sensor (JSON)."""
 
 MEASURED_RADIANCE = VariableSpec(
     name="radiance",
@@ -72,12 +72,12 @@ SENSOR_VARIABLES: tuple[VariableSpec, ...] = (
 
 
 def measured_variables(names: tuple[str, ...]) -> tuple[VariableSpec, ...]:
-    """Return radiance as measured and the variables of these names, in the order of the table."""
+    """Return the measured radiance and the named variables, in the order of the table."""
     return (MEASURED_RADIANCE, *(spec for spec in SENSOR_VARIABLES if spec.name in names))
 
 
 def is_replaced(name: str) -> bool:
-    """Whether a variable of the clean cube is of radiance, so that a sensor's cube does not repeat it."""
+    """Whether a variable of the clean cube is a radiance, which a sensor cube does not repeat."""
     of_radiance = {spec.name for spec in VARIABLES if spec.needs_radiance}
     return name in of_radiance or name.startswith(TERM_PREFIX)
 
@@ -86,7 +86,7 @@ RADIANCE = "radiance"
 
 
 class CubePair:
-    """A clean cube and the measured one that is written beside it, frame by frame.
+    """A clean cube and the sensor cube that is written from it, frame by frame.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class CubePair:
         return radiance
 
     def write_frame(self, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Write what was measured, one array of the type in its spec per variable, and copy the truth.
+        """Write the measurements of a frame, one array per variable of the type in its spec, and copy the truth.
 
         Raises
         ------
@@ -131,16 +131,16 @@ class CubePair:
 def measured_cube(
     clean_path: Path, path: Path, variables: Sequence[VariableSpec], attributes: Mapping[str, Attribute | None]
 ) -> Iterator[CubePair]:
-    """Make a cube beside a finished one; it has its name only once the block is left without an exception.
+    """Create a sensor cube for a finished cube; it gets its name only if the block raises no exception.
 
-    Dimensions, coordinates, truth layers, storage and global attributes are those of the clean cube.
+    Dimensions, coordinates, truth variables, storage and global attributes are copied from the clean cube.
 
     Parameters
     ----------
     clean_path, path : Path
-        The finished cube, and the one to make.
+        The finished cube, and the new one.
     variables : sequence of VariableSpec
-        What it has instead of the clean cube's variables of radiance; dimensions as ``radiance``.
+        Variables that replace the radiance variables of the clean cube; dimensions as ``radiance``.
     attributes : mapping
         Global attributes to add or replace; None removes one.
 
@@ -189,7 +189,7 @@ def _define(
 
 
 def _copy_definition(measured: Any, name: str, source: Any) -> None:
-    """Define a variable as in the clean cube, with its values unless they come frame by frame."""
+    """Define a variable as in the clean cube; copy its values unless they are written frame by frame."""
     given = {each: source.getncattr(each) for each in source.ncattrs()}
     fill = given.pop("_FillValue", None if source.dtype is str else False)
     layout = {} if source.dtype is str else _layout(source)
@@ -199,12 +199,12 @@ def _copy_definition(measured: Any, name: str, source: Any) -> None:
         return
     if source.ndim:
         variable[:] = source[:]
-    elif source.dtype != np.dtype("S1"):  # containers of attributes have no value
+    elif source.dtype != np.dtype("S1"):  # attribute containers have no value
         variable.assignValue(source.getValue())
 
 
 def _layout(source: Any) -> dict[str, Any]:
-    """Storage of a variable, to store another one alike."""
+    """Storage settings of a variable, for use with another."""
     filters, chunks = source.filters() or {}, source.chunking()
     if not source.ndim:
         return {}

@@ -1,6 +1,6 @@
-"""Writing of a cube frame by frame, whatever its format, and from a thread of its own.
+"""Format-independent writing of a cube, frame by frame, optionally in a background thread.
 
-A cube grows under a hidden name, so that the final name only ever holds a finished one.
+A cube is written under a hidden name, so that the final name always refers to a finished cube.
 """
 
 from __future__ import annotations
@@ -28,34 +28,34 @@ from hcss_twin.cube.header import FORMAT_ATTRIBUTE, Attribute, CubeHeader, check
 
 
 class StreamedWriter(ABC):
-    """Context manager that streams frames, or parts of them, into a cube that grows under a hidden name.
+    """Context manager that streams frames, or parts of them, into a cube under a hidden name.
 
-    The name ends in ``.partial``, in the same folder. Leaving the block with all frames written gives the cube its own
-    name, in place of an older one; leaving it through any exception removes it. Memory does not depend on the number of
-    frames. Calls from several threads take turns.
+    The hidden name ends in ``.partial``, in the same folder. When the block ends with all frames written, the
+    cube is renamed and replaces an older one; any exception removes it. Memory use does not depend on the
+    number of frames. Calls from several threads are serialised.
 
     Parameters
     ----------
     path : path-like
         Final name; its folder must exist.
     header : CubeHeader
-        Everything but the frames.
+        Everything except the frames.
     compression : int, optional
-        zlib level 1 to 9; None stores plain numbers.
+        zlib level 1 to 9; None: uncompressed.
     tile : (int, int), optional
-        Rows and columns of the tiles in which frames will come, which become the chunks.
+        Rows and columns of the tiles in which frames will be written; also the chunk size.
 
     Raises
     ------
     CubeError
-        On a folder that is missing or cannot be written, a full disk, or frames that do not match the header.
+        If the folder is missing or not writable, the disk is full, or frames do not match the header.
     """
 
     overhead_bytes: ClassVar[int] = 0
-    """Size of a cube beside its numbers."""
+    """Size of a cube without its data values."""
 
     library_errors: ClassVar[tuple[type[Exception], ...]] = (OSError,)
-    """Exceptions of the library where it cannot write."""
+    """Exceptions that the library raises on write errors."""
 
     def __init__(
         self,
@@ -87,11 +87,11 @@ class StreamedWriter(ABC):
         return self
 
     def write_frame(self, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Write one frame; frames may come in any order, each once. See :meth:`write_tile`."""
+        """Write one frame; frames may be written in any order, each once. See :meth:`write_tile`."""
         self.write_tile(index, None, arrays)
 
     def write_tile(self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Write a part of one frame; parts may come in any order, each pixel once.
+        """Write a part of one frame; parts may be written in any order, each pixel once.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class StreamedWriter(ABC):
         Raises
         ------
         CubeError
-            If arrays do not match the header, a value is not allowed, or the disk refuses.
+            If arrays do not match the header, a value is not allowed, or writing fails.
         """
         with self._turn:
             if not self._is_open:
@@ -131,7 +131,7 @@ class StreamedWriter(ABC):
         Raises
         ------
         CubeError
-            If a name is taken, a value cannot be stored, or the disk refuses.
+            If a name is in use, a value cannot be stored, or writing fails.
         """
         if not self._is_open:
             raise CubeError(f"{self.path}: not open for writing; attributes are set inside a 'with' block")
@@ -153,11 +153,11 @@ class StreamedWriter(ABC):
                     with self._explained():
                         self._finish()
             finally:
-                # once finished the partial name is gone and this does nothing
+                # after a successful end the partial name no longer exists and this does nothing
                 self._discard()
 
     def _claim(self) -> None:
-        """Create the partial name, which says more about what is wrong with a path than libraries do."""
+        """Create the partial file here, because its errors describe a bad path better than those of the library."""
         if not self.path.parent.is_dir():
             raise CubeError(f"cannot write {self.path}: there is no folder {self.path.parent}")
         self._require_replaceable()
@@ -175,7 +175,7 @@ class StreamedWriter(ABC):
 
     @contextlib.contextmanager
     def _explained(self) -> Iterator[None]:
-        """Turn errors of the library, which do not say the cause, into one with path and free space."""
+        """Convert uninformative library errors into one with path and free space."""
         try:
             yield
         except self.library_errors as error:
@@ -191,7 +191,7 @@ class StreamedWriter(ABC):
             ) from error
 
     def _plain_bytes(self) -> int:
-        """Return the size of the cube without compression."""
+        """Return the uncompressed size of the cube."""
         return plain_bytes(self.header) + self.overhead_bytes
 
     @property
@@ -201,19 +201,19 @@ class StreamedWriter(ABC):
 
     @abstractmethod
     def _require_replaceable(self) -> None:
-        """Refuse a path that has something else than an older cube."""
+        """Raise if the path is something other than an older cube."""
 
     @abstractmethod
     def _create(self) -> None:
-        """Make the partial name, empty."""
+        """Create the empty partial file or folder."""
 
     @abstractmethod
     def _open(self) -> None:
-        """Open it and define all variables."""
+        """Open the partial cube and define all variables."""
 
     @abstractmethod
     def _array(self, name: str) -> Any:
-        """Return what takes the values of a variable by index."""
+        """Return the array-like object that stores the values of a variable."""
 
     @abstractmethod
     def _attribute_names(self) -> Collection[str]:
@@ -225,27 +225,27 @@ class StreamedWriter(ABC):
 
     @abstractmethod
     def _finish(self) -> None:
-        """Mark the cube as finished and give it its name."""
+        """Mark the cube as finished and rename it."""
 
     @abstractmethod
     def _discard(self) -> None:
-        """Remove what has the partial name, if anything has."""
+        """Remove the partial file or folder, if it exists."""
 
 
 MAX_WAITING = 2
-"""Frames in the queue, including the one that is being written."""
+"""Number of frames in the queue, including the one being written."""
 
 MAX_WAITING_BYTES = 256 * 2**20
-"""Larger frames wait alone, so that memory holds two frames: one computed and one written."""
+"""Larger frames are queued singly, so that memory holds two: one being computed and one being written."""
 
 
 class BackgroundWriter:
-    """Context manager that writes frames in the background, while the next are computed.
+    """Context manager that writes frames in the background while the next ones are computed.
 
-    A thread calls the writer, one frame after the other; nothing else may call it, or any netCDF function, between
-    the first frame and the end of the block, because the library is not thread safe. What the writer raises is raised
-    by the next :meth:`write_frame`, or at the end of the block. A block that is left through an exception waits for
-    the frame that is being written, and for no other.
+    One thread calls the writer, frame by frame; no other code may call it, or any netCDF function, between
+    the first frame and the end of the block, because the library is not thread safe. An exception of the
+    writer is raised by the next :meth:`write_frame` or at the end of the block. If the block raises an
+    exception, only the frame being written is completed.
 
     Parameters
     ----------
@@ -262,7 +262,7 @@ class BackgroundWriter:
         return self
 
     def write_frame(self, index: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Hand over a frame; the arrays must not be changed afterwards. Waits while enough frames wait.
+        """Queue a frame, waiting while the queue is full; the arrays must not be modified afterwards.
 
         Raises
         ------
@@ -272,7 +272,7 @@ class BackgroundWriter:
         self._hand_over(arrays, self._writer.write_frame, index, arrays)
 
     def write_tile(self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Hand over a part of a frame, as :meth:`write_frame` does a whole one."""
+        """Queue a part of a frame, like :meth:`write_frame`."""
         self._hand_over(arrays, self._writer.write_tile, index, place, arrays)
 
     def _hand_over(self, arrays: Mapping[str, NDArray[Any]], write: Callable[..., None], *arguments: Any) -> None:
@@ -294,13 +294,13 @@ class BackgroundWriter:
             self._stop()
 
     def _stop(self) -> None:
-        """Drop frames that wait and return when the thread is idle, however often the user interrupts that."""
+        """Discard queued frames and return when the thread is idle, even if the user interrupts repeatedly."""
         interrupted: KeyboardInterrupt | None = None
         while True:
             try:
                 for each in self._waiting:
                     each.cancel()
-                # the only thread takes tasks in order: after this one it is idle
+                # the single thread runs tasks in order, so it is idle after this one
                 self._thread.submit(_nothing).result()
                 break
             except KeyboardInterrupt as again:

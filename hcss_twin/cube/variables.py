@@ -1,8 +1,8 @@
-"""The tables of the variables that a cube can hold; writer, reader, documentation and tests follow them.
+"""Tables of the variables that a cube can contain, used by writer, reader, documentation and tests.
 
-To add an output variable, add an entry here and compute its values in the engine. Standard names come from the CF
-standard name table. Radiance integrated over a band has none (the names for radiance at the top of the atmosphere are
-per unit wavelength), so it carries only a ``long_name``.
+To add an output variable, add an entry here and compute its values in the engine. Standard names come from
+the CF standard name table. Band-integrated radiance has none (the names for radiance at the top of the
+atmosphere are per unit wavelength), so it has only a ``long_name``.
 """
 
 from __future__ import annotations
@@ -35,28 +35,28 @@ class VariableSpec:
     dims : tuple of str
         Dimensions, in order.
     dtype : str
-        NumPy name of the type in the file; arrays given to the writer must have it already. Text is ``str``.
+        NumPy name of the type in the file; arrays passed to the writer must have this type. Text is ``str``.
     units : str or None
         UDUNITS string; None for text.
     long_name : str
-        One line for plots.
+        Label for plots.
     kind : {"radiance", "truth", "derived", "coordinate", "geometry"}
         ``radiance``: total and its terms; ``truth``: state of the scene; ``derived``: computed from radiance;
         ``geometry``: coordinates of every pixel, written on request.
     description : str
-        Definition, in a sentence or two; written as ``comment``.
+        Definition in one or two sentences; written as ``comment``.
     standard_name : str or None
         CF standard name.
     attributes : mapping
-        Further attributes of the variable in the file.
+        Additional attributes in the file.
     lowest, highest : float or None
         Inclusive limits of the values; None: no limit.
     may_be_missing : bool
-        Whether NaN is a value, meaning that the quantity does not exist in the pixel.
+        Whether NaN is allowed, for pixels where the quantity does not exist.
     significant_bits : int or None
-        Explicit bits of the mantissa to which values are rounded; None: all.
+        Explicit mantissa bits to which values are rounded; None: all.
     needs : {"layers", "shadows", "waves", "altitude"} or None
-        Feature of a scene without which it does not have the variable.
+        Scene feature that the variable requires.
     """
 
     name: str
@@ -76,7 +76,7 @@ class VariableSpec:
 
     @property
     def needs_radiance(self) -> bool:
-        """Whether the radiance of pixels has to be computed for it."""
+        """Whether the variable requires the radiance of pixels."""
         return self.kind in ("radiance", "derived")
 
 
@@ -233,7 +233,7 @@ def term_variable(name: str, description: str) -> VariableSpec:
     Raises
     ------
     ValueError
-        If ``name`` is not made of lower-case letters, digits and underscores.
+        If ``name`` contains anything but lower-case letters, digits and underscores.
     """
     if not _TERM.match(name):
         raise ValueError(f"radiance term '{name}': a term is named with lower-case letters, digits and underscores")
@@ -274,7 +274,7 @@ LOCATION: tuple[VariableSpec, ...] = (
         f"meridian. {_MOVES}",
         standard_name="longitude", dtype="float64"),
 )  # fmt: skip
-"""Coordinates that do not depend on the sensor's altitude."""
+"""Coordinates that do not depend on the sensor altitude."""
 
 DIRECTION: tuple[VariableSpec, ...] = (
     _pixel_variable("pixel_view_zenith", "degree", "zenith angle of the sensor at the pixel",
@@ -293,7 +293,7 @@ DIRECTION: tuple[VariableSpec, ...] = (
         f"Width over the cosine of the view zenith; pixels are squares of image.pixel_size all the same. {_OF_START}",
         needs="altitude"),
 )  # fmt: skip
-"""Coordinates that need the sensor's altitude."""
+"""Coordinates that require the sensor altitude."""
 
 GEOMETRY = (*LOCATION, *DIRECTION)
 
@@ -303,7 +303,7 @@ STANDS_FOR = {
     "pixel_view_zenith": "sensor_zenith_angle",
     "pixel_view_azimuth": "sensor_azimuth_angle",
 }
-"""Coordinates of the image centre that those of the pixels replace: readers expect one latitude."""
+"""Image-centre coordinates that the per-pixel ones replace: readers expect one latitude."""
 
 MOVING_LOCATION = tuple(replace(spec, dims=FRAME) for spec in LOCATION)
-"""Location for a moving platform."""
+"""Pixel locations for a moving platform."""

@@ -1,9 +1,9 @@
-"""Writing of a cube as NetCDF-4: attributes and storage of its variables, and rounding of numbers.
+"""Writing of a cube as NetCDF-4: attributes and storage of variables, and rounding of values.
 
-Numbers are rounded to fewer significant bits, so that they compress: the algorithm ``bitround`` of CF-1.12 rounds the
-mantissa to its leading bits, as the netCDF library does by BitRound. The library would round on the way to the disk;
-the checks of a cube need the rounded numbers (D. A. Hassell and others, CF Conventions 1.12, section 8.4, *Lossy
-compression via quantization*).
+Values are rounded to fewer significant bits for better compression: the algorithm ``bitround`` of CF-1.12
+rounds the mantissa to its leading bits, as BitRound in the netCDF library does. The library would round only
+while writing; the checks of a cube need the rounded values (D. A. Hassell and others, CF Conventions 1.12,
+section 8.4, *Lossy compression via quantization*).
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.version import __version__
 
 MANTISSA_BITS = 23
-"""Explicit bits of single precision, in which cubes are written."""
+"""Explicit mantissa bits of single precision, the precision of cubes."""
 
 INFO = "quantization_info"
 """Variable of the cube that names the algorithm."""
 
 
 def bits_for(error: float) -> int:
-    """Return the fewest explicit bits of the mantissa, at most all, whose rounding errs by no more, relatively.
+    """Return the smallest number of explicit mantissa bits whose relative rounding error does not exceed ``error``.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def bits_for(error: float) -> int:
 
 
 def largest_error(bits: int) -> float:
-    """Return the largest relative error of rounding to so many bits: half a step of the smallest mantissa."""
+    """Return the largest relative error of rounding to ``bits`` bits: half a step of the smallest mantissa."""
     return 0.0 if bits >= MANTISSA_BITS else 2.0 ** -(bits + 1)
 
 
@@ -74,7 +74,7 @@ def round_bits(values: NDArray[np.float32], bits: int) -> None:
     if dropped <= 0:
         return
     numbers = values.view(np.uint32)
-    # NaN may have any bits, and would not always survive the sum.
+    # NaN can have any bit pattern, which the sum could change into another value.
     known = ~np.isnan(values)
     np.add(numbers, np.uint32(1 << (dropped - 1)), out=numbers, where=known)
     np.bitwise_and(numbers, np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF), out=numbers, where=known)
@@ -99,7 +99,7 @@ def coordinate_attributes(spec: VariableSpec, header: CubeHeader) -> dict[str, A
 
 
 def variable_attributes(spec: VariableSpec) -> dict[str, Any]:
-    """Return the attributes of a variable but its links to others."""
+    """Return the attributes of a variable, except those that refer to other variables."""
     attributes: dict[str, Any] = {"long_name": spec.long_name, "comment": spec.description}
     if spec.standard_name is not None:
         attributes["standard_name"] = spec.standard_name
@@ -114,7 +114,7 @@ def variable_attributes(spec: VariableSpec) -> dict[str, Any]:
 
 
 def links(spec: VariableSpec, header: CubeHeader) -> dict[str, str]:
-    """Return the attributes of a variable that name others; coordinates of pixels, which others name, have none."""
+    """Return the attributes that refer to other variables; per-pixel coordinates have none."""
     if spec.kind == "geometry":
         return {}
     return {"coordinates": " ".join(auxiliary_names(header, spec.dims)), "grid_mapping": GRID_MAPPING}
@@ -126,8 +126,8 @@ _LARGEST_CHUNK_BYTES = 2**26
 class CubeWriter(StreamedWriter):
     """Streams frames into a NetCDF-4 file.
 
-    Other netCDF calls at the same time are not allowed, because the library is not thread safe. Without ``compression``
-    writing is more than ten times faster. Parameters and errors as in :class:`StreamedWriter`.
+    Concurrent netCDF calls are not allowed, because the library is not thread safe. Writing is more than ten
+    times faster without ``compression``. Parameters and errors as in :class:`StreamedWriter`.
     """
 
     overhead_bytes = 2**17
@@ -232,9 +232,10 @@ class CubeWriter(StreamedWriter):
         variable.setncatts({**variable_attributes(spec), **links(spec, self.header)})
 
     def _leave_out_caches(self) -> None:
-        """Write chunks past the caches, which would copy them and grow to 64 MB for each variable.
+        """Bypass the chunk caches, which would copy the data and grow to 64 MB for each variable.
 
-        Works only once variables are on the disk. Whole chunks are filled at a time, so that nothing is read again.
+        Works only after the variables have been written to disk. Whole chunks are written at a time, so that
+        none is read back.
         """
         for spec in self.header.variables:
             variable = self._dataset.variables[spec.name]
@@ -242,7 +243,7 @@ class CubeWriter(StreamedWriter):
                 variable.set_var_chunk_cache(size=0)
 
     def _chunk(self, spec: VariableSpec) -> tuple[int, ...]:
-        """Return chunks of one tile, or of one plane of one frame, split by rows where the plane is very large."""
+        """Return the chunk shape: one tile, or one plane of a frame, split by rows if the plane is very large."""
         if self.tile is not None:
             sizes = dict(zip(("y", "x"), self.tile, strict=True))
             return tuple(sizes.get(dim, 1) for dim in spec.dims)

@@ -1,7 +1,7 @@
-"""Writing of a cube as a Zarr store, and the choice of the format by the name of the cube.
+"""Writing of a cube as a Zarr store, and the choice of format by file name.
 
-Format 2 of Zarr, with consolidated metadata: what every reader knows, xarray by the dimension names that it looks for
-in ``_ARRAY_DIMENSIONS``. Needs the package ``zarr`` (``pip install hcss-twin[zarr]``).
+Stores have Zarr format 2 with consolidated metadata, which every reader supports; xarray reads dimension
+names from ``_ARRAY_DIMENSIONS``. Needs the package ``zarr`` (``pip install hcss-twin[zarr]``).
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def is_zarr(path: str | os.PathLike[str]) -> bool:
 
 
 def cube_writer(path: str | os.PathLike[str]) -> type[StreamedWriter]:
-    """Return the class that writes cubes of this name.
+    """Return the writer class for a cube of this name.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def cube_writer(path: str | os.PathLike[str]) -> type[StreamedWriter]:
     """
     if not is_zarr(path):
         return CubeWriter
-    # imported here because it needs a package that is optional
+    # imported here because it needs an optional package
     from hcss_twin.cube.zarr_writer import ZarrWriter, require_zarr
 
     require_zarr(path)
@@ -58,20 +58,20 @@ def cube_writer(path: str | os.PathLike[str]) -> type[StreamedWriter]:
 
 
 def cube_bytes(path: Path) -> int:
-    """Size of a cube on the disk: of a file, or of all files of a store."""
+    """Size of a cube on disk: of the file, or of all files of a store."""
     if path.is_file():
         return path.stat().st_size
     return sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
 
 
 DIMENSIONS = "_ARRAY_DIMENSIONS"
-"""Attribute of a variable in which readers look for the names of its dimensions."""
+"""Attribute from which readers take the dimension names of a variable."""
 
 
 class ZarrWriter(StreamedWriter):
     """Streams frames into a Zarr store; chunks are tiles, by default whole planes of frames.
 
-    Parameters as in :class:`StreamedWriter`; errors too, and one without the package ``zarr``.
+    Parameters and errors as in :class:`StreamedWriter`; also an error if the package ``zarr`` is missing.
     """
 
     _group: Any = None
@@ -88,9 +88,9 @@ class ZarrWriter(StreamedWriter):
     def _require_replaceable(self) -> None:
         require_zarr(self.path)
         if self.path.is_file():
-            raise CubeError(f"cannot write {self.path}: it is a file, and a Zarr store is a folder")
+            raise CubeError(f"cannot write {self.path}: it is a file, but a Zarr store is a folder")
         if self.path.is_dir() and any(self.path.iterdir()) and not (self.path / ".zgroup").is_file():
-            raise CubeError(f"cannot write {self.path}: it is a folder of other things than a Zarr store")
+            raise CubeError(f"cannot write {self.path}: it is a folder that is not a Zarr store")
 
     def _create(self) -> None:
         self._partial.mkdir()
@@ -153,7 +153,7 @@ class ZarrWriter(StreamedWriter):
             chunks=tuple(sizes[dim] for dim in spec.dims),
             dtype=spec.dtype,
             compressors=codec,
-            # Any other number would be taken for missing values by readers.
+            # Readers would treat any other value as missing.
             fill_value=np.nan if spec.may_be_missing else None,
             attributes={
                 DIMENSIONS: list(spec.dims),
@@ -170,7 +170,7 @@ class ZarrWriter(StreamedWriter):
         flush(self.path.parent)
 
     def _replace(self) -> None:
-        """Give the store its name; an older one is moved aside first, and back if that fails."""
+        """Rename the store; an older one is moved aside first, and moved back if renaming fails."""
         old = self._partial.with_suffix(".old")
         if self.path.exists():
             os.replace(self.path, old)
@@ -193,7 +193,7 @@ def require_zarr(path: str | os.PathLike[str]) -> Any:
     Raises
     ------
     CubeError
-        If it is not installed, with what to install.
+        If it is not installed; the message says how to install it.
     """
     try:
         import zarr
@@ -206,7 +206,7 @@ def require_zarr(path: str | os.PathLike[str]) -> Any:
 
 
 def _plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn values of attributes into what JSON holds."""
+    """Convert attribute values to JSON types."""
     return {
         name: value.tolist() if isinstance(value, np.ndarray | np.generic) else value
         for name, value in attributes.items()

@@ -1,1 +1,1 @@
-"""Computes what a plan decided: radiance tables, frames, certificate, verification."""
+"""Executes a plan: radiance tables, frames, certificate, verification."""

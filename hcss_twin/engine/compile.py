@@ -1,4 +1,4 @@
-"""Compile a plan into radiance tables: all spectral physics happens here, once per scene."""
+"""Compilation of a plan to radiance tables: all spectral computation, once per scene."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.specs import Kind
 
 LARGEST_TABLE_BYTES = 128_000_000
-"""Of the table of two layers at one instant; three of them are held where the sun moves."""
+"""Maximum size of the table of two layers at one instant; memory holds three of them if the sun moves."""
 
 LONGEST_TIME_STEP_S = 3600.0
-"""Time nodes are at most this far apart where the sun matters."""
+"""Maximum distance of time nodes if the sun matters."""
 
 
 def compile_tables(plan: Plan) -> RadianceTables:
-    """Compute band radiance against thickness, and against time where the sun moves enough to matter.
+    """Compute band radiance as a function of thickness, and of time if the motion of the sun matters.
 
-    Nodes are added until interpolation, measured between the nodes, keeps the plan's budget, relative to the total
-    radiance of the band. There is a table for each layer alone, and where two can have cloud one of both; and all of
-    them for each of several views, where pixels have views of their own.
+    Nodes are added until the interpolation error, measured between the nodes relative to the total band radiance, is
+    within the plan's budget. There is a table for each layer alone and, if two can have cloud, one for both; if view
+    angles vary over the image, there is such a set for each of several views.
 
     Raises
     ------
     ProviderError
-        If a provider fails at a state the scene needs.
+        If a provider fails at a required state.
     ScenarioError
-        If the table of two layers would be too large for the accuracy asked for.
+        If the table of two layers would be too large at the requested accuracy.
     """
     if plan.views is not None:
         return tables_over_views(plan, compile_tables)
@@ -97,12 +97,12 @@ def compile_tables(plan: Plan) -> RadianceTables:
 
 
 def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
-    """Refuse an accuracy for which the table of two layers would not fit."""
+    """Reject an accuracy for which the table of two layers would be too large."""
     nodes = pair.low.dense_m.size * pair.high.dense_m.size
     size = nodes * quantities * len(plan.bands) * np.dtype(np.float32).itemsize
     if size <= LARGEST_TABLE_BYTES:
         return
-    # The number of nodes goes with accuracy^-1/2 along each axis, roughly.
+    # The number of nodes along each axis scales roughly as accuracy^-1/2.
     possible = 1.2 * plan.accuracy.relative * size / LARGEST_TABLE_BYTES
     digit = 10.0 ** np.floor(np.log10(possible))
     closest = np.ceil(possible / digit) * digit
@@ -115,10 +115,10 @@ def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
 
 
 def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tuple[float, ...], float]:
-    """Choose frames whose tables are computed, so that those between are their weighted means.
+    """Choose the frames with computed tables; those between are linearly interpolated.
 
-    Judged on the clear column and on the thinnest and thickest clouds of each layer and of both, which bound the
-    weight of the solar terms. One frame where the sun does not matter.
+    Evaluated for the clear column and for the thinnest and thickest clouds of each layer and of both, which bound the
+    weight of the solar terms. Returns one frame if the sun does not matter.
     """
     times = plan.frame_times_s
     middle = times.size // 2
@@ -128,7 +128,7 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
     change = _largest_share(known[times.size - 1] - known[0], known[0])
     near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
     if 0.6 * change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, times.size - 1):
-        # Half the change on either side; over less than an hour it is nearly linear.
+        # Half the change on either side; over less than an hour the change is nearly linear.
         return (float(times[middle]),), 0.6 * change
     pending, worst = [(0, times.size - 1)], 0.0
     while pending:
@@ -139,7 +139,7 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
         exact = columns.probe(plan.sun_at(float(times[middle])))
         weight = (times[middle] - times[low]) / (times[high] - times[low])
         error = _largest_share((1 - weight) * known[low] + weight * known[high] - exact, exact)
-        # One agreement in the middle proves nothing over a day: noon, noon and noon agree.
+        # Over a day, agreement at the middle alone proves nothing: noon, noon and noon agree.
         near = times[high] - times[low] <= LONGEST_TIME_STEP_S
         if error <= tolerance and near and _is_up(plan, low) == _is_up(plan, high):
             worst = max(worst, error)
@@ -150,7 +150,7 @@ def _time_nodes(columns: BandColumns, plan: Plan, tolerance: float) -> tuple[tup
 
 
 def _largest_share(difference: Array, whole: Array) -> float:
-    """Largest difference relative to the whole; what differs from nothing does by infinitely much."""
+    """Largest difference relative to the total; infinite if the total is 0."""
     away, lit = np.abs(difference), whole != 0.0
     return float(np.max(away[lit] / np.abs(whole[lit]), initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
 
@@ -171,16 +171,16 @@ CLASSES = (
     Spectrum,
     SpectralNodes,
 )
-"""Dataclasses that tables consist of."""
+"""Dataclasses that occur in tables."""
 
 
 def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = None) -> RadianceTables:
-    """Return the tables of a plan: those of an earlier run, the same to the bit, or new ones.
+    """Return the tables of a plan, from the cache (bit-identical) or newly compiled.
 
     Parameters
     ----------
     compiler : callable, optional
-        Compiles new ones; who counts them gives another.
+        Compiles new tables; replaceable, for example to count compilations.
     """
     if plan.views is not None:
         return tables_over_views(plan, partial(tables_of, compiler=compiler))
@@ -189,7 +189,7 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
 
 
 INDEPENDENT = ("title", "seed", "image", "clouds", "output")
-"""Sections of a scenario that tables do not depend on, but for what the plan took from them."""
+"""Sections of a scenario that do not affect tables, except through the plan."""
 
 
 def table_key(plan: Plan) -> str:
@@ -209,6 +209,6 @@ def table_key(plan: Plan) -> str:
         "code": {name: each for name, each in assembly.code.items() if assembly.entries[name].kind is not Kind.CLOUDS},
     }
     if plan.waves is not None or assembly.slant.shadows:
-        # A window of an image has the tables of the whole.
+        # A window uses the tables of the whole image.
         parts["image"] = {name: value for name, value in scenario["image"].items() if name != "window"}
     return result_key(parts, plan.catalog.shelf)

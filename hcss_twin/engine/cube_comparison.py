@@ -1,4 +1,4 @@
-"""Values of a cube compared with those of its recomputation."""
+"""Comparison of a cube with its recomputation."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from hcss_twin.cube.variables import GEOMETRY, LAYER, VariableSpec
 from hcss_twin.engine.provenance import Change
 
 TOLERANCE = 1e-6
-"""Largest difference of what counts as equal; single precision resolves 6e-8."""
+"""Largest relative difference that counts as equal; single precision resolves 6e-8."""
 
 SAME_TIME_NS = 1000
-"""Between times of one frame, for readers and writers that round."""
+"""Tolerance for frame times, for readers and writers that round."""
 
 
 @dataclass(frozen=True)
 class ValueAt:
-    """One value of a variable: at frame, row and column by number from 0, band and layer by name."""
+    """Position of a value: frame, row and column number from 0, band and layer name."""
 
     position: Mapping[str, int | str]
     cube: float
@@ -39,14 +39,15 @@ class VariableCheck:
     Attributes
     ----------
     relative_to : str
-        What differences are relative to: ``value``, ``largest`` (of the variable in the frame, or in the tile of a
-        large one) or ``exact`` where any difference counts.
+        Reference of relative differences: ``value``, ``largest`` (of the variable in the frame, or in the tile of a
+        large one) or ``exact`` if any difference counts.
     values, unequal, beyond : int
-        Values compared, those that are not the same to the bit, and those beyond the tolerance.
+        Number of values compared, not bit-identical, and beyond the tolerance.
     largest : float
-        Largest relative difference; infinite where only one of both is a number.
+        Largest relative difference; infinite if only one of the two is a number.
     largest_at, first : ValueAt or None
-        Where it is, and the first value beyond the tolerance, or without such the first that is unequal.
+        Position of the largest difference, and of the first value beyond the tolerance or, if there is none, the
+        first unequal value.
     """
 
     name: str
@@ -59,7 +60,7 @@ class VariableCheck:
     first: ValueAt | None = None
 
     def extended(self, cube: NDArray[Any], ours: NDArray[Any], value_at: Callable[[int], ValueAt]) -> VariableCheck:
-        """Return the check of two more arrays of one shape; ``value_at`` gives the values at a place in them."""
+        """Return the check extended by two arrays of equal shape; ``value_at`` describes the values at an index."""
         known, unequal = replace(self, values=self.values + ours.size), _unequal(cube, ours)
         if not unequal.any():
             return known
@@ -75,7 +76,7 @@ class VariableCheck:
 
 
 def _unequal(cube: NDArray[Any], ours: NDArray[Any]) -> NDArray[np.bool_]:
-    """Where two arrays differ in any bit; of arrays of different types, where their values differ."""
+    """Mask of bitwise differences of two arrays; for different types, of different values."""
     if cube.dtype != ours.dtype:
         different: NDArray[np.bool_] = (cube != ours) & ~(np.isnan(cube) & np.isnan(ours))
         return different
@@ -86,7 +87,7 @@ def _unequal(cube: NDArray[Any], ours: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def _difference(cube: NDArray[Any], ours: NDArray[Any], relative_to: str) -> NDArray[np.float64]:
-    """Relative difference; infinite where only one of both is a finite number."""
+    """Relative difference; infinite if only one of the two is finite."""
     a, b = cube.astype(np.float64), ours.astype(np.float64)
     finite = np.isfinite(a) & np.isfinite(b)
     scale = np.maximum(np.abs(a), np.abs(b))
@@ -100,23 +101,23 @@ def _difference(cube: NDArray[Any], ours: NDArray[Any], relative_to: str) -> NDA
 
 
 class CubeComparison:
-    """A cube beside its recomputation: frames are matched by time, bands and layers by name.
+    """A cube and its recomputation: frames are matched by time, bands and layers by name.
 
     Parameters
     ----------
     axes : mapping of str to ndarray
-        Times of its frames, and names of its bands and layers.
+        Frame times, and names of bands and layers of the cube.
     header : CubeHeader
-        Of the recomputation.
+        Header of the recomputation.
 
     Attributes
     ----------
     frames : list of (int, int)
-        Numbers of the frames that both have, in the cube and in the recomputation.
+        Numbers of the common frames, in the cube and in the recomputation.
     changes : list of Change
-        What the cube does not have as its scenario makes it.
+        Differences between the cube's layout and the one its scenario defines.
     checks : dict of str to VariableCheck
-        By variable, coordinates first.
+        Checks by variable, coordinates first.
     """
 
     def __init__(self, path: str, file: Any, axes: Mapping[str, NDArray[Any]], header: CubeHeader) -> None:
@@ -124,7 +125,7 @@ class CubeComparison:
         self.changes: list[Change] = []
         self.checks: dict[str, VariableCheck] = {}
         self.frames = self._match_frames(axes["time"].astype("datetime64[ns]").astype(np.int64))
-        # Along each dimension, numbers in the cube and in the recomputation of what both have.
+        # Along each dimension, indices of common entries in the cube and in the recomputation.
         self._common = {"time": tuple(zip(*self.frames, strict=True)) or ((), ())}
         self._labels: dict[str, list[str]] = {}
         names = {"band": [band.name for band in header.bands], LAYER: [layer.name for layer in header.layers]}
@@ -162,7 +163,7 @@ class CubeComparison:
     def _match_frames(self, theirs: NDArray[np.int64]) -> list[tuple[int, int]]:
         start = np.datetime64(self._header.start_utc.replace(tzinfo=None), "ns").astype(np.int64)
         ours = start + np.round(np.asarray(self._header.frame_times_s) * 1e9).astype(np.int64)
-        # The first of ours that is not earlier by more than what readers round.
+        # The first recomputed frame that is not earlier, within the rounding of readers.
         nearest = np.minimum(np.searchsorted(ours, theirs - SAME_TIME_NS), ours.size - 1)
         same = np.abs(ours[nearest] - theirs) <= SAME_TIME_NS
         if self._expect("frames", theirs.size, ours.size) and not same.all():
@@ -171,13 +172,13 @@ class CubeComparison:
         return list(zip(np.flatnonzero(same).tolist(), nearest[same].tolist(), strict=True))
 
     def _comparable(self, same_image: bool) -> dict[str, VariableSpec]:
-        """Return the variables that both have with the same dimensions, coordinates first; others are changes."""
+        """Return the common variables with equal dimensions, coordinates first; others are recorded as changes."""
         values, header = coordinate_values(self._header), self._header
         coordinates = [
             spec for spec in COORDINATES if spec.name in values and spec.dtype != "str" and spec.name != "time"
         ]
         ours = {spec.name: spec for spec in (*coordinates, *header.geometry, *header.variables)}
-        # What a cube may have beside these.
+        # Variables that a cube may have in addition.
         known = {spec.name for spec in COORDINATES} - set(ours) | {GRID_MAPPING}
         located = {spec.name for spec in GEOMETRY}
         theirs = {
@@ -200,7 +201,7 @@ class CubeComparison:
     def _add_geometry(
         self, names: Sequence[str], frame: int | None, time_s: float, inside: tuple[slice, slice] | None
     ) -> None:
-        """Compare coordinates of pixels, of one frame or of all, part by part."""
+        """Compare per-pixel coordinates, of one frame or of all, part by part."""
         present = tuple(name for name in names if name in self._specs)
         for place, values in self._geometry.parts(present, time_s=time_s, inside=inside):
             index: Any = place if frame is None else (frame, *place)
@@ -216,7 +217,7 @@ class CubeComparison:
         frame: int | None = None,
         corner: tuple[int, int] = (0, 0),
     ) -> None:
-        """Compare part of a variable, of a ``frame`` where it has frames, from row and column ``corner`` on."""
+        """Compare part of a variable, of a ``frame`` if it has frames, starting at row and column ``corner``."""
         try:
             cube = np.asarray(self._file[name][index])
         except (OSError, RuntimeError, IndexError) as error:

@@ -1,4 +1,4 @@
-"""What a sensor needs of a finished cube, of the scene around it, and what the measured cube records."""
+"""Sensor input from a finished cube and the surrounding scene, and metadata of the sensor cube."""
 
 from __future__ import annotations
 
@@ -36,23 +36,23 @@ if TYPE_CHECKING:
 
 
 _SAME = 1e-6
-"""Relative difference up to which a number of the cube is the one of its scenario."""
+"""Relative tolerance for agreement between numbers of a cube and of its scenario."""
 
 
 @dataclass(frozen=True)
 class CleanCube:
-    """A clean cube without its frames.
+    """Metadata of a clean cube.
 
     Attributes
     ----------
     inputs : SensorInputs
-        For the sensor.
+        Inputs for the sensor.
     frame_numbers : ndarray (F,) of int
-        Numbers of the frames at the interval, from the scenario's start.
+        Frame numbers at the scenario's interval, counted from its start.
     times_s : ndarray (F,)
-        Seconds after it.
+        Seconds after the start.
     scenario : mapping
-        As JSON holds it.
+        In JSON form.
     """
 
     inputs: SensorInputs
@@ -62,27 +62,27 @@ class CleanCube:
 
 
 def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
-    """Read what a sensor needs of an open cube.
+    """Read the sensor inputs from an open cube.
 
     Parameters
     ----------
     name : str
-        Of the cube, for messages.
+        Name of the cube, for messages.
     base : Path, optional
-        Where relative paths of its scenario and of the sensor lead. By default those of the scenario lead where they
-        led when it was made, if its files are still there, and those of the sensor from the working folder.
+        Base folder of relative paths of the scenario and the sensor. By default paths of the scenario are relative to
+        its original folder, if its files still exist, and paths of the sensor to the working folder.
 
     Raises
     ------
     CubeError
-        If the cube has no radiance or no scenario, or is itself one of a sensor.
+        If the cube has no radiance or no scenario, or is itself a sensor cube.
     CatalogError
-        If a file of its bands is missing.
+        If a band response file is missing.
     """
     if SENSOR_ATTRIBUTE in dataset.attrs:
-        raise CubeError(f"{name} is what a sensor measured already; a clean cube is needed")
+        raise CubeError(f"{name} is already a sensor cube; a clean cube is needed")
     if "radiance" not in dataset:
-        raise CubeError(f"{name} has no radiance, which a sensor measures; run its scenario with it")
+        raise CubeError(f"{name} has no radiance, which a sensor needs; request it in the scenario")
     recorded = Recorded.of(dict(dataset.attrs), name)
     scenario, catalog = recorded.scenario, Catalog(base=base or recorded.base)
     try:
@@ -97,11 +97,11 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         pixel_size_m, speed_m_s = pixel_size_and_speed(scenario)
         image = int(scenario["image"]["rows"]), int(scenario["image"]["columns"])
     except (KeyError, TypeError, ValueError) as error:
-        raise CubeError(f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) is not that of this cube: {error}") from error
+        raise CubeError(f"{name}: its scenario ({SCENARIO_ATTRIBUTE}) does not match this cube: {error}") from error
     times_s = (dataset["time"].to_numpy() - start) / np.timedelta64(1, "ns") * 1e-9
     numbers = np.rint(times_s / interval_s).astype(np.int64)
     if np.any(numbers < 0) or np.any(np.abs(numbers * interval_s - times_s) > 1e-3 * interval_s):
-        raise CubeError(f"{name}: its times are not those of its scenario, every {interval_s:g} s from the start")
+        raise CubeError(f"{name}: its times do not match its scenario, every {interval_s:g} s from the start")
     grid = Grid(dataset.sizes["y"], dataset.sizes["x"], _pixel_size_m(dataset, pixel_size_m, name))
     inputs = SensorInputs(
         bands=sensor_bands(bands),
@@ -120,7 +120,7 @@ def _utc(text: str) -> str:
 
 
 def _pixel_size_m(dataset: xr.Dataset, expected_m: float, name: str) -> float:
-    """Pixel size of the scenario, or that of a cube that was thinned or averaged since."""
+    """Pixel size of the scenario, or of the cube if it was subsampled or averaged."""
     x = dataset["x"].to_numpy().astype(np.float64)
     steps = np.diff(x)
     if not steps.size:
@@ -132,7 +132,7 @@ def _pixel_size_m(dataset: xr.Dataset, expected_m: float, name: str) -> float:
 
 
 def _corner(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple[int, int]:
-    """Row and column of the first pixel in the image; (0, 0) for other pixels than those of the scenario."""
+    """Row and column of the first pixel in the image; (0, 0) if the pixels are not those of the scenario."""
     corner = []
     for name, count in zip(("y", "x"), image, strict=True):
         centres_m = dataset[name].to_numpy().astype(np.float64)
@@ -145,7 +145,7 @@ def _corner(dataset: xr.Dataset, image: tuple[int, int], size_m: float) -> tuple
 
 
 def _speed_m_s(dataset: xr.Dataset, times_s: NDArray[np.float64], expected_m_s: float) -> float:
-    """Speed of the image's centre, from the way it has come at the last frame."""
+    """Speed of the image centre, from its displacement at the last frame."""
     if "centre_displacement" not in dataset or not times_s[-1] > 0.0:
         return expected_m_s
     speed_m_s = float(dataset["centre_displacement"].to_numpy()[-1]) / float(times_s[-1])
@@ -153,14 +153,14 @@ def _speed_m_s(dataset: xr.Dataset, times_s: NDArray[np.float64], expected_m_s: 
 
 
 class SceneAround:
-    """Puts clean frames into the scene around them.
+    """Extends clean frames by the surrounding scene.
 
     Parameters
     ----------
     tables : RadianceTables or None
-        As the frames were made with.
+        Tables that the frames were computed with.
     sensor : BuiltSensor
-        The plan's, made for the part of the scene that it is given.
+        The plan's sensor, built for the extended area.
     """
 
     def __init__(self, plan: Plan, tables: RadianceTables | None, sensor: BuiltSensor) -> None:
@@ -168,14 +168,14 @@ class SceneAround:
         self._maker = PartMaker(plan, tables)
 
     def frame(self, index: int, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return radiance (B, y, x) of what the sensor is given of a frame.
+        """Return the radiance (B, y, x) of a frame in the area that the sensor needs.
 
         Parameters
         ----------
         index : int
             Number of the frame, from 0.
         radiance : ndarray of float32 (B, y, x)
-            Of the cube; it is taken as it is, and only what is around it is computed.
+            Radiance of the cube, used unchanged; only the surroundings are computed.
         """
         given, cube = self._sensor.given, self._sensor.cube
         if given == cube:
@@ -191,7 +191,7 @@ class SceneAround:
 
 
 def _strips(given: Window, cube: Window) -> Iterator[Window]:
-    """Yield what is given below, above, left and right of the cube."""
+    """Yield the areas below, above, left and right of the cube."""
     (rows, columns), (inner_rows, inner_columns) = given, cube
     candidates = (
         (slice(rows.start, inner_rows.start), columns),
@@ -205,9 +205,9 @@ def _strips(given: Window, cube: Window) -> Iterator[Window]:
 def sensor_attributes(
     clean: Mapping[str, Any], sensor: BuiltSensor, files: Mapping[str, str], clean_name: str
 ) -> dict[str, Attribute | None]:
-    """Return global attributes that differ from those of the clean cube; None for those that go.
+    """Return global attributes that differ from those of the clean cube; None: to be removed.
 
-    The certificate speaks of clean radiance, which a measured cube does not hold: it is quoted as the clean cube's.
+    The certificate refers to clean radiance, so the sensor cube quotes it as that of the clean cube.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def sensor_attributes(
     files : mapping of str to str
         SHA-256 of the files read for the sensor, by name.
     clean_name : str
-        Of the clean cube, without its folder; empty if it has no file.
+        File name of the clean cube, without folder; empty if it has no file.
     """
     stamp = creation_time().isoformat(timespec="seconds").replace("+00:00", "Z")
     about = json.dumps(sensor.as_dict())

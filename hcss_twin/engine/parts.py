@@ -1,7 +1,7 @@
-"""Parts of frames: whole frames where they are small, tiles where they are large, computed here or by an executor.
+"""Parts of frames: whole small frames or tiles of large ones, computed here or by an executor.
 
-Which tiles a frame has follows from the plan alone, and not from who computes them: the certificate draws its pixels
-tile by tile, and chunks of the cube are tiles.
+The tiles of a frame depend only on the plan, not on the executor, because the certificate samples pixels tile by tile
+and the chunks of the cube are tiles.
 """
 
 from __future__ import annotations
@@ -34,20 +34,19 @@ from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.scenario.scenario import Scenario
 
 LARGEST_FRAME_BYTES = 2**28
-"""Frames with more bytes in the cube are made by tiles."""
+"""Frames larger than this in the cube are computed in tiles."""
 
 TILE_BYTES = 2**26
-"""Of the variables of one tile, at most."""
+"""Maximum size of the variables of one tile."""
 
 TILE_PIXELS = 2**21
-"""Of one tile, at most."""
+"""Maximum size of one tile."""
 
 
 def tile_shape(plan: Plan) -> tuple[int, int] | None:
-    """Return the rows and columns of tiles, those at the far edges apart; None where frames are made whole.
+    """Return rows and columns of a tile (fewer at the far edges); None if frames are computed whole.
 
-    Tiles are nearly square, so that slant paths leave them as little as possible and readers of a window read little
-    else.
+    Nearly square tiles minimise slant paths across tile borders and the extra data that readers of a window load.
     """
     rows, columns = plan.pixels
     frame_bytes = plan.uncompressed_bytes // plan.frame_times_s.size
@@ -55,7 +54,7 @@ def tile_shape(plan: Plan) -> tuple[int, int] | None:
         return None
     bytes_per_pixel = math.ceil(frame_bytes / (rows * columns))
     side = max(1, math.isqrt(min(TILE_PIXELS, TILE_BYTES // bytes_per_pixel)))
-    # A long and narrow image is cut along its length only.
+    # A long, narrow image is divided along its length only.
     height = _evenly(rows, max(side, side * side // columns))
     return height, _evenly(columns, max(side, side * side // height))
 
@@ -67,18 +66,18 @@ def tiles(plan: Plan) -> list[Window]:
 
 
 def _evenly(size: int, most: int) -> int:
-    """Largest part of a length that is cut into as few nearly equal ones as possible, each of at most ``most``."""
+    """Largest part when a length is divided into as few nearly equal parts as possible, each at most ``most``."""
     return math.ceil(size / math.ceil(size / most))
 
 
 @contextmanager
 def executor_of(workers: int, scheduler: str | None = None) -> Iterator[tuple[Executor | None, int]]:
-    """Give an executor and its number of workers for the time of a run; none where the caller does the work.
+    """Yield an executor and its number of workers for a run; None if the caller does the work.
 
     Parameters
     ----------
     workers : int
-        Processes of this machine; 1 is none but the caller's.
+        Local processes; 1: only the calling one.
     scheduler : str, optional
         Address of the scheduler of a Dask cluster, used instead.
 
@@ -93,7 +92,7 @@ def executor_of(workers: int, scheduler: str | None = None) -> Iterator[tuple[Ex
     elif workers == 1:
         yield None, 1
     else:
-        # A fork would copy threads' locks; a new process has none.
+        # A fork would copy locks held by threads; a new process has none.
         context = multiprocessing.get_context("spawn")
         pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_leave_signals_to_the_parent)
         try:
@@ -124,23 +123,23 @@ def _leave_signals_to_the_parent() -> None:
 
 
 AHEAD = 2
-"""Parts that each worker has in hand or waiting."""
+"""Number of running and queued parts per worker."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One part of one frame, for any process that has this package: plain values only.
+    """One part of one frame as plain values, for any process with this package.
 
     Attributes
     ----------
     scenario : str
-        As :meth:`Scenario.to_json` writes it.
+        Output of :meth:`Scenario.to_json`.
     base : str
-        Folder of its relative paths.
+        Base folder of relative paths.
     rows, columns : (int, int)
-        First and end, in pixels of the image.
+        First and end index, in pixels of the image.
     before : int
-        Pixels of the frame in tiles before this one.
+        Number of pixels of the frame in earlier tiles.
     """
 
     scenario: str
@@ -176,19 +175,19 @@ class Part:
 
 
 MadePart = tuple[Frame, DrawnPixels | None]
-"""Variables of a part, and what the certificate may check of it."""
+"""Variables of a part, and its certificate sample."""
 
 
 def make_part(task: Task, summaries: Sequence[Any] | None = None) -> MadePart:
-    """Make one part of a frame, in any process, with the same bits.
+    """Compute one part of a frame; the result is bit-identical in any process.
 
-    Plan and tables are made, or taken from the cache on the disk, with the first part of a scenario, and serve the
-    next ones in the same process.
+    Plan and tables are made, or read from the disk cache, for the first part of a scenario, and reused for later
+    parts in the same process.
 
     Parameters
     ----------
     summaries : sequence, optional
-        Those of :func:`hcss_twin.engine.stream.summaries_of` for the frame; computed where they are not given.
+        Those of :func:`hcss_twin.engine.stream.summaries_of` for the frame; computed if omitted.
     """
     plan, maker, turn = _maker(task.scenario, task.base)
     sample = PixelSample(plan) if plan.needs_radiance and plan.scenario.output.certificate else None
@@ -198,7 +197,7 @@ def make_part(task: Task, summaries: Sequence[Any] | None = None) -> MadePart:
 
 @lru_cache(maxsize=1)
 def _maker(scenario: str, base: str) -> tuple[Plan, PartMaker, Lock]:
-    """Return what makes parts of a scenario, and a lock for schedulers whose workers have several threads."""
+    """Return the part maker of a scenario, and a lock for workers with several threads."""
     plan = make_plan(Scenario.from_dict(json.loads(scenario), base=Path(base)))
     return plan, PartMaker(plan, tables_of(plan) if plan.needs_radiance else None), Lock()
 
@@ -220,23 +219,23 @@ def stream_parts(
     workers: int = 1,
     frames: Sequence[int] | None = None,
 ) -> Iterator[Part]:
-    """Yield all parts of all frames in order; memory depends neither on their number nor on the size of frames.
+    """Yield all parts of all frames in order; memory use depends neither on their number nor on the frame size.
 
     Parameters
     ----------
     tables : RadianceTables or None
-        None where no requested variable needs radiance.
+        None if no requested variable requires radiance.
     sample : PixelSample, optional
-        Draws pixels of the frames as they are made.
+        Samples pixels of the frames during computation.
     executor : Executor, optional
-        Makes the parts in its workers, as many as ``workers``; without it they are made here.
+        Computes the parts in its ``workers`` workers; by default they are computed here.
     frames : sequence of int, optional
-        Numbers of the frames wanted, from 0, by default all.
+        Frame numbers from 0, by default all.
 
     Raises
     ------
     ProviderError
-        If a provider breaks its contract, or a worker ends before its part is made.
+        If a provider violates its contract, or a worker ends before completing its part.
     """
     windows, tasks = tiles(plan), _tasks(plan, range(plan.frame_times_s.size) if frames is None else frames)
     results: Iterator[tuple[Task, MadePart]]
@@ -256,7 +255,7 @@ def stream_parts(
 
 
 def parts_of(plan: Plan) -> int:
-    """Number of parts of all frames."""
+    """Total number of parts."""
     return plan.frame_times_s.size * len(tiles(plan))
 
 
@@ -269,7 +268,7 @@ def _tasks(plan: Plan, frames: Sequence[int]) -> Iterator[Task]:
 
 
 def _in_order(plan: Plan, executor: Executor, workers: int, tasks: Iterator[Task]) -> Iterator[tuple[Task, MadePart]]:
-    """Yield what workers make in the order of the tasks, with a few of them ahead."""
+    """Yield the workers' results in the order of the tasks, submitting a few tasks ahead."""
     waiting: deque[tuple[Task, Future[MadePart]]] = deque()
     frame, summaries = -1, list[Any]()
     try:

@@ -1,4 +1,4 @@
-"""What a cube records about how it was made, and what of it is different today."""
+"""Provenance attributes of a cube, and their comparison with the current environment."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ CERTIFICATE = (
     "hcss_certificate_pixels",
     "hcss_certificate_strata",
 )
-"""Attributes of the certificate, which a verification of all pixels does not repeat."""
+"""Certificate attributes, which a verification does not recompute because it compares all pixels."""
 
 CLEAN_CERTIFICATE = "hcss_clean_certificate"
-"""Certificate of the clean cube, as a measured one quotes it."""
+"""Attribute in which a sensor cube quotes the certificate of the clean cube."""
 
 
 def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | float | int]:
     """Global attributes: scenario, seed, versions, plugin distributions, hashes of the files used.
 
-    Call it after the tables are compiled: files are read when they are needed.
+    Call it after the tables are compiled, because files are read on demand.
     """
     scenario = plan.scenario
     attributes: dict[str, str | float | int] = {
@@ -84,7 +84,7 @@ def _summary(plan: Plan) -> str:
 
 
 def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield values of nested tables and lists by their dotted keys; empty ones count as values."""
+    """Yield values of nested tables and lists by dotted key; empty tables and lists count as values."""
     if isinstance(value, dict) and value:
         for name, each in value.items():
             yield from leaves(each, f"{key}.{name}" if key else name)
@@ -97,14 +97,14 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 @dataclass(frozen=True)
 class Change:
-    """Something that is not as the cube records it.
+    """A difference from the record in the cube.
 
     Attributes
     ----------
     what : str
         A library, a kind of provider, a key of the scenario, a dimension.
     recorded, now : str
-        In the cube, and in its recomputation.
+        Value in the cube, and in its recomputation.
     """
 
     what: str
@@ -114,18 +114,18 @@ class Change:
 
 @dataclass(frozen=True)
 class FileChange:
-    """A file that is not what the cube was made from.
+    """A file that differs from the one used for the cube.
 
     Attributes
     ----------
     name : str
-        Name in the catalog or path, as the cube records it.
+        Catalog name or path, as recorded in the cube.
     state : str
         ``changed``, ``missing``, ``no longer read`` or ``not read before``.
     recorded_sha256, now_sha256 : str or None
-        None where there is no such file.
+        None if there is no such file.
     now_at : str
-        Where the file of today was found.
+        Path of the current file.
     """
 
     name: str
@@ -144,13 +144,13 @@ class Recorded:
     attributes : mapping
         Global attributes of the file.
     scenario : mapping
-        As JSON holds it.
+        In JSON form.
     versions : mapping of str to str
-        By distribution.
+        Versions by distribution.
     providers : mapping
         ``name``, ``distribution`` and ``version`` by kind; clouds of several layers are numbered.
     files : mapping of str to str
-        SHA-256 by name in the catalog, or by absolute path.
+        SHA-256 by catalog name or absolute path.
     """
 
     attributes: Mapping[str, Any]
@@ -161,7 +161,7 @@ class Recorded:
 
     @classmethod
     def of(cls, attributes: Mapping[str, Any], path: str) -> Recorded:
-        """Read the attributes of a cube.
+        """Read the provenance attributes of a cube.
 
         Raises
         ------
@@ -184,7 +184,7 @@ class Recorded:
 
     @property
     def base(self) -> Path:
-        """Folder from which relative paths of the scenario lead to the cube's files; else the working folder."""
+        """Folder in which the scenario's relative paths refer to the recorded files; else the working folder."""
         folders: set[Path] = set()
         for _, text in leaves(self.scenario):
             parts = PurePath(text).parts if isinstance(text, str) else ()
@@ -195,7 +195,7 @@ class Recorded:
         return known[0] if len(known) == 1 else Path.cwd()
 
     def version_changes(self) -> tuple[Change, ...]:
-        """Return the distributions that are installed in another version."""
+        """Return the distributions with another installed version."""
         now = versions()
         changes = (
             Change(name, version, now.get(name) or installed_version(name)) for name, version in self.versions.items()
@@ -203,12 +203,12 @@ class Recorded:
         return tuple(each for each in changes if each.now != each.recorded)
 
     def provider_changes(self, entries: Mapping[str, Entry] | None) -> tuple[Change, ...]:
-        """Return the providers that another package or version brings, or nobody.
+        """Return the providers that are missing or come from another package or version.
 
         Parameters
         ----------
         entries : mapping of str to Entry or None
-            Those of the recomputation, by kind; None where there is none.
+            Providers of the recomputation, by kind; None if missing.
         """
         registry, changes = Registry.discover(), []
         for kind, recorded in self.providers.items():
@@ -225,18 +225,18 @@ class Recorded:
         return tuple(each for each in changes if each.now != each.recorded)
 
     def file_changes(self, used: Mapping[str, str] | None) -> tuple[FileChange, ...]:
-        """Return the files that are not those the cube was made from.
+        """Return the files that differ from those used for the cube.
 
         Parameters
         ----------
         used : mapping of str to str or None
-            SHA-256 of the files that the recomputation read, by name; None where there is none.
+            SHA-256 of the files that the recomputation read, by name; None if unknown.
         """
         new = {name: digest for name, digest in (used or {}).items() if name not in self.files}
         changes = []
         for name, recorded in self.files.items():
             at, now, state = name, (used or {}).get(name), "changed"
-            # A user's file of the same name elsewhere took its place.
+            # A user's file of the same name elsewhere was read instead.
             alike = [each for each in new if Path(each).is_absolute() and Path(each).name == Path(name).name]
             if now is None and Path(name).is_absolute() and len(alike) == 1:
                 at, now = alike[0], new.pop(alike[0])
@@ -249,12 +249,12 @@ class Recorded:
         return tuple(changes)
 
     def attribute_changes(self, now: Mapping[str, Any]) -> tuple[Change, ...]:
-        """Return keys of the scenario, and attributes the engine writes, that come out otherwise.
+        """Return scenario keys and engine attributes that differ in the recomputation.
 
         Parameters
         ----------
         now : mapping
-            Attributes of the recomputation.
+            Global attributes of the recomputation.
         """
         repeated = (SCENARIO_ATTRIBUTE, VERSIONS, PROVIDERS, FILES, FORMAT_ATTRIBUTE, *CERTIFICATE, CLEAN_CERTIFICATE)
         before, after = dict(leaves(self.scenario)), dict(leaves(json.loads(now[SCENARIO_ATTRIBUTE])))
@@ -279,7 +279,7 @@ def _is_table_of_texts(table: Any, nested: bool) -> bool:
 
 
 def _digest(name: str) -> str | None:
-    """Hash a recorded file as it is today; None where there is none, or a name that leads out of the catalog."""
+    """Hash the current version of a recorded file; None if it is missing or its name points outside the catalog."""
     path = Path(name) if Path(name).is_absolute() else Catalog().root / name
     if ".." in path.parts:
         return None

@@ -1,4 +1,4 @@
-"""Measure a clean cube with a sensor: a cube alone, or that of a run with the scene around it."""
+"""Application of a sensor to a clean cube, alone or with the surrounding scene of its run."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
 
 def measured_path(clean: Path) -> Path:
-    """Return the name of the measured cube of a pair: ``NAME.sensor.nc`` beside ``NAME.nc``."""
+    """Return the name of the sensor cube for a clean cube: ``NAME.sensor.nc`` for ``NAME.nc``."""
     return clean.with_name(f"{clean.stem}.sensor{clean.suffix or '.nc'}")
 
 
 def require_netcdf(clean: str | os.PathLike[str]) -> None:
-    """Refuse a Zarr store as the clean cube of a pair.
+    """Reject a Zarr store as clean cube for a sensor.
 
     Raises
     ------
     CubeError
-        If the name is that of a Zarr store.
+        If the name denotes a Zarr store.
     """
     if is_zarr(clean):
         raise CubeError(
@@ -56,16 +56,16 @@ def require_netcdf(clean: str | os.PathLike[str]) -> None:
 def sense_run(
     plan: Plan, tables: RadianceTables | None, clean_path: str | os.PathLike[str], progress: Progress | None = None
 ) -> Path:
-    """Write the measured cube of a run, ``NAME.sensor.nc``, beside its clean one, frame by frame.
+    """Write the sensor cube of a run, ``NAME.sensor.nc``, from its clean cube, frame by frame.
 
-    The plan's sensor is given the clean frames of the cube with the scene around them, which is computed.
+    The plan's sensor measures the clean frames together with the surrounding scene, which is computed here.
 
     Parameters
     ----------
     plan : Plan
-        With a sensor.
+        A plan with a sensor.
     tables : RadianceTables or None
-        Those that the clean cube was made with.
+        Tables of the clean cube.
     clean_path : path
         The finished clean cube of the plan.
     progress : callable, optional
@@ -76,7 +76,7 @@ def sense_run(
     CubeError
         If a cube cannot be read or written.
     ProviderError
-        If a provider breaks its contract.
+        If a provider violates its contract.
     """
     clean_path, sensor = Path(clean_path), plan.sensor
     if sensor is None:
@@ -116,9 +116,9 @@ def sense_file(
     base: Path | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Write the measured cube of a pair beside a finished clean one, frame by frame.
+    """Write the sensor cube of a finished clean cube, frame by frame.
 
-    Of the scene nothing is known but the cube: where the sensor sees beyond its edges, it is mirrored.
+    Only the cube is used: beyond its edges the sensor sees the mirror image.
 
     Parameters
     ----------
@@ -127,26 +127,26 @@ def sense_file(
     section : SensorSection
         The sensor.
     output : path, optional
-        By default ``NAME.sensor.nc`` in the same folder. It appears only when it is complete.
+        By default ``NAME.sensor.nc`` in the same folder. The file appears only when it is complete.
     base : Path, optional
-        Where relative paths of the sensor and of the cube's bands lead; by default those of the sensor from the
-        working folder, and those of the bands where they led when the cube was made, if its files are still there.
+        Base folder of relative paths of the sensor and of band files. By default sensor paths are relative to the
+        working folder, and band paths to the original folder of the scenario, if its files still exist.
     progress : callable, optional
         Wraps the iterable of frames, given their number.
 
     Returns
     -------
     Path
-        The measured cube.
+        Path of the sensor cube.
 
     Raises
     ------
     CubeError
-        If the cube is not a clean one, cannot be read, or the new one cannot be written.
+        If the cube is not a clean cube or cannot be read, or the sensor cube cannot be written.
     ScenarioError
-        If the section does not fit the sensor or the cube.
+        If the section is inconsistent with the sensor or the cube.
     ProviderError
-        If the sensor breaks its contract.
+        If the sensor violates its contract.
     """
     clean_path = Path(clean_path)
     require_netcdf(clean_path)
@@ -165,26 +165,26 @@ def sense(
     sensor: str | os.PathLike[str] | Mapping[str, Any] | SensorSection | Scenario,
     output: str | os.PathLike[str] | None = None,
 ) -> xr.Dataset:
-    """Return what a sensor measures of a clean cube.
+    """Return the measurement of a clean cube by a sensor.
 
-    Where optics that blur see beyond the edges of the cube, it is mirrored; a run of a scenario with a sensor computes
-    what is there.
+    Blur beyond the edges of the cube uses its mirror image; a run of a scenario with a sensor computes the
+    surroundings instead.
 
     Parameters
     ----------
     cube : path or Dataset
-        A finished clean cube, or one that is open or in memory.
+        A finished clean cube: file, open dataset, or dataset in memory.
     sensor : str, path, mapping, SensorSection or Scenario
-        Name of a sensor of the catalog (``modis``), a TOML file of the same form, or the keys of a scenario's
-        ``[sensor]`` (``{"parameters": {"noise": "nedt", "nedt": 0.05}}``), or a scenario that has one, from whose
-        folder its relative paths lead.
+        Name of a catalog sensor (``modis``), a TOML file of the same form, the keys of a scenario's ``[sensor]``
+        (``{"parameters": {"noise": "nedt", "nedt": 0.05}}``), or a scenario with a sensor, whose folder is the base
+        of relative paths.
     output : path, optional
-        Where to keep the measured cube, for a ``cube`` given as a path; else it is in memory.
+        File for the sensor cube, if ``cube`` is a path; by default it stays in memory.
 
     Returns
     -------
     Dataset
-        Radiance as measured, what else the section asks for, and the truth layers of the clean cube.
+        Measured radiance, further requested variables, and the truth variables of the clean cube.
 
     Raises
     ------
@@ -204,7 +204,7 @@ def sense(
 
 
 def section_of(sensor: Any) -> SensorSection:
-    """Return the section that a name, path, mapping, section or scenario stands for; raises :class:`ScenarioError`."""
+    """Return the sensor section for a name, path, mapping, section or scenario; raises :class:`ScenarioError`."""
     if isinstance(sensor, Scenario):
         if sensor.sensor is None:
             raise ScenarioError([Problem("sensor", "is missing; a scenario with a sensor is needed")], sensor.origin)
@@ -240,7 +240,7 @@ def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Pat
     clean = dataset["radiance"].transpose("time", "band", "y", "x")
     frames = [_measure(sensor, cube, index, clean.isel(time=index).to_numpy()) for index in range(clean.sizes["time"])]
     measured = dataset.drop_vars([str(each) for each in dataset.data_vars if is_replaced(str(each))])
-    # as open_cube shows variables: what CF needs to find coordinates is encoding there
+    # as in open_cube, where CF attributes for coordinates are part of the encoding
     for spec in sensor.variables:
         values = np.stack([frame[spec.name] for frame in frames])
         variable = xr.Variable(spec.dims, values, variable_attributes(spec))

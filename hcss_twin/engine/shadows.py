@@ -1,13 +1,14 @@
-"""Shadows of clouds on the clear sea: tables of the direct sunlight that clouds transmit, and their use in each frame.
+"""Cloud shadows on the clear sea: tables of the direct sunlight that clouds transmit, and their use in each frame.
 
-The direct transmission of a band is the mean of exp(-k s) over it (Bouguer's law), with the extinction k of the optics
-provider and the length s of the sun's path in the cloud, thickness / mu0, weighted by the spectrum of the clear
-column's solar terms. Tables hold its negative logarithm, the effective optical thickness against s: a line for
-grey clouds, and between the lines of the largest and the smallest k for others.
+The direct transmission of a band is the mean of exp(-k s) over it (Bouguer's law), with the extinction k of the
+optics provider and the length s of the sun's path in the cloud, thickness / mu0, weighted by the spectrum of the
+clear column's solar terms. Tables contain its negative logarithm, the effective optical thickness as a function of s:
+a straight line for grey clouds, otherwise a curve between the lines of the largest and smallest k.
 
-In a frame the layer is cut into slices of equal height, in each of which the sun's path moves by at most one point
-along either axis. Each slice is met at the point, rounded, where the path passes its middle height, and its cloud lies
-there between the layer's flat side and the thickness away from it. Under a sheet the slices add up to its thickness.
+In each frame the layer is divided into slices of equal height, in each of which the sun's path moves by at most one
+point along either axis. The cloud in a slice is sampled at the nearest point to the path at the middle height of the
+slice; there it extends from the layer's flat side by the thickness. For a uniform layer the slices add up to its
+thickness.
 """
 
 from __future__ import annotations
@@ -36,12 +37,12 @@ FIRST_INTERVALS = 16
 def compile_shadows(
     plan: Plan, quantities: Quantities, time_s: Sequence[float], clear: Callable[[Sun | None], Array]
 ) -> ShadowTables | None:
-    """Compute the tables of shadows at the time nodes of the radiance tables; None where there are no shadows.
+    """Compute the shadow tables at the time nodes of the radiance tables; None if there are no shadows.
 
     Parameters
     ----------
     clear : callable
-        Terms (K, B) of the clear column as the radiance tables have them.
+        Terms (K, B) of the clear column as in the radiance tables.
     """
     if not (plan.assembly.slant.shadows and plan.layers and plan.sun_matters):
         return None
@@ -53,7 +54,7 @@ def compile_shadows(
         weights * np.sum([np.asarray(terms[name]) for name in names], axis=0)
         for terms in (plan.assembly.model.clear(wavenumber, sun) for sun in suns)
     ]
-    # Without sunlight there is nothing to weight by, and nothing to lose either.
+    # Without sunlight there are no weights, and no loss.
     spectra = [np.where(np.sum(each, axis=1, keepdims=True) > 0.0, each, np.abs(weights)) for each in spectra]
     extinction = [
         plan.assembly.optics.single_scattering(layer.microphysics, wavenumber).extinction_m1 for layer in plan.layers
@@ -77,7 +78,7 @@ def compile_shadows(
 
 
 def _loss(terms: Array, quantities: Quantities, names: Sequence[str]) -> Array:
-    """What sea and direct sun give each quantity of the clear column, (Q, B), from its terms (K, B)."""
+    """Sea-reflected direct sunlight in each quantity of the clear column (Q, B), from its terms (K, B)."""
     places = {name: quantities.terms.index(name) for name in names}
     nothing = np.zeros(terms.shape[1])
     return np.stack(
@@ -97,19 +98,19 @@ def _depth(extinction_m1: Array, weights: Array, path_m: Array) -> Array:
     seen = weights > 0.0
     k, w = extinction_m1[seen], weights[seen]
     least = float(np.min(k))
-    # Relative to the least extinction: nothing underflows behind the thickest cloud.
+    # Relative to the smallest extinction, to avoid underflow behind the thickest cloud.
     excess = logsumexp(-(k - least) * path_m[:, None], b=w / np.sum(w), axis=1)
     result: Array = least * path_m - excess
     return result
 
 
 def _tabulated(depth: Callable[[Array], Array], tolerance: float) -> Array:
-    """Halve the intervals of a table over [0, 1], even in the square root, until its transmission is linear enough."""
+    """Halve the intervals of a table over [0, 1], uniform in the root, until its transmission is linear enough."""
     intervals = FIRST_INTERVALS
     table = depth(np.linspace(0.0, 1.0, intervals + 1) ** 2)
     while True:
         finer = depth(np.linspace(0.0, 1.0, 2 * intervals + 1) ** 2)
-        # In the middle of an interval of the root, the part is not that of the square.
+        # The middle of an interval in the root is not the middle in the square.
         low, high = np.arange(intervals) ** 2.0, np.arange(1, intervals + 1) ** 2.0
         share = (((np.arange(intervals) + 0.5) ** 2 - low) / (high - low))[:, None]
         guess = (1.0 - share) * table[..., :-1, :] + share * table[..., 1:, :]
@@ -124,14 +125,14 @@ Thickness = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class SunPaths:
-    """Slices of one layer as the sun's paths at one instant meet them.
+    """Slices of one layer along the sun's paths at one instant.
 
     Attributes
     ----------
     shifts : ndarray of int64 (S, 2)
-        Rows and columns of points from the sea point to where its path meets each slice.
+        Displacement in points (rows, columns) from the sea point to its path in each slice.
     from_flat_m : ndarray (S,)
-        Height between the layer's flat side and the near face of the slice.
+        Distance from the layer's flat side to the near face of the slice.
     slice_m : float
         Height of each slice.
     """
@@ -141,13 +142,13 @@ class SunPaths:
     slice_m: float
 
     def stay_at(self, shift: tuple[int, int]) -> bool:
-        """Whether all slices are met at one displacement."""
+        """Whether all slices have the same displacement."""
         return bool(np.all(self.shifts == np.array(shift)))
 
     def heights_m(self, generator: CloudGenerator, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        """Return the height (y, x) in cloud of the sun's paths to the points of a window of the image.
+        """Return the vertical path length (y, x) in cloud of the sun's paths to the points of a window.
 
-        Divided by the cosine of the sun's zenith it is the length of the path in cloud.
+        Dividing by the cosine of the sun's zenith angle gives the path length.
 
         Parameters
         ----------
@@ -167,7 +168,7 @@ class SunPaths:
 
 
 def sun_paths(layer: CloudLayer, sun: Sun, point_m: float) -> SunPaths:
-    """Cut a layer into slices for the sun at one instant."""
+    """Divide a layer into slices for the sun at one instant."""
     moved = displacement_m(layer.thickness_max_m, sun.zenith_deg, sun.azimuth_deg)
     count = max(1, math.ceil(float(np.max(np.abs(moved))) / point_m))
     middle = layer.base_m + layer.thickness_max_m * (np.arange(count) + 0.5) / count
@@ -180,7 +181,7 @@ def sun_paths(layer: CloudLayer, sun: Sun, point_m: float) -> SunPaths:
 
 @njit(cache=True, nogil=True)
 def _add_slices(heights, thickness, shifts, from_flat, slice_m):  # type: ignore[no-untyped-def]
-    """Add to ``heights`` the cloud of each slice, in single precision as thickness has it."""
+    """Add the cloud of each slice to ``heights``, in single precision like the thickness."""
     full, nothing = np.float32(slice_m), np.float32(0.0)
     for s in range(shifts.shape[0]):
         down, right, near = shifts[s, 0], shifts[s, 1], np.float32(from_flat[s])
@@ -191,12 +192,12 @@ def _add_slices(heights, thickness, shifts, from_flat, slice_m):  # type: ignore
 
 
 class Shadows:
-    """Shadows of a scene, instant by instant.
+    """Shadows of a scene by instant.
 
     Parameters
     ----------
     tables : RadianceTables or None
-        None where no requested variable needs radiance; the mask can be had without.
+        None if no requested variable requires radiance; the mask does not need tables.
     """
 
     def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
@@ -205,7 +206,7 @@ class Shadows:
         self._point_m = plan.grid.pixel_size_m / plan.samples_per_pixel
 
     def at(self, time_s: float) -> InstantShadows | None:
-        """Return the shadows at one instant; None where there can be none."""
+        """Return the shadows at one instant; None if there are none."""
         plan = self._plan
         if not (plan.assembly.slant.shadows and plan.layers and plan.sun_matters):
             return None
@@ -215,7 +216,7 @@ class Shadows:
         paths: list[SunPaths | None] = []
         for layer in plan.layers:
             met = sun_paths(layer, sun, self._point_m)
-            # Where sight and sunlight meet the same point, what is clear to one is clear to the other.
+            # If line of sight and sun path intersect the layer at the same point, it is clear or cloudy for both.
             paths.append(None if met.stay_at(plan.assembly.slant.of_view(layer, self._point_m)) else met)
         return InstantShadows(plan, self._tables, time_s, sun, paths) if any(paths) else None
 
@@ -226,7 +227,7 @@ class InstantShadows:
     Parameters
     ----------
     paths : sequence of SunPaths or None
-        Through each layer; None where it takes nothing from points that it leaves clear.
+        Paths through each layer; None if the layer cannot shade points that it leaves clear.
     """
 
     def __init__(
@@ -251,25 +252,25 @@ class InstantShadows:
         truth: dict[str, NDArray[Any]],
         place: Window | None = None,
     ) -> NDArray[np.bool_]:
-        """Take from a window of the image the sunlight that clouds keep from its clear points.
+        """Subtract the sunlight that clouds block from the clear points of a window.
 
         Parameters
         ----------
         window : (slice, slice)
             Rows and columns, in pixels of the image.
         thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
-            Of each layer, as it is seen from the points.
+            Thickness of each layer as seen from the points.
         radiance : ndarray of float32 (C, y, x)
-            Of a part of the image; C may be 0.
+            Radiance of a part of the image; C may be 0.
         truth : dict of str to ndarray
-            Truth variables of the same part, among which the mask may be.
+            Truth variables of the same part, possibly including the shadow mask.
         place : (slice, slice), optional
-            Where the window lies in the part; by default the part is the whole image.
+            Position of the window in the part; by default the part is the whole image.
 
         Returns
         -------
         ndarray of bool (window rows, window columns)
-            Pixels of which some part is in shadow.
+            Pixels partly or fully in shadow.
         """
         place = window if place is None else place
         mask = truth.get(SHADOW_MASK)
@@ -291,7 +292,7 @@ class InstantShadows:
         return shaded
 
     def _in_cloud(self, window: Window) -> Thickness:
-        """Height in each layer's cloud of the sun's paths to the points of a window, (L, y, x)."""
+        """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x)."""
         plan = self._plan
         rows, columns = (points_of(pixels, plan.samples_per_pixel) for pixels in window)
         heights = np.zeros((len(plan.layers), rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
@@ -305,7 +306,7 @@ class InstantShadows:
 def _cast(  # type: ignore[no-untyped-def]
     radiance, mask, row, column, samples, clear, in_cloud, part, depth, loss
 ):
-    """Weaken clear points; ``part`` (L,) is that of the longest path, per metre of height in cloud."""
+    """Shade clear points; ``part`` (L,): fraction of the longest path per metre of height in cloud."""
     layers, intervals, bands = depth.shape[0], depth.shape[1] - 1, depth.shape[2]
     share = 1.0 / (samples * samples)
     kept_back, path = np.empty(bands), np.empty(bands)
@@ -325,8 +326,8 @@ def _cast(  # type: ignore[no-untyped-def]
                         if not met:
                             met = True
                             path[:] = 0.0
-                        # Nodes are even in the square root; paths that rounding puts beyond the last go on along
-                        # the last line.
+                        # Nodes are uniform in the square root; paths slightly beyond the last node by rounding
+                        # extrapolate the last line.
                         root = math.sqrt(height * part[n]) * intervals
                         k = min(int(root), intervals - 1)
                         inside = (root * root - k * k) / (2.0 * k + 1.0)
@@ -345,5 +346,5 @@ def _cast(  # type: ignore[no-untyped-def]
                     if loss[q, b] != 0.0:
                         left = np.float64(radiance[q * bands + b, row + y, column + x])
                         left -= loss[q, b] * kept_back[b] * share
-                        # Where nothing is left, single precision can leave less.
+                        # Rounding to single precision can make a zero remainder negative.
                         radiance[q * bands + b, row + y, column + x] = np.float32(max(left, 0.0))

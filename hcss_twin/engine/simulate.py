@@ -1,4 +1,4 @@
-"""Run a scenario: plan, compile, stream, write."""
+"""Execution of a scenario: plan, compile, stream, write."""
 
 from __future__ import annotations
 
@@ -41,10 +41,11 @@ if TYPE_CHECKING:
 
 
 def overlaps(plan: Plan) -> bool:
-    """Return whether what is called while frames are computed is known not to read NetCDF files.
+    """Return whether no provider reads NetCDF files during the computation of frames.
 
-    The library is not thread safe, so that no frame can be written while a provider reads. Ours read their files
-    when they are made; of those from other packages that is not known, and their frames are written in between.
+    The library is not thread safe, so no frame can be written while a provider reads. Providers of this package read
+    their files at construction; for those of other packages this is unknown, so their frames are written in the main
+    thread.
     """
     kinds = (Kind.CLOUDS,) if plan.waves is None else (Kind.CLOUDS, Kind.SEA)
     entries = plan.assembly.entries.values()
@@ -52,7 +53,7 @@ def overlaps(plan: Plan) -> bool:
 
 
 IN_MEMORY_BYTES = 512 * 2**20
-"""Cubes up to this size are read into memory; larger ones stay in a temporary file."""
+"""Cubes up to this size are loaded into memory; larger ones stay in a temporary file."""
 
 _T = TypeVar("_T")
 Progress = Callable[[Iterable[_T], int], Iterable[_T]]
@@ -66,29 +67,29 @@ def run(
     workers: int = 1,
     scheduler: str | None = None,
 ) -> Path:
-    """Compute a planned scene and write its cube, with its certificate; with a sensor also what it measures.
+    """Compute a planned scene and write its cube with certificate and, with a sensor, the sensor cube.
 
-    The measured cube, ``NAME.sensor.nc`` beside ``NAME.nc``, is made of the finished clean one and of the scene around
-    it.
+    The sensor cube ``NAME.sensor.nc`` is computed from the finished clean cube ``NAME.nc`` and the surrounding scene.
 
     Parameters
     ----------
     output : path
-        Final name; it appears only when the cube is complete. One that ends in ``.zarr`` is a Zarr store.
+        Final name; the file appears only when the cube is complete. A name that ends in ``.zarr`` creates a Zarr
+        store.
     progress : callable, optional
-        Wraps the iterable of frames, or of the tiles of large ones, given their number, as ``tqdm`` and its like do.
+        Wraps the iterable of frames, or of tiles of large frames, given their number, like ``tqdm``.
     report : callable, optional
-        Given the certificate, if there is one, once the cube has its name. By default one that failed is a
-        :class:`CertificateWarning`.
+        Called with the certificate, if there is one, when the cube is complete. By default a failed certificate
+        causes a :class:`CertificateWarning`.
     workers : int
-        Processes that make the frames, or the tiles of large ones; the cube is the same.
+        Number of processes that compute frames, or tiles of large frames; the cube does not depend on it.
     scheduler : str, optional
-        Address of a Dask cluster that makes them instead.
+        Address of a Dask cluster that computes them instead.
 
     Returns
     -------
     Path
-        The cube.
+        Path of the cube.
 
     Raises
     ------
@@ -121,7 +122,7 @@ def _write_clean(
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
     certificate: Certificate | None = None
     header = cube_header(plan, tables)
-    _require_no_input(plan, output)  # with what was read for the tables
+    _require_no_input(plan, output)  # again, with the files read for the tables
     with (
         executor_of(workers, scheduler) as (executor, count),
         writer_of(output, header, compression=compression, tile=tile_shape(plan)) as writer,
@@ -139,7 +140,7 @@ def _write_clean(
 
 
 def _require_no_input(plan: Plan, output: str | Path) -> None:
-    """Refuse to write onto the scenario or a file that it reads, naming its key; also the cube of a sensor."""
+    """Refuse to overwrite the scenario or a file that it reads, naming its key; also for the sensor cube."""
     scenario, outputs = plan.scenario, [Path(output)]
     if scenario.sensor is not None:
         outputs.append(measured_path(Path(output)))
@@ -163,23 +164,23 @@ def _warn(certificate: Certificate) -> None:
 
 
 def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset:
-    """Make the cube of a scenario and open it.
+    """Compute the cube of a scenario and open it.
 
     Parameters
     ----------
     scenario : Scenario
         What to simulate.
     output : path, optional
-        Where to keep the cube. Without it the cube lives in memory, or, beyond 512 MiB, in a temporary
-        file that goes with the dataset. The clean cube is returned; what a scenario's sensor measures is kept beside
-        ``output``, and :func:`hcss_twin.sense` makes it of a cube in memory.
+        File for the cube. By default the cube is in memory or, beyond 512 MiB, in a temporary file that is deleted
+        with the dataset. The clean cube is returned; the sensor cube of a scenario with a sensor is written next to
+        ``output``. For a cube in memory, use :func:`hcss_twin.sense`.
 
-    The first call on a machine compiles kernels, and says so through ``logging``.
+    The first call on a machine compiles kernels and logs a message.
 
     Returns
     -------
     xarray.Dataset
-        Read lazily where it is backed by a file.
+        Read lazily if it is backed by a file.
 
     Raises
     ------
@@ -194,7 +195,7 @@ def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset
 
 
 def _in_memory(plan: Plan) -> xr.Dataset:
-    """Make a cube in a temporary folder and read it, if it is not too large."""
+    """Write a cube to a temporary folder and load it if it is not too large."""
     folder = tempfile.TemporaryDirectory(prefix="hcss-twin-")
     try:
         path = Path(folder.name) / "cube.nc"
@@ -215,7 +216,7 @@ def _in_memory(plan: Plan) -> xr.Dataset:
 
 
 def cube_header(plan: Plan, tables: RadianceTables | None) -> CubeHeader:
-    """Return what the cube of a plan knows before its first frame; call it after the tables are compiled."""
+    """Return the header of the cube of a plan; call it after the tables are compiled."""
     scenario = plan.scenario
     return CubeHeader(
         start=scenario.time,

@@ -1,4 +1,4 @@
-"""Frames: cloud thickness from the generators, window by window, and radiance by look-up."""
+"""Computation of frames: cloud thickness from the generators, window by window, and radiance by look-up."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from hcss_twin.providers import CloudGenerator, Grid
 Thickness = NDArray[np.float32]
 
 WHOLE_POINTS = 2**24
-"""Points (4096 x 4096) up to which a frame is made whole by a generator that could also sum it up beforehand."""
+"""Maximum points (4096 x 4096) of a frame computed whole by a generator that could also use a summary."""
 
 
 class FrameClouds:
@@ -36,7 +36,7 @@ class FrameClouds:
     Parameters
     ----------
     summaries : sequence, optional
-        Those of :func:`summaries_of` at the same instant, where they are known already.
+        Result of :func:`summaries_of` at the same instant, if already known.
     """
 
     def __init__(self, plan: Plan, time_s: float, summaries: Sequence[Any] | None = None) -> None:
@@ -45,9 +45,9 @@ class FrameClouds:
         self._summaries = summaries_of(plan, time_s) if summaries is None else summaries
 
     def thickness_m(self, window: Window) -> list[Thickness]:
-        """Thickness of each layer at the points of a window of the image, or of what is around it.
+        """Thickness of each layer at the points of a window in or around the image.
 
-        Outside the image only of generators that have ``thickness_around_m``.
+        Outside the image, only for generators with ``thickness_around_m``.
         """
         rows, columns = (points_of(pixels, self._plan.samples_per_pixel) for pixels in window)
         inside, layers = _is_inside(window, self._plan.grid), []
@@ -66,7 +66,7 @@ class FrameClouds:
 
     @cached_property
     def _whole(self) -> list[Thickness | None]:
-        """Whole frames of the layers that are made so."""
+        """Frames of the layers that are computed whole."""
         plan, samples = self._plan, self._plan.samples_per_pixel
         points = slice(0, plan.grid.rows * samples), slice(0, plan.grid.columns * samples)
         return [
@@ -78,7 +78,7 @@ class FrameClouds:
 
     @cached_property
     def _around(self) -> list[Any]:
-        """What windows around the image need to know of it."""
+        """Frame summaries that windows around the image need."""
         return [
             generator.frame_summary(self._time_s)
             if cloudy and summary is None and not generator.declares.tileable
@@ -88,9 +88,9 @@ class FrameClouds:
 
 
 def summaries_of(plan: Plan, time_s: float) -> list[Any]:
-    """Return for each layer what windows need to know of their whole frame; None where that is nothing, or no cloud.
+    """Return the frame summary that the windows of each layer need; None if none is needed or there is no cloud.
 
-    It takes as long as making the frame two to three times, without its memory.
+    This takes two to three times as long as computing the frame, without its memory.
     """
     return [
         generator.frame_summary(time_s) if cloudy and _is_summed_up(plan, generator) else None
@@ -99,7 +99,7 @@ def summaries_of(plan: Plan, time_s: float) -> list[Any]:
 
 
 def _generators(plan: Plan) -> tuple[tuple[Any, bool], ...]:
-    """Return the generator of each layer, which may have the optional methods of its kind, and whether it has cloud."""
+    """Return the generator of each layer, possibly with optional methods, and whether it has cloud."""
     return tuple(zip(plan.assembly.generators, plan.assembly.cloudy_layers, strict=True))
 
 
@@ -119,7 +119,7 @@ Frame = dict[str, NDArray[Any]]
 
 
 class PixelObserver(Protocol):
-    """Sees the clouds of a part of a frame as they are made, window by window."""
+    """Observes the clouds of a part of a frame during computation, window by window."""
 
     def observe(
         self, window: Window, thickness_m: Sequence[NDArray[np.float32]], shaded: NDArray[np.bool_] | None
@@ -130,18 +130,18 @@ class PixelObserver(Protocol):
 def stream(
     plan: Plan, tables: RadianceTables | None, sample: PixelSample | None = None, frames: Sequence[int] | None = None
 ) -> Iterator[Frame]:
-    """Yield each frame's requested variables; memory does not depend on the number of frames.
+    """Yield each frame's requested variables; memory use does not depend on the number of frames.
 
-    Nor does it depend on the number of points per pixel, as far as cloud generators give windows.
+    Nor does it depend on the number of points per pixel if the cloud generators compute windows.
 
     Parameters
     ----------
     tables : RadianceTables or None
-        None where no requested variable needs radiance.
+        None if no requested variable requires radiance.
     sample : PixelSample, optional
-        Draws pixels of the frames as they are made.
+        Samples pixels of the frames during computation.
     frames : sequence of int, optional
-        Numbers of the frames wanted, from 0, by default all; they are those of the whole sequence.
+        Frame numbers of the whole sequence, from 0; by default all.
     """
     maker = PartMaker(plan, tables)
     for index in range(plan.frame_times_s.size) if frames is None else frames:
@@ -153,12 +153,12 @@ def stream(
 
 
 class PartMaker:
-    """Makes parts of frames; those of one frame are best asked for one after the other.
+    """Computes parts of frames; consecutive calls for the same frame are most efficient.
 
     Parameters
     ----------
     tables : RadianceTables or None
-        None where no requested variable needs radiance.
+        None if no requested variable requires radiance.
     """
 
     def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
@@ -180,15 +180,15 @@ class PartMaker:
             if "brightness_temperature" in self._names
             else None
         )
-        # Of the frame in hand: its number, look-up, shadows and clouds.
+        # Current frame: number, look-up, shadows and clouds.
         self._instant: tuple[int, LookUp | ViewedLookUp | None, InstantShadows | None, FrameClouds] | None = None
 
     def part(
         self, index: int, extent: Window, sample: PixelObserver | None = None, summaries: Sequence[Any] | None = None
     ) -> tuple[Frame, NDArray[np.float32]]:
-        """Return the requested variables of a part of a frame, and its radiance (Q, B, y, x) as the cube has it.
+        """Return the requested variables of a part of a frame, and its radiance (Q, B, y, x) as stored in the cube.
 
-        A pixel has the same bits in every part.
+        The result for a pixel is bit-identical in every part.
 
         Parameters
         ----------
@@ -197,9 +197,9 @@ class PartMaker:
         extent : (slice, slice)
             Rows and columns of the image.
         sample : PixelObserver, optional
-            Draws pixels, or sees them otherwise.
+            Observes the pixels, for example for the certificate.
         summaries : sequence, optional
-            As :class:`FrameClouds` takes them.
+            As in :class:`FrameClouds`.
         """
         plan, bands, time_s = self._plan, len(self._plan.bands), float(self._plan.frame_times_s[index])
         if self._instant is None or self._instant[0] != index:
@@ -238,7 +238,7 @@ class PartMaker:
         return requested, radiance.reshape(len(self._quantities), bands, *size)
 
     def _look_up(self, time_s: float) -> LookUp | ViewedLookUp | None:
-        """Return the look-up of an instant; None where there is no radiance."""
+        """Return the look-up at an instant; None if there is no radiance."""
         look_ups = [LookUp(reader.at(time_s)) for reader in self._readers]
         if self._plan.views is not None and look_ups:
             return ViewedLookUp(self._plan.views, self._plan.grid, look_ups)

@@ -18,7 +18,7 @@ Thickness = NDArray[np.float32]
 
 
 class Truth:
-    """Computes the truth variables a plan asks for, window by window of a part of one frame.
+    """Computes the requested truth variables of a part of one frame, window by window.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Truth:
         self.variables: dict[str, NDArray[Any]] = {}
 
     def start(self, rows: int, columns: int) -> None:
-        """Make new arrays for a part of so many pixels; what is not filled is clear sky."""
+        """Create arrays for a part of so many pixels, initialised to clear sky."""
         sizes = {**self._sizes, "y": rows, "x": columns}
         self.variables = {
             name: np.zeros(tuple(sizes[dim] for dim in dims), dtype) for name, (dims, dtype) in self._shapes.items()
@@ -58,7 +58,7 @@ class Truth:
         window : (slice, slice)
             Rows and columns, in pixels of the part.
         thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
-            Of each layer, at the points of the window.
+            Thickness of each layer at the points of the window.
         """
         if not self._layers or not self.variables:
             return
@@ -84,7 +84,7 @@ class Truth:
             self._fill_tops(window, thickness_m, count)
 
     def _mean(self, thickness_m: Thickness) -> Thickness:
-        """Mean thickness of each pixel, its clear part included."""
+        """Mean thickness of each pixel, including its clear part."""
         if self._samples == 1:
             return thickness_m
         return (pixel_sums(thickness_m, self._samples) / self._samples**2).astype(np.float32)
@@ -110,7 +110,7 @@ def highest_cloud(
     layers : sequence of CloudLayer
         From the lowest to the highest.
     thickness_m : sequence of ndarray (y, x)
-        Of each layer.
+        Thickness of each layer.
     """
     shape = thickness_m[0].shape
     top, temperature = np.full(shape, np.nan), np.full(shape, np.nan)

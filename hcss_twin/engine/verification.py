@@ -1,4 +1,4 @@
-"""Recompute a cube from its own provenance and compare it, frame by frame, large frames tile by tile."""
+"""Verification of a cube by recomputation from its provenance, frame by frame, large frames tile by tile."""
 
 from __future__ import annotations
 
@@ -47,22 +47,22 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Verification:
-    """A cube compared with what its own provenance makes today.
+    """Comparison of a cube with its recomputation from its provenance.
 
     Attributes
     ----------
     cube, base : str
-        The file, and the folder where relative paths of its scenario lead.
+        The file, and the base folder of relative paths of its scenario.
     frames, frames_checked : int
-        Frames of the cube, and how many of them were recomputed.
+        Number of frames of the cube, and of recomputed frames.
     problems : tuple of str
-        Why it could not be recomputed; empty where it was.
+        Reasons why it could not be recomputed; empty on success.
     layout : tuple of Change
-        Dimensions, variables and types that are not those the scenario makes.
+        Dimensions, variables and types that differ from those the scenario defines.
     versions, providers, attributes : tuple of Change
-        Possible causes; they do not make a cube different by themselves.
+        Possible causes of differences; by themselves they do not count as differences.
     variables : tuple of VariableCheck
-        Coordinates first.
+        Checks by variable, coordinates first.
     """
 
     cube: str
@@ -93,11 +93,11 @@ class Verification:
 
     @property
     def largest(self) -> float:
-        """Largest relative difference of all variables."""
+        """Largest relative difference in any variable."""
         return max((each.largest for each in self.variables), default=0.0)
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values for ``hcss verify --json``; numbers that JSON does not have are None."""
+        """Plain values for ``hcss verify --json``; non-finite numbers are None."""
         return {
             "verdict": str(self.verdict),
             "passed": self.passed,
@@ -110,32 +110,32 @@ class Verification:
 def verify_cube(
     path: str | os.PathLike[str], base: Path | None = None, frames: int | None = None, progress: Progress | None = None
 ) -> Verification:
-    """Compute the scene of a cube again, from its scenario alone, and compare.
+    """Recompute a cube from its scenario alone, and compare.
 
-    A cube that a sensor measured is computed together with the clean one it was made of. Results of earlier runs are
-    not used, neither tables nor cloud optics, and nothing is written.
+    A sensor cube is recomputed together with its clean cube. Cached results of earlier runs, such as tables or cloud
+    optics, are not used, and nothing is written.
 
     Parameters
     ----------
     path : path
         A finished cube.
     base : Path, optional
-        Where relative paths of its scenario lead. By default where they led when it was made, if its files are
-        still there, otherwise the working folder.
+        Base folder of relative paths of its scenario. By default the original folder if its files still exist,
+        otherwise the working folder.
     frames : int, optional
-        How many frames to check, spread from the first to the last; by default all.
+        Number of frames to check, spread from the first to the last; by default all.
     progress : callable, optional
         Wraps the iterable of frames, given their number.
 
     Returns
     -------
     Verification
-        Also where the cube cannot be recomputed, with the reasons.
+        Also if the cube cannot be recomputed, with the reasons.
 
     Raises
     ------
     CubeError
-        If the file is no finished cube, carries no provenance, or cannot be read.
+        If the file is not a finished cube, has no provenance, or cannot be read.
     """
     with open_cube(path) as dataset:
         recorded = Recorded.of(dict(dataset.attrs), os.fspath(path))
@@ -156,7 +156,7 @@ def verify_cube(
         outcome = replace(outcome, problems=tuple(map(str, error.problems)))
     except HcssError as error:
         outcome = replace(outcome, problems=(str(error),))
-    # Files are read when they are needed: of a plan that failed, those it read need not be all.
+    # Files are read on demand, so a failed plan may not have read all of them.
     return replace(
         outcome,
         files=recorded.file_changes(None if plan is None or outcome.problems else plan.catalog.used),
@@ -201,7 +201,7 @@ def _compare(
 
 
 def _sensor_then(plan: Plan, attributes: Mapping[str, Any]) -> BuiltSensor:
-    """Return the sensor of a measured cube's plan, given the scene around the cube if it was given that then."""
+    """Return the sensor of a sensor cube's plan, with the surrounding scene if the original measurement had it."""
     try:
         from_scene = json.loads(attributes[SENSOR_ATTRIBUTE]).get("measured_from") == "scene"
     except (ValueError, TypeError, AttributeError) as error:
@@ -221,7 +221,7 @@ def _measured_header(plan: Plan, sensor: BuiltSensor, clean: CubeHeader) -> Cube
 
 
 def _measured_parts(plan: Plan, tables: RadianceTables | None, numbers: Sequence[int]) -> Iterator[Part]:
-    """Compute frames of a measured cube, with all before them where the sensor remembers those."""
+    """Compute frames of a sensor cube, including all earlier ones if the sensor remembers them."""
     sensor = plan.sensor
     assert sensor is not None
     computed = range(max(numbers, default=-1) + 1) if sensor.provider.declares.remembers else numbers

@@ -1,1 +1,1 @@
-"""Decides what a scene needs, and builds its providers; computes no frame."""
+"""Decides what to compute for a scene and builds its providers; computes no frames."""

@@ -1,4 +1,4 @@
-"""The accuracy that a scene is asked for, as a share of its band radiances, and its shares of the approximations."""
+"""Requested accuracy of a scene, relative to its band radiances, and the error budget of the approximations."""
 
 from __future__ import annotations
 
@@ -29,25 +29,25 @@ SHARES: Mapping[str, float] = {
     "other_instants": 0.02,
     "faint_sunlight": 0.1,
 }
-"""Of the accuracy. A pixel has cloud in one layer or in both, or waves: the largest of the three counts."""
+"""Shares of the accuracy. A pixel has cloud in one layer or in both, or waves: only the largest of the three counts."""
 
 
 @dataclass(frozen=True)
 class Budget:
-    """Relative errors of the total radiance, one for each approximation: allowed ones, or those that were measured.
+    """Allowed or measured relative errors of the total radiance, one for each approximation.
 
-    A measured error is 0 where nothing was approximated.
+    A measured error is 0 if nothing was approximated.
 
     Attributes
     ----------
     wavenumbers : float
-        Few weighted wavenumbers stand for the whole grid.
+        Replacing the whole grid by few weighted wavenumbers.
     thickness, two_layers, waves, views, shadows, time : float
-        Between computed columns with cloud in one layer, and in two, slopes, views, sun paths and instants.
+        Interpolation between columns with cloud in one layer and in two, slopes, views, sun paths and instants.
     other_instants : float
-        Columns at further instants, from those at the first.
+        Deriving columns at further instants from those at the first.
     faint_sunlight : float
-        Computing without sunlight by day, where there is so little.
+        Omitting negligible sunlight by day.
     """
 
     wavenumbers: float = 0.0
@@ -62,37 +62,37 @@ class Budget:
 
     @property
     def total(self) -> float:
-        """What a pixel can have of them together."""
+        """Largest sum of these errors in a pixel."""
         somewhere = max(self.thickness, self.two_layers, self.waves)
         before = self.wavenumbers + somewhere + self.views + self.shadows
         return before + self.time + self.other_instants + self.faint_sunlight
 
 
 def share_out(accuracy: float) -> Budget:
-    """Return what each approximation may err by."""
+    """Return the allowed error of each approximation."""
     return Budget(**{name: share * accuracy for name, share in SHARES.items()})
 
 
 WAVENUMBERS = 24
-"""Of each band, at which the hottest pixel is looked for."""
+"""Number of wavenumbers of each band in the search for the hottest pixel."""
 
 MARGIN_K = 5.0
-"""By which a pixel may be hotter than what was found."""
+"""Safety margin for pixels hotter than the hottest one found."""
 
 WAVES_K = 60.0
-"""By which glint of waves may look hotter than that of the mean sea."""
+"""Safety margin for wave glint that is hotter than that of the mean sea."""
 
 
 @dataclass(frozen=True)
 class RequestedAccuracy:
-    """The error that a pixel may have.
+    """Allowed error of a pixel.
 
     Attributes
     ----------
     relative : float
-        Of the total radiance of every band: what the tables keep.
+        Relative to the total radiance of every band: the tolerance of the tables.
     kelvin : float or None
-        Of the brightness temperature, if that was asked for.
+        Error of the brightness temperature, if requested.
     """
 
     relative: float
@@ -105,20 +105,20 @@ class RequestedAccuracy:
 
 
 def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None]) -> RequestedAccuracy:
-    """Turn a scenario's accuracy into a share of the radiance that keeps it in every band.
+    """Convert a scenario's accuracy to a fraction of the radiance that meets it in every band.
 
-    A kelvin is the smaller a share the hotter a pixel looks: the hottest decides, which is looked for among clear
-    columns and those with the thinnest and thickest clouds.
+    The hotter a pixel, the smaller the fraction that corresponds to 1 K. The hottest pixel therefore decides; it is
+    sought among clear columns and those with the thinnest and thickest clouds.
 
     Parameters
     ----------
     suns : sequence of Sun or None
-        Of some frames; empty where no radiance is wanted.
+        Sun at some frames; empty if no radiance is requested.
 
     Raises
     ------
     ScenarioError
-        If a band has no brightness temperature, or one in which the kelvin asked for are beyond what can be kept.
+        If a band has no brightness temperature, or the requested kelvin are too accurate for it.
     """
     kelvin = kelvin_of(scenario.accuracy)
     if kelvin is None:
@@ -157,7 +157,7 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
 
 
 def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
-    """Brightness temperature of the brightest column of each band; infinite or 0 beyond those that are known."""
+    """Brightness temperature of the brightest column of each band; infinite or 0 outside the tabulated range."""
     columns = few_columns(assembly, WAVENUMBERS)
     models = [assembly.model, *_models_toward_corners(assembly)]
     brightest = np.max(
@@ -170,14 +170,14 @@ def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
 
 
 def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
-    """Radiance models of the same scene seen from the corners of the image, where the sensor's altitude is known."""
+    """Radiance models of the scene viewed from the corners of the image, if the sensor altitude is known."""
     if assembly.lines_of_sight is None:
         return []
     corners = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
     models = []
     for view in ImageViews(assembly.grid, assembly.lines_of_sight).at(corners):
-        # Where providers do not know a view the scene does without it, and its ledger says so.
+        # A view that the providers do not support is skipped and listed under the omissions.
         with suppress(ProviderError, ScenarioError):
             if low <= view.zenith_deg <= high:
                 models.append(assembly.model_toward(view))
@@ -185,7 +185,7 @@ def _models_toward_corners(assembly: Assembly) -> list[RadianceModel]:
 
 
 def _slope(grid: SpectralGrid, band: int, temperature_K: float) -> float:
-    """Share by which the radiance of a black body grows per kelvin."""
+    """Relative increase of black-body radiance per kelvin."""
     around = temperature_K + np.array([-0.5, 0.5])
     low, high = planck(grid.wavenumber_cm1[None], around[:, None]) @ grid.weights_cm1[band]
     return float(np.log(high / low))

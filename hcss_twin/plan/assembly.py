@@ -1,4 +1,4 @@
-"""Build the providers a scenario names and hand them to the radiance model."""
+"""Construction of the providers of a scenario and of the radiance model that uses them."""
 
 from __future__ import annotations
 
@@ -45,25 +45,25 @@ from hcss_twin.scenario.models import selected
 from hcss_twin.scenario.scenario import Scenario
 
 PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
-"""A sea that is built only to be checked, because the scene is refused anyway."""
+"""Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """The providers of one scene, built and guarded, and the states they share.
+    """The guarded providers of one scene, and their common inputs.
 
     Attributes
     ----------
     entries : mapping of str to Entry
-        Who brings each provider, by kind; clouds of several layers are numbered.
+        Registry entry of each provider, by kind; cloud generators of several layers are numbered.
     particle_fields : tuple of str (L,)
-        The scenario's fields from which the particles of each layer come.
+        Scenario fields that define the particles of each layer.
     model_of : callable
-        Builds the radiance model of the same scene over another sea, or toward another view.
+        Builds the radiance model of the same scene for another sea or view.
     code : mapping of str to (str, str, str)
-        Name, version and fingerprint of each provider, on which kept results depend.
+        Name, version and fingerprint of each provider, on which cached results depend.
     lines_of_sight : LinesOfSight or None
-        To the sensor; None where its altitude is not known.
+        Lines of sight to the sensor; None if its altitude is unknown.
     """
 
     entries: Mapping[str, Entry]
@@ -94,21 +94,21 @@ class Assembly:
         return self.slant.view
 
     def model_over(self, sea: SeaModel) -> RadianceModel:
-        """Make the radiance model of the same scene over another sea."""
+        """Return the radiance model of the same scene over another sea."""
         return self.model_of(sea, self.view)
 
     def model_toward(self, view: View) -> RadianceModel:
-        """Make the radiance model of the same scene toward another view."""
+        """Return the radiance model of the same scene for another view."""
         return self.model_of(self.sea, view)
 
     def toward(self, view: View) -> Assembly:
-        """Return the same scene seen along parallel rays from another direction."""
+        """Return the same scene in orthographic view from another direction."""
         return replace(self, slant=replace(self.slant, view=view), model=self.model_toward(view))
 
     def notes(
         self, *, air: bool = True, particles: bool = True, radiance: bool = True, sunlight: bool = True
     ) -> tuple[str, ...]:
-        """Limits of what a scene makes use of, in words; those of particles of a phase where a layer has them.
+        """Notes on the limits of the providers that a scene uses; notes on a phase only if a layer has its particles.
 
         Parameters
         ----------
@@ -129,14 +129,14 @@ class Assembly:
 
     @property
     def own_errors(self) -> tuple[str, ...]:
-        """Accuracy that providers state of themselves."""
+        """Provider-stated accuracy."""
         of_clouds = [*(each.declares for each in self.generators), self.optics.declares] if self.generators else []
         declarations = [*of_clouds, self.transmittance.declares, self.sea.declares, self.model.declares]
         return tuple(dict.fromkeys(error for declares in declarations for error in declares.own_errors))
 
     @property
     def cloudy_layers(self) -> tuple[bool, ...]:
-        """Of each layer whether any pixel can have its cloud; an image's own coverage may ignore a 0."""
+        """Whether any pixel can have cloud, for each layer; coverage from an image overrides a coverage of 0."""
         return tuple(
             layer.coverage > 0.0 or getattr(generator, "image_coverage", None) is not None
             for layer, generator in zip(self.layers, self.generators, strict=True)
@@ -149,7 +149,7 @@ class Assembly:
 
     @property
     def has_clear_sky(self) -> bool:
-        """Whether any pixel can be clear; a full coverage leaves no gap, which the kit of cloud generators asks for."""
+        """Whether any pixel can be clear; full coverage leaves no gap, as the conformance kit checks."""
         return not any(
             layer.coverage == 1.0 and getattr(generator, "image_coverage", None) is None
             for layer, generator in zip(self.layers, self.generators, strict=True)
@@ -157,7 +157,7 @@ class Assembly:
 
     @property
     def extreme_thicknesses_m(self) -> Array:
-        """Columns (N, L) with the thinnest and the thickest cloud, or none, of each layer; not all without."""
+        """Columns (N, L) with every combination of no, thinnest and thickest cloud per layer, except clear sky."""
         choices = [
             (0.0, layer.thickness_min_m, layer.thickness_max_m) if cloudy else (0.0,)
             for layer, cloudy in zip(self.layers, self.cloudy_layers, strict=True)
@@ -167,12 +167,12 @@ class Assembly:
 
 
 def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths) -> Assembly:
-    """Build every provider of a scenario, clouds as far as its slant paths lead.
+    """Build all providers of a scenario, with clouds over the whole area of its slant paths.
 
     Raises
     ------
     ScenarioError
-        With every value that does not fit the data or provider it selects.
+        With every value that is inconsistent with the selected data or provider.
     """
     builder = Builder(catalog.shelf.get_or_compute("registry", Registry.discover))
     sight: LinesOfSight | None = None
@@ -270,7 +270,7 @@ def _atmosphere(
 def _sea(
     builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand], around: Surroundings | None
 ) -> SeaModel | None:
-    # Where the surroundings have problems the sea is built all the same, to find its own.
+    # The sea is built even if the surroundings have problems, to find its own problems.
     temperature = PLACEHOLDER_SEA_K if around is None else around.sea_temperature_K
     wind = PLACEHOLDER_WIND_M_S if around is None else around.sea_wind_speed_m_s
     sea: SeaModel | None = None
@@ -294,7 +294,7 @@ def _optics(builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[
 
 def _motion(scenario: Scenario) -> Motion:
     motion = scenario.motion
-    # Wind is named after where it comes from; x points east and y north.
+    # Wind direction is where the wind comes from; x points east and y north.
     bearing = math.radians(motion.wind_from + 180.0)
     velocity = (motion.wind_speed * math.sin(bearing), motion.wind_speed * math.cos(bearing))
     evolution = math.inf if motion.evolution_time == "frozen" else float(motion.evolution_time)
@@ -306,7 +306,7 @@ def _require_bands_inside(bands: list[SpectralBand], declares: Declares, owner: 
     if valid is None:
         return
     shortest, longest = 1e4 / valid[1], 1e4 / valid[0]
-    # Wavelength limits that come from round wavenumbers do not survive the conversion to the last bit.
+    # Wavelength limits computed from round wavenumbers do not convert back exactly.
     slack = 1e-9
     problems = [
         Problem(

@@ -1,4 +1,4 @@
-"""Builds the providers that a scenario names, and collects all that is wrong as problems of its keys."""
+"""Construction of the providers of a scenario, with all errors collected as problems of its keys."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from hcss_twin.providers.registry.specs import Kind
 
 @contextmanager
 def attribute_to_field(field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Name the scenario's field in whatever a catalog or provider complains about.
+    """Convert an error of a catalog or provider to a problem of the scenario's field.
 
-    A complaint that quotes the value of one of a provider's ``parameters`` is about that parameter.
+    An error that quotes the value of one of the ``parameters`` is attributed to that parameter.
     """
     try:
         yield
@@ -33,7 +33,7 @@ def attribute_to_field(field: str, parameters: Mapping[str, Any] | None = None) 
 
 
 class Builder:
-    """Resolves, constructs and guards providers, remembers which were used, and gathers what is wrong."""
+    """Resolves, constructs and guards providers, records the used ones, and collects problems."""
 
     def __init__(self, registry: Registry) -> None:
         self._registry = registry
@@ -41,14 +41,14 @@ class Builder:
         self.entries: dict[str, Entry] = {}
 
     def build(self, kind: Kind, name: str, inputs: Any, parameters: Mapping[str, Any], label: str = "") -> Any:
-        """Make and guard a provider, and remember it under ``label``, by default its kind."""
+        """Create and guard a provider, and record it under ``label``, by default its kind."""
         entry, values = self._resolved(kind, name, parameters)
         provider = guard(entry, self._registry.create(entry, inputs, values), inputs)
         self.entries[label or str(kind)] = entry
         return provider
 
     def bound_profile(self, name: str, parameters: Mapping[str, Any], catalog: Catalog) -> Profile | None:
-        """Return the one profile a transmittance provider belongs to; None if it takes any."""
+        """Return the only profile that a transmittance provider supports; None if it supports any."""
         entry, values = self._resolved(Kind.ATMOSPHERE, name, parameters)
         return self._registry.bound_profile(entry, values, catalog)
 
@@ -59,7 +59,7 @@ class Builder:
 
     @contextmanager
     def collect_problems(self, field: str, parameters: Mapping[str, Any] | None = None) -> Iterator[None]:
-        """Keep whatever a catalog or provider complains about, as :func:`attribute_to_field` words it."""
+        """Collect errors of catalogs and providers, converted by :func:`attribute_to_field`."""
         try:
             with attribute_to_field(field, parameters):
                 yield
@@ -67,10 +67,10 @@ class Builder:
             self._problems += error.problems
 
     def keep(self, problems: Iterable[Problem]) -> None:
-        """Keep problems found elsewhere."""
+        """Add problems found elsewhere."""
         self._problems += problems
 
     def raise_problems(self) -> None:
-        """Raise everything gathered."""
+        """Raise all collected problems."""
         if self._problems:
             raise ScenarioError(self._problems)

@@ -1,4 +1,4 @@
-"""Cloud layers of a scene, the generator of each, and generators of planes that slant paths make larger."""
+"""Cloud layers of a scene and their generators, also for the larger planes that slant paths need."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from hcss_twin.scenario.scenario import Scenario
 
 
 class DisplacedClouds:
-    """The cloud generator of a plane that is larger than the image, asked in the image's rows and columns.
+    """A cloud generator for a plane larger than the image, addressed by the rows and columns of the image.
 
-    All other attributes are those of the generator.
+    All other attributes are delegated to the generator.
 
     Parameters
     ----------
     generator : CloudGenerator
-        Made for the larger plane; gives windows.
+        Made for the larger plane; can compute windows.
     margin : (int, int)
         Rows and columns of the plane before and after those of the image.
     view_shift : (int, int)
-        Displacement of what is seen from each point, within the margin.
+        Displacement of the cloud seen from each point, within the margin.
     """
 
     def __init__(self, generator: CloudGenerator, margin: tuple[int, int], view_shift: tuple[int, int]) -> None:
@@ -45,15 +45,15 @@ class DisplacedClouds:
 
     @property
     def declares(self) -> Declares:
-        """What the generator says about itself."""
+        """Declaration of the generator."""
         return self._generator.declares
 
     def __getattr__(self, name: str) -> Any:
-        # copies and unpickled objects are asked for attributes before they have a generator
+        # attributes of copies and unpickled objects are looked up before the generator is set
         if name.startswith("__") or name == "_generator":
             raise AttributeError(name)
         attribute = getattr(self._generator, name)
-        # looked up here, so that hasattr() tells whether the generator has it
+        # looked up here, so that hasattr() reflects the generator
         return self._thickness_around_m if name == "thickness_around_m" else attribute
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
@@ -65,7 +65,7 @@ class DisplacedClouds:
         return self.displaced_m(time_s, rows, columns, self._view_shift)
 
     def displaced_m(self, time_s: float, rows: slice, columns: slice, shift: tuple[int, int]) -> NDArray[np.float32]:
-        """Return the thickness (y, x) so many rows north and columns east of a window of the image.
+        """Return the thickness (y, x) displaced by ``shift`` rows north and columns east of a window of the image.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class DisplacedClouds:
             slice(window.start + room + by, window.stop + room + by)
             for window, room, by in zip((rows, columns), self._margin, shift, strict=True)
         )
-        # Its sky may go on beyond the plane, where the window does.
+        # The sky of the generator may continue beyond the plane, like the window.
         around = getattr(self._generator, "thickness_around_m", None)
         if around is not None:
             sky: NDArray[np.float32] = around(time_s, *moved, None)
@@ -90,7 +90,7 @@ _REMEDY = "or slant.shadows = false and slant.parallax = false"
 
 
 def _require_one_sky(layer: CloudLayer, field: str, margin: tuple[int, int]) -> None:
-    """Refuse a coverage that is that of the image where paths leave it."""
+    """Reject coverage defined for the image if paths leave the image."""
     if layer.coverage_mode != "field" and margin != (0, 0):
         message = (
             f"\"frame\" fixes the coverage of the image, and slant paths meet '{layer.name}' up to {margin[0]} rows "
@@ -100,7 +100,7 @@ def _require_one_sky(layer: CloudLayer, field: str, margin: tuple[int, int]) -> 
 
 
 def _require_windows(generator: CloudGenerator, layer: CloudLayer, field: str) -> None:
-    """Refuse a generator that only makes whole frames where paths leave the image."""
+    """Reject a generator of whole frames if paths leave the image."""
     if not generator.declares.tileable:
         message = (
             f"that of '{layer.name}' only makes whole frames, and slant paths meet clouds outside the image; allowed: "
@@ -110,21 +110,21 @@ def _require_windows(generator: CloudGenerator, layer: CloudLayer, field: str) -
 
 
 MAX_POINTS = 2**26
-"""Points of one frame (8192 x 8192) for generators that only make whole ones."""
+"""Maximum points per frame (8192 x 8192) for generators of whole frames."""
 
 MAX_PIXELS_AT_ONCE = 2**28
-"""The same (16384 x 16384) with one point per pixel."""
+"""The same limit (16384 x 16384) with one point per pixel."""
 
 
 def sums_up(generator: CloudGenerator) -> bool:
-    """Whether a generator of whole frames can make windows of them, given a summary of the frame."""
+    """Whether a generator of whole frames can compute windows from a summary of the frame."""
     return hasattr(generator, "frame_summary") and hasattr(generator, "thickness_in_frame_m")
 
 
 def _require_few_points(points: Grid, samples: int, layer: CloudLayer, field: str) -> None:
-    """Refuse frames that are too large for a generator that only makes whole ones."""
+    """Reject frames that are too large for a generator of whole frames."""
     count = points.rows * points.columns
-    # One point per pixel is as large as the image itself, which is the user's choice as far as memory may go.
+    # With one point per pixel the size is that of the image, which the user may choose up to a memory limit.
     allowed = MAX_POINTS if samples > 1 else MAX_PIXELS_AT_ONCE
     if count <= allowed:
         return
@@ -146,7 +146,7 @@ def _require_few_points(points: Grid, samples: int, layer: CloudLayer, field: st
 
 
 _OF_PARTICLES = ("effective_radius", "effective_variance", "phase", "water_content")
-"""Keys by which a layer may have brought particles that optics refuse, the likeliest first."""
+"""Keys that may have caused particles that the optics reject, most likely first."""
 
 
 def assemble_clouds(
@@ -158,9 +158,9 @@ def assemble_clouds(
     around: Surroundings | None,
     slant: SlantPaths,
 ) -> list[tuple[CloudLayer, CloudGenerator, str]]:
-    """Build layers and their generators, from the lowest to the highest whatever their order in the scenario.
+    """Build layers and their generators, ordered from the lowest to the highest.
 
-    The third of each is the field to be named where an optics provider refuses the layer's particles.
+    The third element is the field to report if an optics provider rejects the layer's particles.
     """
     layers: list[tuple[ResolvedLayer, Layer, str]] = []
     for index, section in enumerate(scenario.clouds.layers):
@@ -207,16 +207,16 @@ def assemble_clouds(
 
 
 def layer_seed(seed: int, index: int) -> int:
-    """Seed of a cloud layer, counted from the lowest: the scenario's for the first, independent ones for others."""
+    """Seed of a cloud layer: the scenario's for the lowest, independent ones for the others."""
     if index == 0:
         return seed
-    # Below 2^63, as the seeds of scenarios are.
+    # Below 2^63, like the seeds of scenarios.
     return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1, np.uint64)[0] >> 1)
 
 
 @contextmanager
 def _worded_for(field: str, samples: int, margin: tuple[int, int]) -> Iterator[None]:
-    """Name the layer, and say what sizes are meant, in what a generator says about its own keys and the image."""
+    """Add the layer's name and an explanation of sizes to a generator's errors about its own keys and the image."""
     try:
         yield
     except ScenarioError as error:

@@ -1,4 +1,4 @@
-"""The plan as plain values, for ``hcss plan --json`` and the attributes of cubes."""
+"""The plan as plain values, for ``hcss plan --json`` and cube attributes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hcss_twin.scenario.scenario import Scenario
 
 
 def describe(plan: Plan) -> dict[str, Any]:
-    """Return what was decided, in values that JSON has."""
+    """Return the decisions of a plan as JSON values."""
     return {
         "frames": int(plan.frame_times_s.size),
         "rows": plan.pixels[0],
@@ -72,7 +72,7 @@ def describe_providers(entries: Mapping[str, Entry]) -> dict[str, dict[str, str]
 
 
 def describe_particles(layer: CloudLayer) -> dict[str, str | float]:
-    """Return phase and bulk numbers of a layer's particles.
+    """Return phase and bulk properties of a layer's particles.
 
     ``large_particle_extinction_m1`` is twice the projected area, 3/2 of the water content over density and
     effective radius: the extinction where particles are much larger than the wavelength, as in visible light.

@@ -1,4 +1,4 @@
-"""Omissions, and few columns at few wavenumbers that bound a scene: the radiance that an omission could change."""
+"""Omissions, and the few columns and wavenumbers that bound the radiance change of each."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from hcss_twin.providers import RadianceModel, Sun
 
 @dataclass(frozen=True)
 class Omission:
-    """Something that is left out, why, and how much radiance it could have carried.
+    """An omission: what, why, and the largest radiance change it can cause.
 
-    ``bound`` is relative to the band radiance of any pixel; 0 means that nothing is lost, None that what stands in
-    its place is equal in law (or as ``why`` says) and not pixel by pixel.
+    ``bound`` is relative to the band radiance of any pixel; 0: no change; None: the replacement is equal
+    statistically (or as ``why`` says), not pixel by pixel.
     """
 
     what: str
@@ -28,24 +28,24 @@ class Omission:
 
 
 PER_BAND = 4
-"""Wavenumbers of each band."""
+"""Number of wavenumbers per band."""
 
 SAFETY_FACTOR = 1.5
-"""Factor on what few columns at few wavenumbers under few suns show, for those between them."""
+"""Safety factor for columns, wavenumbers and suns between the computed ones."""
 
 
 @dataclass(frozen=True)
 class FewColumns:
-    """The clear column and those with the thinnest and the thickest clouds, summed over samples of each band.
+    """The clear column and those with the thinnest and thickest clouds, at sampled wavenumbers of each band.
 
     Attributes
     ----------
     wavenumber_cm1 : ndarray (V,)
     weights_cm1 : ndarray (B, V)
     thickness_m : ndarray (N, L)
-        Of the cloudy columns.
+        Thickness of the cloudy columns.
     clear : bool
-        Whether any pixel can be clear; if not, the clear column is not among them.
+        Whether any pixel can be clear; if not, the clear column is excluded.
     """
 
     wavenumber_cm1: Array
@@ -55,9 +55,9 @@ class FewColumns:
 
     @property
     def ends(self) -> NDArray[np.intp]:
-        """Places of the columns between which the others lie: clear, and the thickest cloud of each layer alone.
+        """Indices of the bounding columns: clear, and the thickest cloud of each layer alone.
 
-        The thinnest, too, where there is no clear sky.
+        Also the thinnest if there is no clear sky.
         """
         alone = np.count_nonzero(self.thickness_m, axis=1) == 1
         thickest = np.any(self.thickness_m == np.max(self.thickness_m, axis=0, initial=0.0), axis=1)
@@ -65,12 +65,12 @@ class FewColumns:
         return np.concatenate(([0], chosen + 1)) if self.clear else chosen
 
     def only(self, places: NDArray[np.intp]) -> FewColumns:
-        """Return some of the columns, by place; with the clear one, if it is there."""
+        """Return some of the columns by index, with the clear one if it exists."""
         cloudy = places[1:] - 1 if self.clear else places
         return replace(self, thickness_m=self.thickness_m[cloudy])
 
     def terms(self, model: RadianceModel, sun: Sun | None) -> dict[str, Array]:
-        """Return each term, (C, B), of C columns, the clear one first."""
+        """Return each term (C, B) of C columns, the clear one first."""
         parts = []
         if self.clear:
             clear = model.clear(self.wavenumber_cm1, sun)
@@ -89,9 +89,9 @@ class FewColumns:
 
 
 def few_columns(assembly: Assembly, per_band: int = PER_BAND) -> FewColumns:
-    """Choose wavenumbers and columns of a scene.
+    """Choose the wavenumbers and columns for a scene.
 
-    Each band is cut into equal runs of its wavenumbers; the middle one stands for its run, with the weight of all.
+    Each band is divided into equal runs of wavenumbers; the middle one represents its run, with the total weight.
     """
     grid = assembly.spectral_grid
     runs = [
@@ -107,7 +107,7 @@ def few_columns(assembly: Assembly, per_band: int = PER_BAND) -> FewColumns:
 
 
 def largest_change(changed: Array, known: Array) -> float:
-    """Return the largest change of any column in any band, relative to it."""
+    """Return the largest relative change of any column in any band."""
     lit = known > 0.0
     return float(np.max(np.abs(changed - known)[lit] / known[lit], initial=0.0))
 

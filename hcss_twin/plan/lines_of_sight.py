@@ -1,4 +1,4 @@
-"""Lines of sight of a scene whose sensor has an altitude, and the sun over its frames."""
+"""Lines of sight of a scene with a sensor altitude, and the sun over its frames."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
 LARGEST_ZENITH_DEG = 88.0
-"""At which a pixel may be seen; that of the image centre has its own limit."""
+"""Maximum view zenith of a pixel; the image centre has a separate limit."""
 
 
 def lines_of_sight(scenario: Scenario) -> LinesOfSight | None:
-    """Return the lines of sight, None where the scenario has no altitude of the sensor.
+    """Return the lines of sight; None if the scenario has no sensor altitude.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def lines_of_sight(scenario: Scenario) -> LinesOfSight | None:
 
 
 def detector_notes(scenario: Scenario) -> tuple[str, ...]:
-    """Say what pixels of a slant view are beside the footprints of detectors."""
+    """Return a note that compares the pixels of a slant view with detector footprints."""
     zenith, size = scenario.view.zenith, scenario.image.pixel_size
     if scenario.platform.detector_pitch is None or zenith == 0.0:
         return ()
@@ -59,9 +59,9 @@ def detector_notes(scenario: Scenario) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class SunTrack:
-    """Where the sun is, seen from the image centre, at any time of the scene.
+    """Position of the sun, seen from the image centre, at any time of the scene.
 
-    The centre moves east with the platform along the local plane, as the cube's coordinates say.
+    The centre moves east with the platform along the local plane, as in the coordinates of the cube.
     """
 
     start: datetime
@@ -83,6 +83,6 @@ class SunTrack:
 
 @lru_cache(maxsize=1024)
 def _sun(track: SunTrack, time_s: float, aside_m: tuple[float, float]) -> Sun:
-    """Sun at a time; plan, tables and certificate ask for the same few again and again, a millisecond or two each."""
+    """Sun at a time, cached: plan, tables and certificate use the same few, and each takes a millisecond or two."""
     zenith, azimuth, distance = track.positions(np.array([time_s]), aside_m)
     return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))

@@ -1,4 +1,4 @@
-"""Make the plan of a scenario: build its providers, check what it asks for, and decide what a run computes."""
+"""Planning of a scenario: build its providers, check its requests, and decide what a run computes."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
-"""Years the time axis of a cube can hold in nanoseconds, as its readers want it."""
+"""Years that a time axis can represent in nanoseconds, the resolution of cube readers."""
 
 
 def make_plan(scenario: Scenario, *, keeps_results: bool = True, shelf: ResultCache | None = None) -> Plan:
-    """Resolve a scenario and decide what it needs.
+    """Resolve a scenario and decide what to compute.
 
     Parameters
     ----------
     scenario : Scenario
-        What to simulate.
+        The scene and output to simulate.
     keeps_results : bool
-        Whether results of earlier runs in the user's cache may be used, and new ones written there.
+        Whether to use results of earlier runs in the user's cache, and store new ones there.
     shelf : ResultCache, optional
-        What scenes planned before in this process read and computed already.
+        Files and results of scenes planned earlier in this process.
 
     Raises
     ------
     ScenarioError
-        If what the scenario asks for cannot be had, naming the field.
+        If a request cannot be met; names the field.
     ProviderError
         If a selected provider is broken.
     """
@@ -120,7 +120,7 @@ def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:
 def _notes(
     scenario: Scenario, assembly: Assembly, variables: tuple[VariableSpec, ...], waves: bool, sunlight: bool
 ) -> tuple[str, ...]:
-    """Limits of what this scene makes use of, in words."""
+    """Notes on the limits of the providers that this scene uses."""
     radiance, names = wants_radiance(variables), {spec.name for spec in variables}
     resolution = assembly.transmittance.declares.resolution_cm1
     atmosphere = assembly.entries[str(Kind.ATMOSPHERE)].name

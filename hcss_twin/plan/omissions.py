@@ -1,4 +1,4 @@
-"""What a plan omits, and the largest change of the radiance that each omission can cause."""
+"""Omissions of a plan, and the largest radiance change that each can cause."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from hcss_twin.scenario.scenario import Scenario
 def unrequested(
     requested: tuple[VariableSpec, ...], possible: tuple[VariableSpec, ...], certificate: bool
 ) -> Iterator[Omission]:
-    """Yield what the scene could have given beside what it was asked for.
+    """Yield available output that was not requested.
 
     Parameters
     ----------
     requested, possible : tuple of VariableSpec
-        Of the cube, and all that the scene has.
+        Variables of the cube, and all that the scene can have.
     certificate : bool
-        Whether pixels are to be checked.
+        Whether pixels will be checked.
     """
     names = {spec.name for spec in requested}
     left = [spec for spec in possible if spec.name not in names]
@@ -59,18 +59,18 @@ def unrequested(
 
 
 GLINT_SAFETY_FACTOR = 1.05
-"""Factor on the share of sunlight, for the sun between the frames looked at; the share is at most 1."""
+"""Safety factor on the share of sunlight, for suns between the examined frames; the share is at most 1."""
 
 
 def slant_skipped(assembly: Assembly, sun: SunFrames, contrast: float | None, radiance: bool) -> Iterator[Omission]:
-    """Yield what is left out.
+    """Yield the omissions of parallax and shadows.
 
     Parameters
     ----------
     contrast : float or None
-        How much brighter, relatively, one pixel can be than another; None where that is not known.
+        Largest relative difference between two pixels; None if unknown.
     radiance : bool
-        Whether any is wanted.
+        Whether radiance is requested.
     """
     slant = assembly.slant
     if not assembly.has_cloud:
@@ -104,11 +104,11 @@ def slant_skipped(assembly: Assembly, sun: SunFrames, contrast: float | None, ra
 
 
 def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
-    """Return the largest share of direct sunlight from the sea in the clear radiance of any band.
+    """Return the largest share of sea-reflected direct sunlight in the clear radiance of any band.
 
-    At three frames of those with the sun above the horizon: the first, the last, and that in which the sun's mirror
-    direction is nearest to the view, with some room. Of all sunlight where the radiance model does not say which its
-    terms of it are.
+    Evaluated at three frames with the sun above the horizon: the first, the last, and the one with the sun's mirror
+    direction nearest to the view, with a safety factor. If the radiance model does not declare the terms of this
+    sunlight, all sunlight is used.
     """
     model, grid = assembly.model, assembly.spectral_grid
     named = sea_sun_terms(model) or tuple(model.solar_terms)
@@ -133,23 +133,23 @@ def list_omissions(
     accuracy: float,
     views: bool = False,
 ) -> Iterator[Omission]:
-    """Yield what the scene does without, but for its waves, which ``choose_waves`` tells.
+    """Yield the omissions of a scene, except for waves, which :func:`choose_waves` reports.
 
     Parameters
     ----------
     variables, possible : tuple of VariableSpec
-        Of the cube, and all that the scene has.
+        Variables of the cube, and all that the scene can have.
     faint_sunlight : float or None
-        Largest share of sunlight in a scene that is computed without; None where it is computed with it.
+        Largest share of sunlight if sunlight is omitted; None if it is computed.
     waves : bool
-        Whether waves are drawn.
+        Whether waves are resolved.
     accuracy : float
         Relative to the radiance.
     views : bool
-        Whether pixels have views of their own.
+        Whether view angles vary over the image.
     """
     radiance = any(spec.needs_radiance for spec in variables)
-    # Terms of sunlight that is not computed are nothing, whether they are looked up or not.
+    # Terms of omitted sunlight are zero, whether they are looked up or not.
     dark = not sun.up.size or faint_sunlight is not None
     gone = {TERM_PREFIX + name for name in assembly.model.solar_terms} if dark else set()
     possible = tuple(spec for spec in possible if spec.name not in gone)
@@ -157,7 +157,7 @@ def list_omissions(
     yield from _sunlight(sun, radiance, faint_sunlight)
     yield from _clouds(assembly)
     if not radiance:
-        # Masks change by whole pixels, and no radiance is there to be bounded.
+        # Masks change by whole pixels, and there is no radiance to bound.
         yield from slant_skipped(assembly, sun, None, radiance)
         return
     yield Omission(
@@ -178,7 +178,7 @@ def list_omissions(
         "the scenario has one profile, one temperature of the sea and one wind",
         0.0,
     )
-    # Waves make clear pixels brighter and darker than any of the columns.
+    # Waves make clear pixels brighter or darker than any of the columns.
     contrast = None if waves else largest_contrast(assembly, list(known.values()))
     if assembly.has_cloud and scenario.image.samples_per_pixel == 1:
         why = "image.samples_per_pixel is 1: a pixel is what its centre sees; the bound is for a pixel"
@@ -210,10 +210,10 @@ def _clouds(assembly: Assembly) -> Iterator[Omission]:
 
 
 SENSOR_ALTITUDE_M = 800e3
-"""Where a scenario has no altitude of the sensor that of many satellites of low orbit stands for it."""
+"""Assumed sensor altitude if the scenario has none: that of many satellites in low orbit."""
 
 _CORNERS = ((1.0, 1.0), (1.0, -1.0))
-"""Two neighbouring ones, of the image from -1 to 1."""
+"""Two neighbouring corners of the image, in coordinates from -1 to 1."""
 
 
 def one_direction(
@@ -223,14 +223,14 @@ def one_direction(
     known: Mapping[tuple[float, Sun | None], Mapping[str, Array]],
     own_views: bool,
 ) -> Iterator[Omission]:
-    """Yield what one direction for all pixels leaves out.
+    """Yield the omissions due to one direction for all pixels.
 
     Parameters
     ----------
     known : mapping of (float, Sun or None) to mapping of str to ndarray (C, B)
-        Terms of the columns at some times with their sun, None where radiance is computed without.
+        Terms of the columns at some times with their sun (None: without sunlight).
     own_views : bool
-        Whether pixels have views of their own.
+        Whether view angles vary over the image.
     """
     ends = columns.ends
     totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
@@ -261,7 +261,8 @@ def _one_view(assembly: Assembly, columns: FewColumns, known: Mapping[Sun | None
 def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:
     """Return the view from two neighbouring corners of the image, and how far it turns, in degrees.
 
-    To first order the other corners differ by as much the other way. That whose zenith angle changes more is first.
+    To first order the opposite corners differ equally in the opposite sense. The corner with the larger change of
+    zenith angle is first.
     """
     lines = assembly.lines_of_sight
     views = _far_views(assembly) if lines is None else ImageViews(assembly.grid, lines).at(_CORNERS)
@@ -270,7 +271,7 @@ def corner_views(assembly: Assembly) -> tuple[tuple[View, ...], float]:
 
 
 def _far_views(assembly: Assembly) -> list[View]:
-    """Return the view from the corners as if the sensor were at a common altitude over a flat Earth."""
+    """Return the view from the corners for a sensor at a typical altitude over a flat Earth."""
     zenith, azimuth = math.radians(assembly.view.zenith_deg), math.radians(assembly.view.azimuth_deg)
     aside = SENSOR_ALTITUDE_M * math.tan(zenith)
     sensor = np.array([aside * math.sin(azimuth), aside * math.cos(azimuth), SENSOR_ALTITUDE_M])
@@ -295,7 +296,7 @@ def _direction(view: View) -> Array:
 
 
 def corner_suns(assembly: Assembly, track: SunTrack, time_s: float) -> tuple[Sun | None, ...]:
-    """Return the sun at two neighbouring corners of the image, None below the horizon, as :func:`corner_views`."""
+    """Return the sun at two neighbouring corners (None: below the horizon), ordered as in :func:`corner_views`."""
     zenith = track.at(time_s).zenith_deg
     suns = [track.at(time_s, corner) for corner in _corners_m(assembly)]
     suns.sort(key=lambda sun: -abs(sun.zenith_deg - zenith))
@@ -303,7 +304,7 @@ def corner_suns(assembly: Assembly, track: SunTrack, time_s: float) -> tuple[Sun
 
 
 def _corners_m(assembly: Assembly) -> tuple[tuple[float, float], ...]:
-    """Outer edges of the image in the north-east and south-east."""
+    """Outer corners of the image in the north-east and south-east."""
     grid = assembly.grid
     x, y = 0.5 * grid.columns * grid.pixel_size_m, 0.5 * grid.rows * grid.pixel_size_m
     return tuple((across * x, up * y) for across, up in _CORNERS)
@@ -312,7 +313,7 @@ def _corners_m(assembly: Assembly) -> tuple[tuple[float, float], ...]:
 def _bound_of_views(
     assembly: Assembly, columns: FewColumns, views: Sequence[View], known: Mapping[Sun | None, Array]
 ) -> float | None:
-    """Return the bound; None where providers do not know other views, as imported atmospheres of one angle."""
+    """Return the bound; None if providers support no other view, like imported single-angle atmospheres."""
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
     if not all(low <= view.zenith_deg <= high for view in views):
         return None
@@ -330,7 +331,7 @@ def _bound_of_views(
 def _bound_of_suns(
     assembly: Assembly, columns: FewColumns, lit: Sequence[tuple[Sequence[Sun | None], Array]]
 ) -> float | None:
-    """Return the bound; None where the sun is so low in a corner that providers do not know it."""
+    """Return the bound; None if the sun in a corner is too low for the providers."""
     largest = 0.0
     try:
         for corners, total in lit:
@@ -342,7 +343,7 @@ def _bound_of_suns(
 
 
 def _change(columns: FewColumns, model: RadianceModel, sun: Sun | None, known: Array, corner: int) -> float:
-    """Return the largest change; in corners but the first that of clear sky alone, which feels bearings most."""
+    """Return the largest change; after the first corner only for clear sky, which is the most sensitive to azimuth."""
     if corner == 0 or not columns.clear:
         return largest_change(columns.total(model, sun), known)
     return largest_change(columns.only(np.zeros(1, dtype=np.intp)).total(model, sun), known[:1])

@@ -1,4 +1,4 @@
-"""The variables of a scene's cube, and how far their numbers are rounded."""
+"""Variables of the cube, and rounding of their values."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from hcss_twin.scenario.scenario import Scenario
 def cube_variables(
     scenario: Scenario, assembly: Assembly, waves: bool, wanted: tuple[str, ...] | None = None
 ) -> tuple[VariableSpec, ...]:
-    """Return the variables of a scenario, or those wanted instead of what it asks for.
+    """Return the requested variables of a scenario, or those given instead.
 
     Parameters
     ----------
     waves : bool
-        Whether waves are drawn.
+        Whether waves are resolved.
 
     Raises
     ------
@@ -41,26 +41,26 @@ def cube_variables(
 
 
 def wants_radiance(variables: tuple[VariableSpec, ...]) -> bool:
-    """Whether any of the variables needs radiance."""
+    """Whether any of the variables requires radiance."""
     return any(spec.needs_radiance for spec in variables)
 
 
 LARGEST_SHARE = 0.3
-"""Of the scenario's accuracy, which the engine's tables need the rest of."""
+"""Largest share of the accuracy for rounding; the tables need the rest."""
 
 TEMPERATURE_BITS = 4
-"""More for temperatures, of which only the differences tell something: a sixteenth of the relative error."""
+"""Extra bits for temperatures, whose differences matter: a sixteenth of the relative error."""
 
 
 def quantized(
     variables: tuple[VariableSpec, ...], scenario: Scenario, accuracy: RequestedAccuracy
 ) -> tuple[VariableSpec, ...]:
-    """Give each variable of single precision the bits that ``output.quantization`` leaves it.
+    """Set the significant bits of single-precision variables according to ``output.quantization``.
 
     Raises
     ------
     ScenarioError
-        If rounding would take more than its share of the scenario's accuracy.
+        If rounding would exceed its share of the scenario's accuracy.
     """
     requested = scenario.output.quantization
     if requested == 0.0:
@@ -77,7 +77,7 @@ def quantized(
 
 
 def quantization_lines(variables: tuple[VariableSpec, ...], compressed: bool) -> tuple[str, ...]:
-    """Say in words how far numbers are rounded; nothing where none are."""
+    """Return notes on the rounding of values; empty if there is no rounding."""
     errors = {spec.significant_bits: spec.units == "K" for spec in variables if spec.significant_bits is not None}
     return tuple(
         f"{'temperatures' if temperature else 'numbers'} are rounded to {bits} bits of the mantissa: relative error "

@@ -1,4 +1,4 @@
-"""The plan of a scene: what was decided before anything of it is computed."""
+"""The plan of a scene: decisions made before anything is computed."""
 
 from __future__ import annotations
 
@@ -27,47 +27,47 @@ from hcss_twin.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run follows: decided, checked, and changed no more.
+    """Immutable, checked description of a run.
 
     Attributes
     ----------
     catalog : Catalog
         Records the files that were read.
     assembly : Assembly
-        The providers of the scene, which the engine asks for radiance and clouds.
+        The providers of the scene, for radiance and clouds.
     bands : tuple of SpectralBand (B,)
     spectral_grid : SpectralGrid
         Wavenumbers and band weights.
     layers : tuple of CloudLayer (L,)
         From the lowest to the highest.
     view : View
-        Toward the sensor from the image centre.
+        Direction to the sensor from the image centre.
     grid : Grid
         Image plane, in pixels.
     samples_per_pixel : int
         Points along each side of a pixel.
     extent : (slice, slice)
-        Rows and columns of the image that are computed.
+        Rows and columns of the image to compute.
     frame_times_s : ndarray (F,)
         Seconds after the scenario's start.
     sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
-        At each frame.
+        Angles of the sun at each frame.
     variables : tuple of VariableSpec
-        Of the cube.
+        Variables of the cube.
     omissions : tuple of Omission
         Approximations and omitted physics, with bounds.
     filled_in : tuple of FilledIn
-        Values that the scenario left open.
+        Defaults for values that the scenario omits.
     notes : tuple of str
-        Limits of what the scene makes use of.
+        Limits of the providers that the scene uses.
     waves : PlannedWaves or None
-        None where the sea is averaged over its waves.
+        None if the sea is averaged over its waves.
     faint_sunlight : float or None
-        Largest share of sunlight in any band, where radiance is computed without it by day; else None.
+        Largest share of sunlight in any band if it is omitted by day; else None.
     sensor : BuiltSensor or None
-        Of the measured cube beside the clean one; the clean one does not depend on it.
+        Sensor of the sensor cube; the clean cube does not depend on it.
     views : ViewAxis or None
-        None where the view of the image centre stands for all pixels.
+        None if the view of the image centre is used for all pixels.
     """
 
     scenario: Scenario
@@ -96,7 +96,7 @@ class Plan:
 
     @property
     def budget(self) -> Budget:
-        """Largest error allowed to each of the engine's approximations."""
+        """Largest allowed error of each approximation."""
         return share_out(self.accuracy.relative)
 
     @property
@@ -107,31 +107,31 @@ class Plan:
 
     @property
     def is_window(self) -> bool:
-        """Whether the cube is a part of the image."""
+        """Whether the cube covers only part of the image."""
         return self.pixels != (self.grid.rows, self.grid.columns)
 
     @property
     def needs_radiance(self) -> bool:
-        """Whether any requested variable needs radiance."""
+        """Whether any requested variable requires radiance."""
         return wants_radiance(self.variables)
 
     @property
     def sun_matters(self) -> bool:
-        """Whether the sun is up in at least one frame, and its light enough to be computed."""
+        """Whether the sun is above the horizon in at least one frame and its light is not omitted."""
         return self.faint_sunlight is None and bool(np.any(self.sun_zenith_deg < 90.0))
 
     def sun_at(self, time_s: float) -> Sun | None:
-        """Sun that radiance is computed with at a time, None below the horizon or where its light is omitted."""
+        """Sun for radiance at a time; None below the horizon or if sunlight is omitted."""
         return self.sun_up_at(time_s) if self.sun_matters else None
 
     def sun_up_at(self, time_s: float) -> Sun | None:
-        """Sun at a time, None below the horizon."""
+        """Sun at a time; None below the horizon."""
         sun = self.sun_track.at(time_s)
         return sun if sun.is_up else None
 
     @property
     def uncompressed_bytes(self) -> int:
-        """Size of the data variables without compression."""
+        """Uncompressed size of the data variables."""
         sizes = {
             "time": self.frame_times_s.size,
             "band": len(self.bands),

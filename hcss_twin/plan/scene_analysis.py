@@ -1,4 +1,4 @@
-"""Analysis of a scene before it is computed: the radiance of a few columns shows what fails and what can be omitted."""
+"""Analysis of a scene before it is computed: a few columns show what fails and what can be omitted."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
 SUNS = 5
-"""Frames whose sun the bound on waves considers."""
+"""Number of frames with a sun for the bound on waves."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,13 @@ class SceneAnalysis:
     Attributes
     ----------
     accuracy : RequestedAccuracy
-        As a share of the radiance of every band.
+        Relative to the radiance of every band.
     faint_sunlight : float or None
-        Largest share of sunlight in any band, where radiance is computed without it by day; else None.
+        Largest share of sunlight in any band if it is omitted by day; else None.
     resolves_waves : bool
-        Whether clear pixels show waves of their own.
+        Whether clear pixels show resolved waves.
     views : ViewAxis or None
-        Views that have tables; None where that of the image centre stands for all pixels.
+        Views with tables; None if the view of the image centre is used for all pixels.
     """
 
     accuracy: RequestedAccuracy
@@ -53,14 +53,14 @@ class SceneAnalysis:
 
 
 def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunFrames) -> SceneAnalysis:
-    """Return the analysis of a scene, or that of an earlier run.
+    """Return the analysis of a scene, from the cache if possible.
 
     Raises
     ------
     ScenarioError
-        If a provider cannot compute what the scene needs, naming the field.
+        If a provider cannot compute what the scene needs; names the field.
     """
-    # Columns do not depend on where clouds are, but on whether there are cloudy and clear columns at all.
+    # Columns depend only on whether there are cloudy and clear ones, not on where the clouds are.
     text = json.loads(scenario.to_json())
     for layer in text["clouds"]["layers"]:
         layer["coverage"] = "some" if 0.0 < layer["coverage"] < 1.0 else layer["coverage"]
@@ -89,26 +89,26 @@ def _analyse(scenario: Scenario, assembly: Assembly, sun: SunFrames) -> SceneAna
     waves = omitted_waves is None
     variables = quantized(cube_variables(scenario, assembly, waves), scenario, accuracy)
     faint = None
-    # Its share is judged for one view.
+    # The share of sunlight is evaluated for one view.
     if radiance and not waves and views is None and _can_omit_sunlight(assembly, variables):
         faint = negligible_sunlight(assembly, sun, share_out(accuracy.relative).faint_sunlight)
     possible = cube_variables(scenario, assembly, waves, ("all",))
     omissions = list_omissions(
         scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views is not None
     )
-    # A scene without radiance has no sea whose waves could be omitted.
+    # Without radiance there are no waves to omit.
     of_waves = (omitted_waves,) if omitted_waves is not None and radiance else ()
     return SceneAnalysis(accuracy, faint, waves, (*omissions, *of_waves), views)
 
 
 def _can_omit_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:
-    """Whether faint sunlight may be omitted: shadows are made of it, and a term that was asked for would be 0."""
+    """Whether faint sunlight may be omitted: not with shadows, which need it, or if a solar term is requested."""
     terms = {TERM_PREFIX + name for name in assembly.model.solar_terms}
     return not assembly.slant.shadows and not any(spec.name in terms for spec in variables)
 
 
 def probe_particles(assembly: Assembly) -> None:
-    """Ask for the optics of each layer's particles at one wavenumber, which fails before anything is computed."""
+    """Compute the optics of each layer's particles at one wavenumber, so that errors occur early."""
     wavenumber = assembly.spectral_grid.wavenumber_cm1[:1]
     problems = []
     for layer, cloudy, field in zip(assembly.layers, assembly.cloudy_layers, assembly.particle_fields, strict=True):
@@ -124,18 +124,18 @@ def probe_particles(assembly: Assembly) -> None:
 
 
 HIGH_SUN_DEG = 30.0
-"""Zenith of a sun that every radiance model knows."""
+"""Zenith of a sun that every radiance model supports."""
 
 
 def probe_lowest_sun(assembly: Assembly, sun: SunFrames) -> None:
-    """Compute one wavenumber of the columns at the frame with the lowest sun above the horizon.
+    """Compute the columns at one wavenumber for the frame with the lowest sun above the horizon.
 
     Raises
     ------
     ScenarioError
-        If a provider fails under this sun and not under a high one, naming ``time``.
+        If a provider fails for this sun but not for a high one; names ``time``.
     ProviderError
-        If it fails under both.
+        If it fails for both.
     """
     up = sun.up
     if up.size == 0:
@@ -163,14 +163,14 @@ def _probe(assembly: Assembly, sun: Sun) -> None:
 
 
 def probe_last_frame(assembly: Assembly, last_s: float) -> None:
-    """Ask each generator that gives windows for one pixel of the last frame, as far as which it may not move.
+    """Compute one pixel of the last frame with each windowed generator, whose range of motion may be limited.
 
     Raises
     ------
     ScenarioError
-        If a generator fails there and not at the start, naming ``frames``.
+        If a generator fails there but not at the start; names ``frames``.
     ProviderError
-        If it fails at both.
+        If it fails at both times.
     """
     pixel = slice(0, 1), slice(0, 1)
     for generator in assembly.generators:

@@ -1,4 +1,4 @@
-"""The sensor that a scenario's section selects, built for its bands, its image and the scene around it."""
+"""The sensor of a scenario, built for its bands, its image and the surrounding scene."""
 
 from __future__ import annotations
 
@@ -36,28 +36,28 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class BuiltSensor:
-    """A sensor, built and guarded.
+    """A guarded sensor and its settings.
 
     Attributes
     ----------
     section : SensorSection
-        What the user asked for.
+        The user's settings.
     named : NamedSensor or None
-        The file it names.
+        The named sensor file.
     entry : Entry
-        Who brings the model.
+        Registry entry of the model.
     parameters : mapping
-        All of them, with defaults; empty where the model has none.
+        All parameters, with defaults; empty if the model has none.
     variables : tuple of VariableSpec
-        Measured radiance and what was asked for beside it.
+        Measured radiance and further requested variables.
     inputs : SensorInputs
-        What the provider was made from.
+        Inputs of the provider.
     cube : (slice, slice)
-        Rows and columns of the image that are kept of what is measured.
+        Rows and columns of the measured image to store.
     from_scene : bool
-        Whether it is given frames with the scene around them, as it is computed, and not those of a cube alone.
+        Whether its frames include the computed scene around the cube.
     edge_note : str or None
-        What users should know about blur at the edges.
+        Note on blur at the edges.
     """
 
     section: SensorSection
@@ -74,36 +74,36 @@ class BuiltSensor:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What users should know about it."""
+        """Notes for users."""
         return (*self.provider.declares.notes, *(() if self.edge_note is None else (self.edge_note,)))
 
     @property
     def reach(self) -> int:
-        """Pixels around a pixel that have a share in it; 0 also where that is not known."""
+        """Distance in pixels within which other pixels contribute to a pixel; 0 also if unknown."""
         return self.provider.declares.reach_pixels or 0
 
     @property
     def given(self) -> Window:
-        """Rows and columns of the image that it measures."""
+        """Rows and columns of the measured image."""
         return _extent(self.inputs)
 
     @property
     def title(self) -> str:
-        """What people call it."""
+        """Title for users."""
         return self.entry.name if self.named is None else self.named.title
 
     def measure(self, radiance: NDArray[np.float32], frame: int, time_s: float) -> dict[str, NDArray[Any]]:
-        """Return each variable of a frame in its type, (B, y, x) of the cube.
+        """Return each variable of a frame (B, y, x) in its type, for the pixels of the cube.
 
         Parameters
         ----------
         radiance : ndarray of float32 (B, y, x)
-            Of all that the sensor is given.
+            Radiance of the whole measured area.
 
         Raises
         ------
         ProviderError
-            If the sensor breaks its contract.
+            If the sensor violates its contract.
         """
         clean = radiance.astype(np.float64)
         clean.flags.writeable = False
@@ -114,7 +114,7 @@ class BuiltSensor:
         }
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values for the plan and for the cube's provenance."""
+        """Plain values for plan and provenance."""
         named = self.named
         return {
             "name": self.section.name,
@@ -132,19 +132,19 @@ class BuiltSensor:
 
 
 def make_sensor(section: SensorSection, inputs: SensorInputs) -> BuiltSensor:
-    """Build the sensor of a section, for frames that are measured as they are.
+    """Build the sensor of a section for frames without surroundings.
 
     Parameters
     ----------
     inputs : SensorInputs
-        With the scenario's seed, which the section may replace.
+        With the scenario's seed, which the section may override.
 
     Raises
     ------
     ScenarioError
-        Naming the key that is wrong.
+        Names the invalid key.
     ProviderError
-        If the model is broken.
+        If the sensor model is broken.
     """
     with attribute_to_field("sensor.name"):
         if section.name is not None:
@@ -183,7 +183,7 @@ def _parameters(model: type[BaseModel] | None, given: Mapping[str, Any]) -> Base
 
 
 def _wanted(asked: tuple[str, ...], given: tuple[str, ...], entry: Entry) -> tuple[str, ...]:
-    """Names of the variables beside radiance."""
+    """Names of the variables other than radiance."""
     for name in asked:
         if name not in (*given, ALL, MEASURED_RADIANCE.name):
             message = f"'{name}' is not among what the sensor '{entry.name}' gives with these parameters"
@@ -198,22 +198,22 @@ def _stored(array: NDArray[Any], spec: VariableSpec, entry: Entry) -> NDArray[An
 
 
 def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:
-    """Return bands as sensors get them."""
+    """Return the bands in the form of the sensor API."""
     return tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in bands)
 
 
 def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, extent: Window) -> BuiltSensor | None:
-    """Build the sensor of a scenario, if it has one, for the frames of its cube alone.
+    """Build the sensor of a scenario, if any, for the frames of the cube alone.
 
     Parameters
     ----------
     extent : (slice, slice)
-        Rows and columns of the image that the cube has.
+        Rows and columns of the image in the cube.
 
     Raises
     ------
     ScenarioError
-        If a key of the section is wrong, or the scenario asks for no radiance.
+        If a key of the section is invalid, or radiance is not requested.
     """
     if scenario.sensor is None:
         return None
@@ -234,7 +234,7 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
 
 
 MAX_MARGIN = 512
-"""Rows, and columns, that are computed beyond an edge, however far a sensor reaches."""
+"""Maximum rows and columns computed beyond an edge."""
 
 MIRROR_NOTE = (
     "blur at the edges of the image takes the scene beyond them for its mirror image: pixels no farther from an edge "
@@ -243,15 +243,15 @@ MIRROR_NOTE = (
 
 
 def with_margin(sensor: BuiltSensor, assembly: Assembly, waves: bool, views: bool) -> BuiltSensor:
-    """Return a sensor built for as much of the scene around its cube as it reaches.
+    """Return a sensor built for the cube and the surrounding scene within its reach.
 
-    Around a window that is the rest of the image, whatever clouds there are. Beyond the image it is computed where
-    everything that the scene is made of goes on there.
+    Around a window this is the rest of the image, for all clouds. Beyond the image the scene is computed if all of
+    its components are defined there.
 
     Parameters
     ----------
     waves, views : bool
-        Whether clear pixels show waves, and whether pixels have views of their own.
+        Whether clear pixels show resolved waves, and whether view angles vary over the image.
     """
     reach, cube, grid = sensor.reach, sensor.cube, assembly.grid
     if reach == 0:
@@ -264,7 +264,7 @@ def with_margin(sensor: BuiltSensor, assembly: Assembly, waves: bool, views: boo
 
 
 def _where_it_ends(assembly: Assembly, waves: bool, views: bool) -> str | None:
-    """Say what is not known beyond the image; None where everything is."""
+    """Return the reason why the scene is unknown beyond the image; None if it is known."""
     if views:
         return "pixels have views of their own, which are known within the image"
     if waves and assembly.entries[str(Kind.SEA)].distribution != OWN_DISTRIBUTION:
@@ -277,7 +277,7 @@ def _where_it_ends(assembly: Assembly, waves: bool, views: bool) -> str | None:
 
 
 def _around(pixels: slice, margin: int, size: int | None) -> slice:
-    """Pixels with a margin, as far as an image of this size goes; None has no end."""
+    """Pixels with a margin, limited to an image of this size; None: unlimited."""
     first, end = pixels.start - margin, pixels.stop + margin
     return slice(first, end) if size is None else slice(max(first, 0), min(end, size))
 
@@ -303,7 +303,7 @@ def _edge_note(given: Window, cube: Window, reach: int, ends: str | None) -> str
 
 
 def alone(sensor: BuiltSensor) -> BuiltSensor:
-    """Return a sensor built for its cube alone: beyond the edges it sees the mirror image."""
+    """Return a sensor built for the cube alone, with mirror boundaries."""
     sensor = _built_for(sensor.cube, sensor) if sensor.from_scene else sensor
     return replace(sensor, edge_note=MIRROR_NOTE if sensor.reach else None)
 

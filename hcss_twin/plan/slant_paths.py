@@ -1,9 +1,9 @@
-"""Where slant paths meet the clouds: displacements of what the sensor sees and of what the sun shines through.
+"""Intersection of slant paths with clouds: displacements along the line of sight and along the sun's path.
 
-A pixel is a point of the sea. The straight line from it at zenith angle theta and azimuth phi passes the height h above
-the point h tan(theta) away, toward phi; x points east and y north. For the line of sight each layer has one height,
-that of its flat side: the base of layers anchored there and the top of others. The sun's path is followed through the
-layer (:mod:`hcss_twin.engine.shadows`). Displacements are rounded to whole points.
+A pixel is a point of the sea. The straight line from it at zenith angle theta and azimuth phi passes the height h
+above the point h tan(theta) away, toward phi; x points east and y north. For the line of sight each layer has one
+height, that of its flat side: the base of layers anchored at the base and the top of others. The sun's path is traced
+through the layer (:mod:`hcss_twin.engine.shadows`). Displacements are rounded to whole points.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from hcss_twin.scenario.models import Slant
 
 
 def sea_sun_terms(model: RadianceModel) -> tuple[str, ...]:
-    """Return the terms that a radiance model says are; none if it says nothing."""
+    """Return the terms of sea-reflected direct sunlight that a radiance model declares; empty if it declares none."""
     named: frozenset[str] = getattr(model, "sea_sun_terms", frozenset())
     return tuple(name for name in model.terms if name in named)
 
 
 def require_sea_sun_terms(model: RadianceModel) -> None:
-    """Refuse a radiance model that does not say what a shadow weakens.
+    """Reject a radiance model that does not declare the terms that shadows reduce.
 
     Raises
     ------
     ScenarioError
-        Naming ``slant.shadows``.
+        Names ``slant.shadows``.
     """
     if not sea_sun_terms(model):
         message = (
@@ -43,17 +43,17 @@ def require_sea_sun_terms(model: RadianceModel) -> None:
 
 
 LARGEST_SUN_DEG = 85.0
-"""Zenith of the lowest sun whose shadows are computed; the view has the same limit."""
+"""Zenith of the lowest sun for shadows; the view has the same limit."""
 
 MAX_POINTS_WITHIN = 4096
-"""Points along either axis by which the sun's path may move within a layer; each window is wider by as many."""
+"""Maximum displacement of the sun's path within a layer, in points along either axis; windows are widened by it."""
 
 _ROUNDING = 1e-9
-"""Relative; positions of the sun computed alone or together may differ by this."""
+"""Relative tolerance for positions of the sun computed individually or together."""
 
 
 def reference_height_m(layer: CloudLayer) -> float:
-    """Return the height at which a layer is seen: its base, or its top where it is anchored there."""
+    """Return the height at which a layer is seen: its base, or its top if it is anchored at the top."""
     return layer.base_m if layer.anchor == "base" else layer.top_m
 
 
@@ -63,7 +63,7 @@ def displacement_m(height_m: float, zenith_deg: Array | float, azimuth_deg: Arra
     Parameters
     ----------
     zenith_deg, azimuth_deg : float or ndarray (...)
-        Of sensor or sun, seen from the point of the sea; below 90.
+        Direction to the sensor or sun from the sea point; zenith below 90.
     """
     distance = height_m * np.tan(np.radians(zenith_deg))
     azimuth = np.radians(azimuth_deg)
@@ -78,14 +78,14 @@ def whole_points(displacement: Array, point_m: float) -> tuple[int, int]:
 
 @dataclass(frozen=True)
 class SlantPaths:
-    """Displacements of the clouds of one scene.
+    """Displacements of the clouds of a scene.
 
     Attributes
     ----------
     shadows, parallax : bool
-        Whether the sun's paths, and those of sight, are slant.
+        Whether sun paths, and lines of sight, are slant.
     sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
-        At the frames with the sun above the horizon.
+        Angles at the frames with the sun above the horizon.
     """
 
     shadows: bool
@@ -95,16 +95,16 @@ class SlantPaths:
     sun_azimuth_deg: Array
 
     def of_view(self, layer: CloudLayer, point_m: float) -> tuple[int, int]:
-        """Return the displacement, in rows and columns, of a layer's cloud seen from a pixel; none without parallax."""
+        """Return the displacement (rows, columns) of a layer's cloud seen from a pixel; zero without parallax."""
         if not self.parallax:
             return 0, 0
         away = displacement_m(reference_height_m(layer), self.view.zenith_deg, self.view.azimuth_deg)
         return whole_points(away, point_m)
 
     def margin(self, layer: CloudLayer, point_m: float) -> tuple[int, int]:
-        """Return how many rows and columns beyond the image the paths of all frames meet a layer.
+        """Return how many rows and columns beyond the image the paths of all frames intersect a layer.
 
-        On each side, so that the middle of the plane stays that of the image, to which skies are tied.
+        The margin is equal on opposite sides, because cloud fields are centred on the image.
         """
         rows, columns = (abs(each) for each in self.of_view(layer, point_m))
         if self.shadows and self.sun_zenith_deg.size:
@@ -115,12 +115,12 @@ class SlantPaths:
         return rows, columns
 
     def require_short(self, layer: CloudLayer, point_m: float, samples: int) -> None:
-        """Refuse points so small that the sun's path within a layer runs over too many of them.
+        """Reject points so small that the sun's path crosses too many of them within a layer.
 
         Raises
         ------
         ScenarioError
-            Naming the size of the pixels.
+            Names the pixel size.
         """
         if not self.shadows or not self.sun_zenith_deg.size:
             return
@@ -137,7 +137,7 @@ class SlantPaths:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What users should know about the options that are on."""
+        """Notes on the selected options."""
         notes = []
         if self.parallax:
             notes.append(
@@ -157,12 +157,12 @@ class SlantPaths:
 
 
 def slant_paths(options: Slant, view: View, sun_zenith_deg: Array, sun_azimuth_deg: Array) -> SlantPaths:
-    """Make the slant paths of a scene from its options and the sun at its frames, (F,).
+    """Return the slant paths of a scene from its options and the sun at its frames (F,).
 
     Raises
     ------
     ScenarioError
-        If there are shadows of a sun too close to the horizon.
+        If shadows are requested with the sun too close to the horizon.
     """
     up = sun_zenith_deg < 90.0
     low = np.flatnonzero(up & (sun_zenith_deg > LARGEST_SUN_DEG))

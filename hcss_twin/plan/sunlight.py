@@ -1,4 +1,4 @@
-"""The sun at the frames of a scene, and sunlight that is omitted: under a very low sun, and where it is negligible."""
+"""The sun at the frames of a scene, and omitted sunlight: of a very low sun, or negligible."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.providers import Sun, View
 
 SAME_DEG = 0.25
-"""Suns closer to each other than this count as one, the first asked for."""
+"""Suns closer to each other than this are treated as one."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class SunFrames:
     Attributes
     ----------
     time_s, zenith_deg, azimuth_deg : ndarray (F,)
-        Of each frame.
+        Values at each frame.
     """
 
     track: SunTrack
@@ -41,7 +41,7 @@ class SunFrames:
         return np.flatnonzero(self.zenith_deg < 90.0)
 
     def at(self, frames: Iterable[int]) -> list[tuple[float, Sun | None]]:
-        """Return time and sun, None below the horizon, of some frames; of those with the sun at one place the first."""
+        """Return time and sun (None: below the horizon) of some frames, without repeated sun positions."""
         frames_and_suns: list[tuple[float, Sun | None]] = []
         for frame in frames:
             time_s = float(self.time_s[frame])
@@ -52,12 +52,12 @@ class SunFrames:
         return frames_and_suns
 
     def evenly(self, count: int) -> list[tuple[float, Sun | None]]:
-        """Time and sun of at most so many frames from the first to the last."""
+        """Time and sun of at most ``count`` frames from the first to the last."""
         frames = np.linspace(0, self.time_s.size - 1, count).round().astype(np.intp)
         return self.at(np.unique(frames).tolist())
 
     def extremes(self, view: View) -> list[tuple[float, Sun | None]]:
-        """Time and sun where it is nearest to the mirror direction, highest and lowest, and of a frame without it."""
+        """Time and sun nearest to the mirror direction, highest and lowest, and for a frame without sun."""
         up = self.up
         frames = list(np.flatnonzero(self.zenith_deg >= 90.0)[:1])
         if up.size:
@@ -66,17 +66,17 @@ class SunFrames:
         return self.at(int(frame) for frame in frames)
 
     def mirror(self, view: View) -> int:
-        """Frame whose sun, above the horizon, has its mirror image nearest to the view."""
+        """Frame with the sun above the horizon whose mirror direction is nearest to the view."""
         up = self.up
         sun, seen = np.radians(self.zenith_deg[up]), math.radians(view.zenith_deg)
         turn = np.radians(view.azimuth_deg - self.azimuth_deg[up])
-        # Cosine between the view and the sun's mirror image, whose bearing is opposite to the sun's.
+        # Cosine between the view and the mirror direction, whose bearing is opposite to the sun's.
         nearness = math.cos(seen) * np.cos(sun) - math.sin(seen) * np.sin(sun) * np.cos(turn)
         return int(up[np.argmax(nearness)])
 
 
 def _same(one: Sun | None, other: Sun | None) -> bool:
-    """Whether two suns are at one place, or both below the horizon."""
+    """Whether two suns have the same position, or are both below the horizon."""
     if one is None or other is None:
         return one is other
     turn = (one.azimuth_deg - other.azimuth_deg + 180.0) % 360.0 - 180.0
@@ -85,27 +85,27 @@ def _same(one: Sun | None, other: Sun | None) -> bool:
 
 
 LOW_SUN_DEG = 88.0
-"""Zenith angle of the sun up to which light scattered along its path is known to the models that have it."""
+"""Largest sun zenith angle for which radiance models compute scattered sunlight."""
 
 HIGHER_DEG = 1.0
-"""So much higher it is known along steep paths, from whose points the sun's zenith angle differs."""
+"""Margin for steep paths, along which the sun's zenith angle varies."""
 
 HIGH_DEG = 60.0
-"""Zenith angle of the sun up to which it is known along all paths."""
+"""Largest sun zenith angle for which it is available along all paths."""
 
 
 def low_sun(
     assembly: Assembly, columns: FewColumns, known: Mapping[tuple[float, Sun | None], Mapping[str, Array]]
 ) -> Iterator[Omission]:
-    """Yield the terms of sunlight that are gone under the lowest sun, though a higher one has them.
+    """Yield the solar terms that are missing for the lowest sun but present for a higher one.
 
-    They fade as the sun sets: those of the next higher sun that has them, at 87 degrees for steep views, are the most
-    that is lost, relative to the darker columns of the lowest sun.
+    They decrease as the sun sets: their values for the next higher sun that has them, at 87 degrees for steep views,
+    bound the loss, relative to the darker columns of the lowest sun.
 
     Parameters
     ----------
     known : mapping of (float, Sun or None) to mapping of str to ndarray (C, B)
-        Terms of the columns at some times with their sun, among which is the lowest.
+        Terms of the columns at some times with their sun, including the lowest.
     """
     suns = {sun: terms for (_, sun), terms in known.items() if sun is not None}
     if not suns:
@@ -123,7 +123,7 @@ def low_sun(
             higher = columns.terms(assembly.model, sun)
         except ProviderError:
             continue
-        # Along slant paths it is gone the sooner.
+        # Along slant paths it ends at a higher sun.
         if any(np.any(higher[name]) for name in gone):
             break
     total = np.sum(list(terms.values()), axis=0)
@@ -139,13 +139,13 @@ def low_sun(
 
 _PER_BAND = 16
 _THICKNESSES = 3
-"""Clouds of each layer from its thinnest to its thickest."""
+"""Number of cloud thicknesses per layer, from the thinnest to the thickest."""
 
 
 def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> float | None:
-    """Return the largest share of sunlight in any band of any column, where it is below a limit.
+    """Return the largest share of sunlight in any band of any column if it is below a limit.
 
-    A band costs little less without sunlight while another needs it, so that it is left out of all or none.
+    It is omitted in all bands or in none, because omitting it in some saves little.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
     Returns
     -------
     float or None
-        None where sunlight matters, or is below the horizon anyway.
+        None if sunlight is not negligible, or the sun is always below the horizon.
     """
     suns = [position for _, position in sun.extremes(assembly.view) if position is not None]
     if not suns:
@@ -163,7 +163,7 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
     largest = 0.0
     columns = few_columns(assembly, _PER_BAND)
     cloudy = replace(columns, clear=False, thickness_m=_thicknesses(assembly))
-    # Clear sky is computed in no time and settles most scenes.
+    # Clear sky is fast to compute and decides most scenes.
     for part in (replace(columns, thickness_m=cloudy.thickness_m[:0]), cloudy):
         if not (part.clear or part.thickness_m.size):
             continue
@@ -182,7 +182,7 @@ def _share(assembly: Assembly, columns: FewColumns, sun: Sun) -> float:
 
 
 def _thicknesses(assembly: Assembly) -> Array:
-    """Columns (N, L): the extreme ones, and each layer alone between its limits."""
+    """Columns (N, L): the extreme ones, and each layer alone at thicknesses between its limits."""
     rows = [assembly.extreme_thicknesses_m]
     for index, (layer, cloudy) in enumerate(zip(assembly.layers, assembly.cloudy_layers, strict=True)):
         if cloudy and layer.thickness_min_m < layer.thickness_max_m:

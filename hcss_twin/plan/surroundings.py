@@ -1,4 +1,4 @@
-"""Air and sea of a scene: what the scenario says, and the climatology where it says nothing."""
+"""Air and sea of a scene: values of the scenario, or else of the climatology."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hcss_twin.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class FilledIn:
-    """A value the scenario left open."""
+    """A default for a value that the scenario omits."""
 
     field: str
     value: str
@@ -27,12 +27,12 @@ class FilledIn:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The air and the sea a scene is set in.
+    """Air and sea of a scene.
 
     Attributes
     ----------
     filled_in : tuple of FilledIn
-        What the scenario left open.
+        Defaults for values that the scenario omits.
     """
 
     profile: Profile
@@ -42,17 +42,17 @@ class Surroundings:
 
 
 def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) -> Surroundings:
-    """Take profile, sea temperature and sea wind from the scenario, or fill them in.
+    """Return profile, sea temperature and sea wind from the scenario, or defaults.
 
     Parameters
     ----------
     bound : Profile or None
-        The one profile the transmittance provider belongs to; None if it takes any.
+        The only profile that the transmittance provider supports; None if it supports any.
 
     Raises
     ------
     ScenarioError
-        If a profile cannot be read or scaled, or a value is left open where the climatology has none.
+        If a profile cannot be read or scaled, or the climatology has no default for an omitted value.
     """
     climatology = Climatology(catalog)
     filled: list[FilledIn] = []
@@ -85,7 +85,7 @@ def _profile(
         try:
             climate = climatology.look_up("air_temperature", latitude, scenario.place.longitude, scenario.time)
         except CatalogError:
-            # Land and ice have an atmosphere too; latitude and season are known everywhere.
+            # Over land and ice the model atmosphere follows from latitude and season, which are known everywhere.
             name = calendar_model(latitude, scenario.time.astimezone(UTC).month)
             why = "by latitude and season; the climatology has no air temperature there"
         else:
@@ -126,7 +126,7 @@ def _from_climatology(
     filled: list[FilledIn],
     problems: list[Problem],
 ) -> float:
-    """Look a value up and say so; where there is none, add a problem and return NaN."""
+    """Look up and record a value; if there is none, add a problem and return NaN."""
     place = scenario.place
     try:
         climate = climatology.look_up(quantity, place.latitude, place.longitude, scenario.time)

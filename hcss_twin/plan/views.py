@@ -1,7 +1,7 @@
-"""Views of an image whose pixels have directions of their own: whether they need them, and at how many nodes.
+"""View angles that vary over the image: whether they matter, and how many nodes they need.
 
-Radiance of one column is a smooth function of where in the image it lies. It is computed at Chebyshev's nodes of x and
-of y, from edge to edge of the image; a pixel has the value of the polynomial through them.
+The radiance of a column is a smooth function of its position in the image. It is computed at Chebyshev nodes in x and
+y, from edge to edge of the image; pixels are interpolated by the polynomial through them.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from hcss_twin.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class ViewAxis:
-    """Nodes over the image.
+    """Nodes of the view over the image.
 
     Attributes
     ----------
     order_x, order_y : int
-        Of the polynomial along columns and rows; 0: the view along the middle stands for all.
+        Polynomial order along columns and rows; 0: the view at the middle is used for all.
     estimated_error : float
-        Relative to the total, measured between the nodes while they were placed.
+        Relative to the total, measured between the nodes during their placement.
     """
 
     order_x: int
@@ -39,12 +39,12 @@ class ViewAxis:
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
-        """Places (x, y) of the nodes, -1 to 1 from edge to edge; x runs first."""
+        """Positions (x, y) of the nodes, -1 to 1 from edge to edge; x varies fastest."""
         x, y = quadrature.nodes(self.order_x).tolist(), quadrature.nodes(self.order_y).tolist()
         return tuple((across, up) for up in y for across in x)
 
     def weights(self, grid: Grid) -> tuple[Array, Array]:
-        """Return what each node counts: (columns, X) along x and (rows, Y) along y."""
+        """Return the weight of each node: (columns, X) along x and (rows, Y) along y."""
         return (
             quadrature.weights(self.order_x, _centres(grid.columns)),
             quadrature.weights(self.order_y, _centres(grid.rows)),
@@ -53,7 +53,7 @@ class ViewAxis:
 
 @dataclass(frozen=True)
 class ImageViews:
-    """The view from any place of an image.
+    """The view from any position in an image.
 
     Attributes
     ----------
@@ -65,9 +65,9 @@ class ImageViews:
     lines: LinesOfSight
 
     def at(self, places: Iterable[tuple[float, float]]) -> list[View]:
-        """Return the view from places (x, y), -1 to 1 from edge to edge.
+        """Return the view from positions (x, y), -1 to 1 from edge to edge.
 
-        Azimuths are counted from the plane's y axis, as those of sun and wind at the image centre are.
+        Azimuths are measured from the plane's y axis, like those of sun and wind at the image centre.
         """
         x, y = np.array(list(places), dtype=np.float64).reshape(-1, 2).T
         size = 0.5 * self.grid.pixel_size_m
@@ -84,31 +84,31 @@ class ImageViews:
 
 
 Values = Callable[[float, float], Array]
-"""Radiance (N, K, B) of columns by term, seen from a place (x, y) of the image."""
+"""Radiance (N, K, B) of columns by term, for a position (x, y) in the image."""
 
 LINES = (-1.0, 0.0, 1.0)
-"""Of the other axis, along which nodes are tried: the edges and the middle of the image."""
+"""Positions on the other axis at which nodes are tested: the edges and the middle of the image."""
 
 
 EVERYWHERE = 129
-"""Places at which polynomials are compared."""
+"""Number of positions at which polynomials are compared."""
 
 
 def place_axis(values: Values, along_x: bool, tolerance: float, most: int) -> tuple[int, float]:
-    """Double the order along one axis until halfway places agree with the polynomial, and take fewer if these do.
+    """Double the order along one axis until the polynomial agrees halfway between nodes; then reduce it if possible.
 
     Parameters
     ----------
     tolerance : float
-        Relative to the total; of every term.
+        Tolerance of every term, relative to the total.
     most : int
-        Largest order; what is found with it may exceed the tolerance.
+        Largest order; its error may exceed the tolerance.
 
     Returns
     -------
     order : int
     error : float
-        The largest found between its nodes.
+        Largest error found between the nodes.
     """
 
     def along(line: float, places: Array) -> Array:
@@ -154,36 +154,36 @@ def difference(guess: Array, exact: Array) -> float:
 
 
 def _centres(count: int) -> Array:
-    """Places of pixel centres along one axis."""
+    """Positions of pixel centres along one axis."""
     return (2.0 * np.arange(count) + 1.0 - count) / count
 
 
 MAX_ORDER = 16
-"""Along either axis."""
+"""Maximum order along either axis."""
 
 MAX_NODES = 200
-"""Each has tables of its own."""
+"""Maximum number of views; each has its own tables."""
 
 
 def choose_views(
     scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], tolerance: float
 ) -> ViewAxis | None:
-    """Choose the views that a scene has tables for; None where that of the image centre stands for all.
+    """Choose the views with tables; None if the view of the image centre suffices.
 
-    That is so where the sensor's altitude is not known, where the change over the image keeps the tolerance, and where
-    providers do not know other views, which the ledger tells.
+    It suffices if the sensor altitude is unknown, if the change over the image is within the tolerance, or if
+    providers support no other views, which is listed under the omissions.
 
     Parameters
     ----------
     suns : sequence of Sun or None
-        Of some frames; empty where no radiance is wanted.
+        Sun at some frames; empty if no radiance is requested.
     tolerance : float
         Relative to the total radiance of the band.
 
     Raises
     ------
     ScenarioError
-        If pixels need views of their own beside what cannot be had with them.
+        If view angles must vary over the image but a selected option does not support that.
     """
     if assembly.lines_of_sight is None or not suns:
         return None
@@ -192,7 +192,7 @@ def choose_views(
     corners = views.at([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
     if not all(low <= view.zenith_deg <= high for view in corners):
         return None
-    # Few columns show less than all of them may.
+    # Safety factor, because few columns underestimate the error of all.
     each = 0.5 * tolerance / SAFETY_FACTOR
     try:
         values = _columns(assembly, views, suns)
@@ -220,7 +220,7 @@ def choose_views(
 
 
 def _columns(assembly: Assembly, views: ImageViews, suns: Sequence[Sun | None]) -> Values:
-    """Return terms of clear sky and of few clouds under the suns as a function of the place; each is computed once."""
+    """Return a cached function of position for the terms of clear sky and of few clouds under the suns."""
     columns = _few(assembly)
     known: dict[tuple[float, float], Array] = {}
 
@@ -235,7 +235,7 @@ def _columns(assembly: Assembly, views: ImageViews, suns: Sequence[Sun | None]) 
 
 
 def _few(assembly: Assembly) -> FewColumns:
-    """Columns that bound the scene, and a middling cloud of each layer alone."""
+    """Columns that bound the scene, and a cloud of medium thickness in each layer alone."""
     columns = few_columns(assembly)
     middling = [
         np.sqrt(layer.thickness_min_m * layer.thickness_max_m) * np.eye(len(assembly.layers))[index]
@@ -248,7 +248,7 @@ def _few(assembly: Assembly) -> FewColumns:
 
 
 def _refuse_beside(scenario: Scenario, tolerance: float) -> None:
-    """Refuse what is made for one view of all pixels."""
+    """Reject options that support only one view for all pixels."""
     beside = {
         "slant.shadows": (scenario.slant.shadows, "false"),
         "slant.parallax": (scenario.slant.parallax, "false"),

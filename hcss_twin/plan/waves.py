@@ -1,4 +1,4 @@
-"""Whether clear pixels show the waves that they resolve or the mean sea, and a bound of the difference."""
+"""Choice between resolved waves and the mean sea in clear pixels, with a bound on the difference."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ from hcss_twin.providers import Grid, Sun, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
 
 WAVENUMBERS = 24
-"""Samples of each band."""
+"""Number of wavenumbers per band."""
 
 
 def wave_bound(assembly: Assembly, rms: tuple[float, float], wind_from_deg: float, suns: Sequence[Sun | None]) -> float:
     """Return the greatest relative change of clear radiance in any band, for tilts of up to three standard deviations.
 
-    Light from the sea counts with the change of its emissivity under a sky that sends nothing, and
-    sunlight from the sea with that of the glint: as much as the sea sends toward the sensor through the air, and at
-    most all the sunlight of clear sky. Both are upper limits.
+    Thermal radiance of the sea changes with its emissivity under a sky without emission, and reflected sunlight
+    changes with the glint that reaches the sensor through the air, at most all sunlight of clear sky. Both are upper
+    limits.
 
     Parameters
     ----------
     assembly : Assembly
-        Its sea has ``mean_square_slope``.
+        With a sea that has ``mean_square_slope``.
     rms : (float, float)
-        Deviations of resolved slope, upwind and crosswind.
+        Standard deviations of the resolved slope, upwind and crosswind.
     wind_from_deg : float
         Bearing the wind comes from.
     suns : sequence of Sun or None
-        Positions to consider.
+        Sun positions to evaluate.
     """
     grid = assembly.spectral_grid
     places = np.unique(np.concatenate([_sample(weights) for weights in grid.weights_cm1]))
@@ -75,19 +75,19 @@ def wave_bound(assembly: Assembly, rms: tuple[float, float], wind_from_deg: floa
 
 
 def _horizontal(zenith_deg: float, azimuth_deg: float) -> tuple[float, float]:
-    """Horizontal components of a direction, along a bearing from which its azimuth is counted and clockwise from it."""
+    """Horizontal components of a direction, along the reference bearing of its azimuth and clockwise from it."""
     sine, azimuth = math.sin(math.radians(zenith_deg)), math.radians(azimuth_deg)
     return sine * math.cos(azimuth), sine * math.sin(azimuth)
 
 
 def _sample(weights: Array) -> NDArray[np.intp]:
-    """Places, evenly taken, among those where a band has weight."""
+    """Indices of evenly spaced wavenumbers at which a band has weight."""
     inside = np.flatnonzero(weights)
     return inside[np.unique(np.linspace(0, inside.size - 1, WAVENUMBERS).round().astype(np.intp))]
 
 
 def _glint(assembly: Assembly, wavenumber_cm1: Array, mu: Array, sun: Sun) -> Array:
-    """Sunlight reflected by the sea, (V,), at the sea, as if no air were above it."""
+    """Sunlight reflected by the sea (V,), at the surface, without an atmosphere."""
     mu_sun = np.array([math.cos(math.radians(sun.zenith_deg))])
     azimuth = np.array([relative_azimuth_rad(assembly.view.azimuth_deg, sun.azimuth_deg)])
     irradiance = assembly.solar_irradiance(wavenumber_cm1) / sun.distance_au**2
@@ -99,19 +99,19 @@ WAVES = "waves as shapes"
 NOTE = "sea: waves are drawn in clear sky only; under clouds the sea is the mean one"
 
 _SEED_KEY = 2**16
-"""Keeps the seed of the waves apart from those of the cloud layers, which are counted from 0."""
+"""Distinguishes the seed of the waves from those of the cloud layers, numbered from 0."""
 
 
 @dataclass(frozen=True)
 class PlannedWaves:
-    """Waves that a scene draws.
+    """Resolved waves of a scene.
 
     Attributes
     ----------
     shapes : WaveShapes
         Slopes at the points of the image.
     rms : (float, float)
-        Deviations of slope, upwind and crosswind.
+        Standard deviations of slope, upwind and crosswind.
     point_size_m : float
         Distance between points.
     """
@@ -124,19 +124,19 @@ class PlannedWaves:
 def choose_waves(
     scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
 ) -> Omission | None:
-    """Return what is omitted where pixels show no waves of their own; None where they do.
+    """Return the omission if waves are not resolved; None if they are.
 
     Parameters
     ----------
     suns : sequence of Sun or None
-        Positions for which the bound is made; none where no radiance is needed.
+        Sun positions for the bound; none if no radiance is needed.
     accuracy : float
-        Share of the radiance below which waves do not matter.
+        Fraction of the radiance below which waves are negligible.
 
     Raises
     ------
     ScenarioError
-        If the scenario asks for waves that the sea model does not have.
+        If the scenario requests resolved waves that the sea model does not provide.
     """
     sea, mode = assembly.sea, scenario.sea.waves
     able = hasattr(sea, "wave_slope_rms") and hasattr(sea, "wave_field") and hasattr(sea, "tilted")
@@ -187,7 +187,7 @@ def resolve_waves(scenario: Scenario, assembly: Assembly) -> PlannedWaves:
     sea: Any = assembly.sea
     points = _points(scenario, assembly)
     with attribute_to_field("sea.waves", scenario.sea.parameters):
-        # Only trying shows whether the facets can be divided.
+        # Only an attempt shows whether the slopes can be divided.
         sea.tilted(0.0, 0.0, points.pixel_size_m)
         shapes = sea.wave_field(points, assembly.motion, wave_seed(scenario.seed))
     return PlannedWaves(shapes, sea.wave_slope_rms(points.pixel_size_m), points.pixel_size_m)

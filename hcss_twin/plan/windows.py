@@ -1,4 +1,4 @@
-"""Windows of the image that fit into memory, and means over the points of a pixel."""
+"""Windows of the image that fit into memory, and averages over the points of a pixel."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from hcss_twin.providers import Grid
 
 POINTS_AT_ONCE = 2**21
-"""Points whose thickness is asked for and looked up together; 8 MB for each layer."""
+"""Number of points per window of thickness and look-up; 8 MB for each layer."""
 
 
 Window = tuple[slice, slice]
-"""Rows and columns, in pixels of the image."""
+"""Row and column ranges, in pixels of the image."""
 
 
 def windows(
     grid: Grid, samples: int, most_points: int = POINTS_AT_ONCE, inside: Window | None = None
 ) -> Iterator[Window]:
-    """Cut an image into windows (rows, columns), in pixels, of at most so many points: strips where a row fits.
+    """Divide an image into windows (rows, columns), in pixels, of limited size: strips if a row fits.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def windows(
     samples : int
         Points along each side of a pixel.
     inside : (slice, slice), optional
-        Part of the image that is cut, by default all of it.
+        Part of the image to divide, by default all of it.
     """
     whole = (slice(0, grid.rows), slice(0, grid.columns)) if inside is None else inside
     pixels = max(1, most_points // samples**2)
@@ -41,7 +41,7 @@ def windows(
 
 
 def cut(window: Window, rows: int, columns: int) -> Iterator[Window]:
-    """Cut a window into windows of at most so many rows and columns, row by row from its first pixel on."""
+    """Divide a window into windows of at most so many rows and columns, row by row."""
     for row in range(window[0].start, window[0].stop, rows):
         for column in range(window[1].start, window[1].stop, columns):
             yield (slice(row, min(row + rows, window[0].stop)), slice(column, min(column + columns, window[1].stop)))
@@ -53,7 +53,7 @@ def length(pixels: slice) -> int:
 
 
 def relative(window: Window, outer: Window) -> Window:
-    """Where a window lies within another, counted from the first row and column of that."""
+    """Position of a window within another, counted from the first row and column of the latter."""
     rows, columns = (
         slice(inner.start - around.start, inner.stop - around.start)
         for inner, around in zip(window, outer, strict=True)
@@ -72,7 +72,7 @@ def pixel_sums(values: NDArray[Any], samples: int) -> NDArray[np.float64]:
     Parameters
     ----------
     values : ndarray (y x samples, x x samples)
-        Numbers or truth values.
+        Numbers or booleans.
 
     Returns
     -------

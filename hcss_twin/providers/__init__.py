@@ -1,8 +1,8 @@
 """The contract between providers and the engine, version 1.
 
-Any installed package can bring cloud generators, sea models, optics and transmittance providers; radiance models,
-which combine their results; and sensors, which turn radiance into measurements. A provider is a class that is called as
-``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance of the parameter
+Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
+which combine their results; and sensors, which convert radiance to measurements. A provider is a class that is called
+as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance of the parameter
 model in its spec, or None without one.
 
 For each kind there are its inputs, a Protocol of what every provider must have (``SeaModel``) and possibly a Protocol
@@ -11,7 +11,7 @@ of optional members (``SeaModelOptions``), which the engine looks up one by one.
 Principles:
 
 * Providers return dimensionless or geometric properties; only the engine multiplies by Planck's function or the sun.
-  The exception are data with their own path radiance.
+  Data with their own path radiance are an exception.
 * Transmittance is computed for a *whole composite path*. Absorber amounts of its legs are added; transmittances of legs
   are never multiplied, because those of band models and k-distributions do not multiply.
 * Providers declare dependencies, so that the plan can skip work. This engine uses the ranges, the native grid,
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from hcss_twin.providers.sensor import Measured, Sensor, SensorBand, SensorInputs, SensorOptions
 
 API_VERSION = 1
-"""Version of the contract; what a spec states as its ``api_version``."""
+"""Version of the contract, as in the ``api_version`` of a spec."""
 
 __all__ = [
     "API_VERSION",
@@ -94,7 +94,7 @@ _PARTS = ("atmosphere", "clouds", "common", "optics", "radiance", "sea", "sensor
 
 
 def __getattr__(name: str) -> Any:
-    """Import the contract at its first use: ``hcss plugins`` reads the registry below without numpy."""
+    """Import the contract on first use, so that ``hcss plugins`` can list providers without numpy."""
     if name not in __all__:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     parts = ("core.arrays", *(f"providers.{kind}" for kind in _PARTS))

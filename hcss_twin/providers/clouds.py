@@ -84,7 +84,7 @@ class CloudLayer:
     base_m, top_m : float
         Altitudes of the layer's base and of its highest top.
     anchor : {"base", "top"}
-        The one that does not move where the cloud is thinner than ``top_m - base_m``.
+        The boundary that stays fixed if the cloud is thinner than ``top_m - base_m``.
     thickness_min_m : float
         Thickness of the thinnest cloudy pixel.
     coverage : float
@@ -136,7 +136,7 @@ class CloudInputs:
     motion : Motion
         Motion and evolution.
     seed : int
-        0 to below 2^63; another for each layer. All randomness follows from it.
+        0 to below 2^63, different for each layer. All random numbers derive from it.
     catalog : Catalog
         Reader of data files.
     type_parameters : mapping of str to anything

@@ -1,4 +1,4 @@
-"""What the providers of all kinds share: their declarations, and the checks of these."""
+"""Declarations common to all kinds of providers, and their checks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hcss_twin.core.errors import choose_from
 class Declares:
     """Properties of a provider that let the engine skip work or place nodes.
 
-    All have defaults. Never leave out a dependence: the engine may reuse one result for all values of other variables.
+    All have defaults. Declare every dependence: the engine may reuse one result for all values of other variables.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Declares:
     notes_by_phase : mapping of str to tuple of str
         Notes of an optics provider for layers with particles of that phase ("water", "ice").
     own_errors : tuple of str
-        Provider-stated accuracy, with its reference: quoted beside the engine's error in the certificate of a cube.
+        Provider-stated accuracy with its reference, quoted in the certificate in addition to the engine's error.
     reach_pixels : int or None
         For a sensor: largest distance in rows or columns at which one pixel affects another; 0: none, None: the whole
         frame. The engine computes so much of the scene around the frames.
@@ -78,7 +78,7 @@ class Note(str):
     below_um: float
 
     def __new__(cls, text: str, *, sunlight: bool = False, below_um: float = math.inf) -> Self:
-        """Make the text with its conditions."""
+        """Create the text with its conditions."""
         note = super().__new__(cls, text)
         note.sunlight, note.below_um = sunlight, below_um
         return note
@@ -114,22 +114,22 @@ def applying(notes: Iterable[str], sunlight: bool, shortest_um: float) -> tuple[
 
 
 DEPENDENCIES = ("view_zenith", "sun_zenith", "relative_azimuth", "thickness", "time")
-"""What ``Declares.depends_on`` may name."""
+"""Allowed names in ``Declares.depends_on``."""
 
 RANGES = ("wavenumber_cm1", "view_zenith", "target_altitude_m")
-"""What ``Declares.valid`` may name."""
+"""Allowed names in ``Declares.valid``."""
 
 LEGS = ("any", "to_space")
-"""What ``Declares.legs`` may be."""
+"""Allowed values of ``Declares.legs``."""
 
 LAYER_OPTIONS = ("coverage_mode", "edge_taper")
-"""Fields of a cloud layer that a generator may ignore, and what its ``honours`` may name."""
+"""Cloud-layer fields that a generator may ignore: the allowed names in ``honours``."""
 
 FRACTION_TOLERANCE = 1e-9
-"""Rounding error of emissivity, transmittance, albedo and moments at their limits; kit and run allow the same."""
+"""Allowed rounding error of emissivity, transmittance, albedo and moments at their limits, in the kit and in runs."""
 
 MEASURED = ("photon_rate", "digital_number", "saturated")
-"""What ``Sensor.variables`` may name."""
+"""Allowed names in ``Sensor.variables``."""
 
 
 def check_declares(declares: Declares) -> None:
@@ -157,7 +157,7 @@ def check_declares(declares: Declares) -> None:
         raise ValueError(f"declares.resolution_cm1 is {declares.resolution_cm1!r}; allowed: 0 or more")
     by_phase = {f"notes_by_phase['{phase}']": notes for phase, notes in declares.notes_by_phase.items()}
     for name, texts in {"notes": declares.notes, "own_errors": declares.own_errors, **by_phase}.items():
-        # a lone string is a sequence of letters, each of which would become a note
+        # a single string is a sequence of letters, each of which would become a note
         if not isinstance(texts, tuple) or not all(isinstance(each, str) for each in texts):
             raise ValueError(f"declares.{name} is {texts!r}; expected a tuple of strings")
     for name in ("evolves", "tileable", "remembers"):
@@ -183,12 +183,12 @@ def _check_grid(grid: Any) -> None:
 
 
 def check_options(provider: Any) -> None:
-    """Check the values of the optional attributes a provider has.
+    """Check the values of a provider's optional attributes.
 
     Raises
     ------
     ValueError
-        If one is not what its kind's ``...Options`` in ``hcss_twin.providers`` says.
+        If a value does not match ``...Options`` of its kind in ``hcss_twin.providers``.
     """
     for name, (is_good, expected) in _OPTIONS.items():
         if hasattr(provider, name) and not is_good(getattr(provider, name)):
@@ -196,12 +196,12 @@ def check_options(provider: Any) -> None:
 
 
 def check_measured(variables: Any) -> None:
-    """Check what a sensor says that it gives beside radiance.
+    """Check the declared variables of a sensor.
 
     Raises
     ------
     ValueError
-        If it is no tuple of names that the engine knows, each once.
+        If it is not a tuple of distinct names that the engine knows.
     """
     if not isinstance(variables, tuple) or not all(isinstance(name, str) for name in variables):
         raise ValueError(f"variables is {variables!r}; expected a tuple of names")

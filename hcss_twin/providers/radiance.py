@@ -60,7 +60,7 @@ class RadianceInputs:
     optics : Optics
         Of the particles of every layer.
     layers : tuple of CloudLayer (L,)
-        From the lowest to the highest, none overlapping; there may be none.
+        From the lowest to the highest, without overlap; may be empty.
     sea_temperature_K : float
         Of the water's skin.
     view : View

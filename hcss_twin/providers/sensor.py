@@ -49,7 +49,7 @@ class SensorInputs:
     frame_interval_s : float
         Time between frames.
     seed : int
-        0 to below 2^63. All randomness follows from it.
+        0 to below 2^63. All random numbers derive from it.
     catalog : Catalog
         Reader of data files.
     corner : (int, int)
@@ -95,7 +95,7 @@ class Sensor(Protocol):
     Attributes
     ----------
     variables : tuple of str
-        Measurements beside radiance, of ``photon_rate``, ``digital_number``, ``saturated``.
+        Measurements in addition to radiance, among ``photon_rate``, ``digital_number``, ``saturated``.
     """
 
     declares: Declares

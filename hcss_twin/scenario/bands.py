@@ -1,4 +1,4 @@
-"""The ``bands`` key: catalog names, limits, measured responses or Gaussian ones; each band once."""
+"""The ``bands`` key: catalog names, limits, and measured or Gaussian responses; each band once."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hcss_twin.scenario.units import Number
 
 
 class ResponseBand(ScenarioSection):
-    """A band given by a measured spectral response."""
+    """A band with a measured spectral response."""
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
     response: str = Field(
@@ -31,15 +31,15 @@ class ResponseBand(ScenarioSection):
 Limits = tuple[float, float]
 
 NARROWEST = 1e-6
-"""Least width over wavelength; below, rounding shows in the spectral grid."""
+"""Minimum relative bandwidth; below it, rounding affects the spectral grid."""
 
 SHORTEST_UM, LONGEST_UM = 0.1, 1000.0
 
 GAUSSIAN_CUT = 1e-4
-"""Response, relative to its peak, at which a Gaussian one ends; 2e-5 of its area lies beyond."""
+"""Response, relative to its peak, at which a Gaussian is truncated; this omits 2e-5 of its area."""
 
 GAUSSIAN_REACH = math.sqrt(math.log(1.0 / GAUSSIAN_CUT) / (4.0 * math.log(2.0)))
-"""Distance of the ends from the centre in full widths at half maximum, 1.82."""
+"""Distance of the limits from the centre in full widths at half maximum, 1.82."""
 
 
 def _band(value: object) -> object:
@@ -57,7 +57,7 @@ def _band(value: object) -> object:
 
 
 _FORMS = {"named limits": ("limits",), "a Gaussian": ("center_um", "fwhm_um"), "a response": ("response",)}
-"""Keys that distinguish the forms of a table."""
+"""Keys that distinguish the table forms."""
 
 _ALLOWED = "a name, [shortest_um, longest_um], {name, response}, {name, limits} or {name, center_um, fwhm_um}"
 
@@ -92,7 +92,7 @@ def _is_number(value: object) -> bool:
 
 
 class LimitsBand(ScenarioSection):
-    """A band of response 1 between two limits, with a name of its own."""
+    """A named band with response 1 between two limits."""
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
     limits: Annotated[tuple[float, float], BeforeValidator(_limits_of)] = Field(
@@ -101,7 +101,7 @@ class LimitsBand(ScenarioSection):
 
 
 class GaussianBand(ScenarioSection):
-    """A band whose response over wavelength is a Gaussian of peak 1, cut where it is 1e-4."""
+    """A band with a Gaussian response over wavelength, peak 1, truncated at 1e-4."""
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
     center_um: Number = Field(ge=SHORTEST_UM, le=LONGEST_UM, description="Wavelength of the peak, um.")
@@ -109,7 +109,7 @@ class GaussianBand(ScenarioSection):
 
     @property
     def ends_um(self) -> Limits:
-        """Wavelengths at which the response is cut."""
+        """Wavelengths at which the response is truncated."""
         reach = GAUSSIAN_REACH * self.fwhm_um
         return self.center_um - reach, self.center_um + reach
 
@@ -142,13 +142,13 @@ def _form_of_band(value: object) -> str:
 
 
 def _meant(table: dict[Any, Any]) -> str:
-    """Form of which a table has a misspelt key; a response where there is none."""
+    """Return the form whose key a table misspells; a response if there is none."""
     form_of = {key: form for form, keys in _FORMS.items() for key in keys}
     meant = [closest(key, form_of) for key in table if isinstance(key, str) and key != "name"]
     return next((form_of[key] for key in meant if key is not None), "a response")
 
 
-# Told apart by their form, so that an error speaks of the form that was typed only.
+# Discriminated by form, so that an error refers only to the form that was typed.
 Band = Annotated[
     Annotated[str, Tag("a name")]
     | Annotated[Limits, Tag("limits")]
@@ -168,7 +168,7 @@ def band_name(band: AnyBand) -> str:
     if isinstance(band, str):
         return band
     if isinstance(band, tuple):
-        # Twelve digits keep narrow bands apart and do not show rounding.
+        # Twelve digits distinguish narrow bands and hide rounding.
         return f"{band[0]:.12g}-{band[1]:.12g}um"
     return band.name
 
@@ -199,20 +199,20 @@ _WAVELENGTH = re.compile(r"([a-z]+)-?([0-9]+(?:\.[0-9]+)?)(?: ?um)?")
 
 
 def named_bands(catalog: Catalog) -> Mapping[str, Mapping[str, Any]]:
-    """Bands of the catalog by name."""
+    """Catalog bands by name."""
     bands: Mapping[str, Mapping[str, Any]] = catalog.toml(catalog.find("bands", "", ".toml"))["bands"]
     return bands
 
 
 GAUSSIAN_NODES = 129
-"""Wavelengths at which a Gaussian response is known; linear between them it is off by at most 6e-4 of the peak."""
+"""Number of wavelengths of a Gaussian response; linear interpolation errs by at most 6e-4 of the peak."""
 
 
 def unknown_band(name: str, known: Mapping[str, Mapping[str, Any]]) -> str:
-    """Say that there is no band of a name, which there are, and which is closest.
+    """Return the message for an unknown band, with the known and the closest names.
 
-    A name that ends in a number is taken for a wavelength in um: closest is the narrowest band around it whose name
-    begins alike, or else the one whose middle is nearest.
+    A number at the end of a name is interpreted as a wavelength in um: the closest band is the narrowest one around
+    it with the same prefix, or else the one with the nearest centre.
     """
     message = f"no band named {shown(name)}; {choose_from(name, known)}"
     match = _WAVELENGTH.fullmatch(name)

@@ -21,7 +21,7 @@ from hcss_twin.scenario.units import Length, Number, Whole
 
 
 class TypeLayer(ScenarioSection):
-    """``[layer]``: where clouds of this type are."""
+    """``[layer]``: altitudes and thickness of clouds of this type."""
 
     phase: Literal["water", "ice"] = Field(description="Phase of the particles.")
     base: Length = Field(ge=0, le=20_000, description="Altitude of the cloud base, m.")
@@ -67,7 +67,7 @@ class TypeFractal(ScenarioSection):
 
 
 class CloudType(ScenarioSection):
-    """A whole cloud-type file."""
+    """A complete cloud-type file."""
 
     title: str
     description: str
@@ -79,7 +79,7 @@ class CloudType(ScenarioSection):
 
 @dataclass(frozen=True)
 class ResolvedLayer:
-    """A cloud layer with the type parameters its generator may use."""
+    """A cloud layer with the type parameters that its generator may use."""
 
     layer: CloudLayer
     type_parameters: dict[str, Any]
@@ -87,7 +87,7 @@ class ResolvedLayer:
 
 @dataclass(frozen=True)
 class Extent:
-    """Altitudes between which a layer is, m."""
+    """Base and top altitude of a layer, m."""
 
     base: float
     top: float
@@ -95,7 +95,7 @@ class Extent:
 
 @dataclass(frozen=True)
 class LayerGeometry(Extent):
-    """Where a layer is, and how thin its cloud can be, m."""
+    """Altitudes and minimum thickness of a layer, m."""
 
     thickness_min: float
 
@@ -106,7 +106,7 @@ def load_cloud_type(name: str, catalog: Catalog) -> CloudType:
     Raises
     ------
     CatalogError
-        If there is none, or it is not TOML.
+        If there is no such file, or it is not TOML.
     ScenarioError
         If a key of the file is wrong; its ``origin`` is the file.
     """
@@ -124,7 +124,7 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> LayerGe
     Raises
     ------
     ScenarioError
-        If they leave no room for cloud; names the key the user gave.
+        If no cloud fits between them; names the key that the user gave.
     """
     problems = list(altitude_problems(section, cloud_type, field))
     if problems:
@@ -138,7 +138,7 @@ def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> LayerGe
 
 
 def altitude_problems(section: Layer, cloud_type: CloudType | None, field: str) -> Iterator[Problem]:
-    """Yield altitudes that leave no room for cloud; without a type, of the section alone."""
+    """Yield a problem for altitudes between which no cloud fits; without a type, checks the section alone."""
     usual = cloud_type.layer if cloud_type is not None else None
     base = usual.base if usual is not None and section.base is None else section.base
     top = usual.top if usual is not None and section.top is None else section.top
@@ -164,15 +164,14 @@ def altitude_problems(section: Layer, cloud_type: CloudType | None, field: str) 
 
 
 def overlap_problems(layers: Mapping[str, tuple[Layer, Extent]]) -> Iterator[Problem]:
-    """Yield a problem for each two layers of which neither lies wholly above the other.
+    """Yield a problem for each pair of overlapping layers.
 
-    The problem is named at the base of the upper layer, or at the top of the lower one if that is what the
-    user gave.
+    The problem is reported at the base of the upper layer, or at the top of the lower one if the user gave that.
 
     Parameters
     ----------
     layers : mapping of str to (Layer, Extent)
-        Field, section and merged altitudes of each layer; layers may touch.
+        Section and merged altitudes of each layer by field; layers may touch.
     """
     ascending = sorted(layers.items(), key=lambda each: (each[1][1].base, each[1][1].top))
     for (lower, (low, below)), (upper, (high, above)) in pairwise(ascending):
@@ -206,7 +205,7 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
     CatalogError
         If there is no such type.
     ScenarioError
-        If the type's file is malformed, its particles do not fit together or the merged geometry is impossible.
+        If the type's file is malformed, or the particles or merged altitudes are inconsistent.
     """
     cloud_type = load_cloud_type(section.type, catalog)
     geometry = layer_geometry(section, cloud_type, field)

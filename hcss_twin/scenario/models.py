@@ -44,9 +44,9 @@ from hcss_twin.scenario.units import (
 
 
 def selected(section: ScenarioSection, key: str) -> str:
-    """Name by which a section selects its provider.
+    """Provider name that a section selects.
 
-    A provider the user did not name is ours, whatever else is installed under the same name.
+    A provider that the user did not name is always the default one, even if a plugin has the same name.
     """
     name: str = getattr(section, key)
     return name if key in section.model_fields_set else own(name)
@@ -72,7 +72,7 @@ class ViewSection(ScenarioSection):
 
 
 MAX_PIXELS = 100_000
-"""Rows, and columns, of the largest image."""
+"""Maximum number of rows and of columns of an image."""
 
 
 class ImageSection(ScenarioSection):
@@ -97,7 +97,7 @@ class ImageSection(ScenarioSection):
     @classmethod
     def _inside(cls, window: ImageWindow | None, info: ValidationInfo) -> ImageWindow | None:
         rows, columns = info.data.get("rows"), info.data.get("columns")
-        # errors in rows or columns are reported there; without them the window cannot be checked
+        # invalid rows or columns are reported at their own keys; the window cannot be checked then
         return window.within(rows, columns) if window and rows and columns else window
 
 
@@ -211,13 +211,13 @@ class Layer(ScenarioSection):
 
 
 MAX_LAYERS = 2
-"""Cloud layers that a scene can have."""
+"""Maximum number of cloud layers of a scene."""
 
 
 class Clouds(ScenarioSection):
-    """Cloud layers: none, one, or two of which one is above the other.
+    """Cloud layers: none, one, or two, one above the other.
 
-    Without keys in this section the sky is clear. The defaults below hold for each layer that you specify.
+    Without keys in this section the sky is clear. The defaults below apply to each layer that you specify.
     """
 
     layers: tuple[Layer, ...] = Field(
@@ -243,7 +243,7 @@ def single_layer(data: Any) -> Any:
     Raises
     ------
     PydanticCustomError
-        If ``data`` is no table, or has these keys beside ``layers``.
+        If ``data`` is not a table, or has these keys as well as ``layers``.
     """
     if isinstance(data, Clouds):
         return data

@@ -1,4 +1,4 @@
-"""Checks of the names a scenario refers to: catalog entries, providers and their parameters."""
+"""Checks of the names in a scenario: catalog entries, providers and their parameters."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.CLOUDS: (Layer, "generator"),
     Kind.SENSORS: (SensorSection, "model"),
 }
-"""Section of each kind of provider, and its key that selects one."""
+"""Section and selecting key of each kind of provider."""
 
 
 def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
@@ -57,7 +57,7 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
 
 
 def default_provider(kind: Kind) -> str:
-    """Name of the provider a section gets where it names none."""
+    """Default provider name of a section."""
     section, key = SECTIONS[kind]
     # A sensor's model may also come from a named sensor.
     default: str = section.model_fields[key].default or DEFAULT_MODEL
@@ -65,14 +65,14 @@ def default_provider(kind: Kind) -> str:
 
 
 def misplaced_parameters(data: Mapping[str, Any], registry: Registry, typed: Callable[[str], str]) -> Iterator[Problem]:
-    """Yield a problem for every unknown key of a section that is, or is spelt like, a provider's parameter.
+    """Yield a problem for every unknown key of a section that matches or resembles a provider parameter.
 
     Parameters
     ----------
     data : mapping
         A raw scenario.
     typed : callable
-        Writes the path of a field as the user did.
+        Converts a field path to the user's notation.
     """
     for path, content, kind in provider_sections(data):
         section, selector = SECTIONS[kind]
@@ -91,14 +91,14 @@ def misplaced_parameters(data: Mapping[str, Any], registry: Registry, typed: Cal
 
 
 def _has_home(key: str, value: object) -> bool:
-    """Whether a key is one of another section; what is no table is no section itself."""
+    """Whether a key belongs to another section; a value that is not a table cannot be a section."""
     annotation = getattr(ScenarioModel.model_fields.get(key), "annotation", None)
     is_section = isinstance(annotation, type) and issubclass(annotation, ScenarioSection)
     return any(homes(ScenarioModel, key)) and not (is_section and not isinstance(value, Mapping))
 
 
 def _owner(key: str, name: object, kind: Kind, registry: Registry, has_home: bool) -> tuple[str, Entry, bool] | None:
-    """Return the parameter that a key may be, whose it is, and whether that provider is selected."""
+    """Return the parameter that a key may refer to, its provider, and whether that provider is selected."""
     section = SECTIONS[kind][0]
     selected: Entry | None = None
     with contextlib.suppress(HcssError):  # reported at the key that selects it
@@ -119,13 +119,13 @@ def _owner(key: str, name: object, kind: Kind, registry: Registry, has_home: boo
 def _parameters(registry: Registry, entry: Entry) -> tuple[str, ...]:
     try:
         model = registry.parameters_model(entry)
-    except HcssError:  # of a broken plugin, reported where it is selected
+    except HcssError:  # raised for a broken plugin; reported where it is selected
         return ()
     return () if model is None else tuple(model.model_fields)
 
 
 DEEPEST = 32
-"""Levels of tables and lists; far more than any scenario has, far less than Python can walk."""
+"""Maximum nesting of tables and lists: far above any real scenario, far below Python's recursion limit."""
 
 
 def normalise(raw: Mapping[str, Any]) -> dict[str, Any]:
@@ -138,13 +138,13 @@ def normalise(raw: Mapping[str, Any]) -> dict[str, Any]:
     """
     data: dict[str, Any] = _copy(raw, DEEPEST)
     if "clouds" in data:
-        with contextlib.suppress(PydanticCustomError):  # left as it is: validation reports it
+        with contextlib.suppress(PydanticCustomError):  # unchanged: validation reports it
             data["clouds"] = single_layer(data["clouds"])
     return data
 
 
 def _copy(value: Any, levels: int) -> Any:
-    """Copy tables and lists; what they hold is immutable or refused by validation."""
+    """Copy tables and lists; their values are immutable or rejected by validation."""
     if not isinstance(value, Mapping | list | tuple):
         return value
     if levels == 0:
@@ -155,7 +155,7 @@ def _copy(value: Any, levels: int) -> Any:
 
 
 def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog) -> Iterator[Problem]:
-    """Yield a problem for every name that leads nowhere and every parameter its provider refuses.
+    """Yield a problem for every unknown name and every parameter that its provider rejects.
 
     Works on raw data, so that names are checked even where other keys are wrong.
     """
@@ -250,7 +250,7 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         return
     try:
         terms = registry.provider_class(registry.resolve(Kind.RADIANCE, model)).terms
-        # Also where the key is no truth value, which is a problem of its own.
+        # Also if the key is not a boolean, which is reported separately.
         shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
         platform = data.get("platform", {})
         altitude = isinstance(platform, Mapping) and platform.get("altitude") is not None
@@ -267,9 +267,9 @@ _GEOMETRY = ("base", "top", "thickness_min")
 def _layer_problems(
     field: str, layer: Mapping[str, Any], catalog: Catalog, sound: dict[str, tuple[Layer, Extent]]
 ) -> Iterator[Problem]:
-    """Check type, altitudes and particles of a layer, and add it to ``sound`` where its altitudes have no problem.
+    """Check type, altitudes and particles of a layer, and add it to ``sound`` if its altitudes are valid.
 
-    Where the type is wrong, or not even a name, the layer's own altitudes are checked all the same.
+    The layer's own altitudes are checked even if the type is invalid.
     """
     name = layer.get("type", Layer.model_fields["type"].default)
     cloud_type: CloudType | None = None
@@ -295,7 +295,7 @@ def _layer_problems(
 
 
 def _part(layer: Mapping[str, Any], keys: tuple[str, ...], named: Mapping[str, str]) -> Layer | None:
-    """Read some keys of a layer; None where one is malformed, which is reported with the other keys."""
+    """Read some keys of a layer; None if one is malformed, which is reported with the other keys."""
     try:
         return Layer.model_validate({**{key: layer[key] for key in keys if key in layer}, **named})
     except ValidationError:

@@ -1,4 +1,4 @@
-"""``--set key=value``: replace single keys of a scenario."""
+"""``--set key=value``: replacement of single keys of a scenario."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hcss_twin.scenario.models import ScenarioModel
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
-    """Split ``key=value``; the value is TOML where it parses as such, text otherwise.
+    """Split ``key=value``; the value is TOML if it parses as such, otherwise text.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def parse_assignment(text: str) -> tuple[str, Any]:
 
 
 def key_parts(key: str) -> list[str]:
-    """Split a dotted key; ``clouds.KEY`` is that of the single layer."""
+    """Split a dotted key; ``clouds.KEY`` refers to the single layer."""
     parts = key.split(".")
     if parts[0] == "clouds" and len(parts) > 1 and parts[1] != "layers":
         parts[1:1] = ["layers", "0"]
@@ -44,11 +44,10 @@ PROVIDER_KEYS = frozenset({"provider", "model", "generator"})
 
 
 def apply_overrides(raw: Mapping[str, Any], overrides: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Return a copy of ``raw`` with dotted keys replaced, and the keys that could not be placed.
+    """Return a copy of ``raw`` with dotted keys replaced, and the keys that could not be set.
 
-    ``clouds.KEY`` reaches into the single cloud layer; a number selects a list element
-    (``bands.0``), of the default list where the scenario gives none. Naming another provider drops the
-    ``parameters`` of the one it replaces, which it would not understand.
+    ``clouds.KEY`` refers to the single cloud layer; a number selects a list element (``bands.0``), of the default
+    list if the scenario has none. Selecting another provider removes the ``parameters`` of the previous one.
     """
     data = copy.deepcopy(dict(raw))
     problems: list[Problem] = []
@@ -72,7 +71,7 @@ def apply_overrides(raw: Mapping[str, Any], overrides: Mapping[str, Any]) -> tup
 
 
 def _drop_parameters_of_replaced(data: dict[str, Any], parts: list[str], value: Any) -> None:
-    """Remove ``parameters`` beside a provider's name that is about to change."""
+    """Remove ``parameters`` of a section before its provider changes."""
     *path, key = parts
     section: Any = data
     for part in path:
@@ -87,7 +86,7 @@ def _drop_parameters_of_replaced(data: dict[str, Any], parts: list[str], value: 
 
 
 def _open_single_layer(data: dict[str, Any]) -> str | None:
-    """Make sure that there is one cloud layer; say why that cannot be."""
+    """Ensure that there is one cloud layer; return the reason if that is impossible."""
     clouds = data.setdefault("clouds", {})
     if not isinstance(clouds, dict):
         return f"clouds is {shown(clouds)}, not a table"
@@ -100,7 +99,7 @@ def _open_single_layer(data: dict[str, Any]) -> str | None:
 
 
 def _place(data: dict[str, Any], parts: list[str], value: Any) -> str | None:
-    """Walk ``parts`` through tables and lists and set the last; say why that cannot be."""
+    """Set the value at the path ``parts`` through tables and lists; return the reason if that is impossible."""
     target: Any = data
     for position, part in enumerate(parts):
         path = ".".join(parts[:position])
@@ -131,7 +130,7 @@ def _is_index(part: str) -> bool:
 
 
 def _default_list(path: list[str]) -> Any:
-    """Default of a list the scenario leaves out; an empty table where there is none."""
+    """Default of a list that the scenario omits; an empty table if there is none."""
     model: type[BaseModel] = ScenarioModel
     for part in path:
         field = model.model_fields.get(part)

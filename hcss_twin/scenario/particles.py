@@ -1,4 +1,4 @@
-"""Particles of a cloud: those of its type, and what a scenario's layer changes of them."""
+"""Cloud particles: those of the cloud type, with changes by the scenario's layer."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _BY_SIZE = ("effective_radius_um", "effective_variance", "water_content_kg_m3")
 class TypeMicrophysics(ScenarioSection):
     """``[microphysics]``: modified gamma distribution n(r) = a r^alpha exp(-b r^nu), r in um.
 
-    Either by its shape and number, or as the gamma distribution (nu = 1) of an effective radius, an effective
-    variance and a content of liquid water or ice.
+    Specified by shape parameters and number density, or as a gamma distribution (nu = 1) by effective radius,
+    effective variance and liquid water or ice content.
     """
 
     alpha: Number | None = Field(None, ge=0, le=20, description="Exponent of the radius.")
@@ -72,12 +72,12 @@ class TypeMicrophysics(ScenarioSection):
         return self
 
     def particles(self, phase: Phase) -> Microphysics:
-        """Return the particles of these numbers.
+        """Return the particles that these keys define.
 
         Raises
         ------
         ValueError
-            If a given range of radii changes the effective radius or variance noticeably.
+            If a given radius range changes the effective radius or variance noticeably.
         """
         if self.effective_radius_um is not None:
             from hcss_twin.models.optics.size_distribution import gamma_distribution
@@ -103,26 +103,26 @@ def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field
     """Merge a layer's microphysics with that of its type.
 
     A radius or variance makes a gamma distribution,
-    :func:`hcss_twin.models.optics.size_distribution.gamma_distribution`,
-    over 0.01 to 10 effective radii; what it needs and the layer does not give is the type's, computed from its
-    distribution where the type states it by shape and number. A water content or a phase alone keeps the type's
-    distribution and changes the number of particles; a phase alone keeps the mass per volume.
+    :func:`hcss_twin.models.optics.size_distribution.gamma_distribution`, over 0.01 to 10 effective radii; values
+    missing in the layer come from the type, computed from its distribution if the type gives shape parameters and
+    number density. A water content or a phase alone keeps the type's distribution and changes the number density; a
+    phase alone keeps the mass per volume.
 
     Parameters
     ----------
     section : Layer
         The layer, with effective radius in um and water content in g m-3.
     usual : TypeMicrophysics
-        Of its type.
+        Microphysics of the cloud type.
     phase : {"water", "ice"}
-        That of its type.
+        Phase of the cloud type.
     field : str
         Path of the layer, for problems.
 
     Raises
     ------
     ScenarioError
-        If the numbers do not fit together; names the key the user gave.
+        If the values are inconsistent; names the key that the user gave.
     """
     try:
         particles = usual.particles(phase)
@@ -138,7 +138,7 @@ def layer_particles(section: Layer, usual: TypeMicrophysics, phase: Phase, field
     )
 
     radius, variance, content = usual.effective_radius_um, usual.effective_variance, usual.water_content_kg_m3
-    # Exactly as it is written where it is: computed values carry rounding.
+    # Use the stated value if there is one, because computed values are rounded.
     content = water_content_kg_m3(particles) if content is None else content
     content = content if section.water_content is None else section.water_content / 1000.0
     substance = section.phase or phase

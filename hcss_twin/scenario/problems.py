@@ -1,4 +1,4 @@
-"""Turn validation errors into sentences: field, value, what is allowed, closest valid choice."""
+"""Conversion of validation errors to sentences: field, value, allowed values, closest valid choice."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hcss_twin.scenario.units import in_plain_units
 Location = tuple[int | str, ...]
 
 REPEATED = ("layers",)
-"""Lists of sections whose keys are also allowed in the section around them."""
+"""Lists of sections with keys that are also allowed in the parent section."""
 
 ZERO_CELSIUS_K = 273.15
 
@@ -25,27 +25,27 @@ _RANGE_KINDS = {"greater_than_equal": "ge", "greater_than": "gt", "less_than_equ
 
 
 def problems_from(error: ValidationError, model: type[BaseModel], prefix: str = "", raw: Any = None) -> list[Problem]:
-    """Translate every error of one pydantic validation.
+    """Convert every error of a pydantic validation.
 
     Parameters
     ----------
     error : ValidationError
-        From validating ``model``.
+        Raised by the validation of ``model``.
     model : type
-        The model that was validated; used to look up ranges and known keys.
+        The validated model, for ranges and known keys.
     prefix : str
-        Path put before every field, for example ``clouds.layers[0].parameters``.
+        Prefix of every field path, for example ``clouds.layers[0].parameters``.
     raw : mapping, optional
-        What was validated, to quote values as they were typed (``'130%'`` instead of 1.3).
+        Validated data, to quote values as typed (``'130%'`` instead of 1.3).
     """
-    # A union reports every branch it tried; the first says what is wrong.
+    # A union reports every branch it tried; the first is the relevant one.
     details: dict[Location, ErrorDetails] = {}
     for detail in error.errors(include_url=False):
         details.setdefault(_keys(detail, model), detail)
     problems = []
     for location, detail in details.items():
         if detail["type"] == "too_short" and _has_errors_inside(location, details):
-            continue  # pydantic counts the entries that are left
+            continue  # pydantic counts the remaining entries
         if detail["type"] == "invalid_key":
             location = tuple(map(str, detail["loc"]))
         name = dotted((prefix, *location) if prefix else location) or "scenario"
@@ -93,7 +93,7 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
         keys = f" with the keys {', '.join(owner.model_fields)}" if owner else ""
         return f"{shown(value)} is not a table; allowed: a table{keys}"
     if kind == "tuple_type":
-        # A single entry without its brackets.
+        # A single entry without brackets.
         guess = listed(value) if _takes_text(_annotation(model, location)) else None
         hint = f"; closest valid choice is {guess}" if guess else ""
         return f"{shown(value)} is not a list; allowed: a list ({_description(model, location).rstrip('.')}){hint}"
@@ -105,7 +105,7 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
 def _unknown_key(model: type[BaseModel], location: Location) -> str:
     key = str(location[-1])
     keys = list(dict.fromkeys(name for owner in _models_at(model, location[:-1]) for name in owner.model_fields))
-    # The right key in the wrong section is nearer than another key of this section that is spelt alike.
+    # A known key in the wrong section is a better match than a similarly spelt key of this section.
     known = [repr(home) for home in dict.fromkeys(homes(model, key))]
     if not known:
         return f"unknown key; {choose_from(key, keys)}"
@@ -114,7 +114,7 @@ def _unknown_key(model: type[BaseModel], location: Location) -> str:
 
 
 def homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
-    """Yield the dotted paths at which a key of this name is known, nested sections after the one that has them."""
+    """Yield the dotted paths at which a key of this name is known, nested sections after their parents."""
     if key in model.model_fields:
         yield f"{path}{key}"
     for name, field in model.model_fields.items():
@@ -146,7 +146,7 @@ def _wrong_length(detail: ErrorDetails) -> str:
 
 
 def _typed(value: object, location: Location, raw: Any) -> tuple[str, object]:
-    """Quote a value as it was typed; return also its number."""
+    """Quote a value as typed; also return its number."""
     for part in location:
         try:
             raw = raw[part]
@@ -168,7 +168,7 @@ def _range(
     detail: ErrorDetails | None = None,
     meant: str | None = None,
 ) -> str:
-    """Allowed range of a number and the valid value closest to ``value``, or what it was meant to be."""
+    """Allowed range of a number, and the closest or probably intended valid value."""
     bounds = _bounds(model, location)
     if not bounds and detail is not None:
         numbers = {key: bound for key, bound in detail.get("ctx", {}).items() if isinstance(bound, int | float)}
@@ -182,7 +182,7 @@ def _range(
 
 
 def _from_celsius(location: Location, value: object, bounds: Mapping[str, float]) -> str | None:
-    """Kelvin that a plain number may have been meant as in degrees Celsius, where temperatures are expected."""
+    """Temperature in kelvin if a plain number was probably meant in degrees Celsius."""
     if not location or "temperature" not in str(location[-1]) or not isinstance(value, int | float):
         return None
     kelvin = value + ZERO_CELSIUS_K
@@ -210,7 +210,7 @@ def _bound(value: float) -> str:
 
 
 def _bounds(model: type[BaseModel], location: Location) -> dict[str, float]:
-    """Limits of the number at a location, from its field or, inside a list, from its element's type."""
+    """Limits of the number at a location, from its field or, inside a list, from the element type."""
     *path, last = location or ("",)
     place = 0
     while isinstance(last, int) and path:
@@ -261,7 +261,7 @@ def _takes_text(annotation: Any) -> bool:
 
 
 def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
-    """Location without the tags that unions add to it (they name a type, not a key)."""
+    """Location without the tags added by unions (they name a type, not a key)."""
     location, keys = detail["loc"], list[int | str]()
     for index, part in enumerate(location):
         owner = _model_at(model, tuple(keys), part)
@@ -273,9 +273,9 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
 
 
 def _model_at(model: type[BaseModel], location: Location, key: int | str | None = None) -> type[BaseModel] | None:
-    """Return the model at the keys of a location; list indices stay inside their element's model.
+    """Return the model at a location; list indices refer to the element model.
 
-    Of several possible models, the first that has ``key``, or the first.
+    If several models are possible, the first one with ``key``, or else the first.
     """
     models = _models_at(model, location)
     return next((each for each in models if key in each.model_fields), models[0] if models else None)

@@ -1,4 +1,4 @@
-"""JSON schema of scenario files, and the fields of pydantic models in words for references."""
+"""JSON schema of scenario files, and descriptions of pydantic fields for reference pages."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from hcss_twin.scenario.models import ScenarioModel
 
 @dataclass(frozen=True)
 class FieldText:
-    """A field in words; Markdown.
+    """Description of a field in Markdown.
 
     Attributes
     ----------
     name, type, allowed, default, description : str
-        ``allowed`` has the limits of numbers and lists; the default is empty where it is None.
+        ``allowed`` contains the limits of numbers and lists; the default is empty if it is None.
     """
 
     name: str
@@ -37,7 +37,7 @@ def field_text(name: str, field: FieldInfo) -> FieldText:
 
 
 def is_model(annotation: Any) -> bool:
-    """Whether an annotation is a pydantic model."""
+    """Return whether an annotation is a pydantic model."""
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
@@ -90,11 +90,11 @@ def json_schema() -> dict[str, Any]:
     schema = ScenarioModel.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "hcss_twin scenario"
-    # Text with a unit is allowed wherever a quantity is, and the keys of a single layer in [clouds].
+    # Text with a unit is allowed for every quantity, and the keys of a single layer in [clouds].
     for definition in (schema, *schema.get("$defs", {}).values()):
         for name, entry in definition.get("properties", {}).items():
             _allow_quantity(name, entry)
-    # Of a file for `hcss sweep`, which checks it.
+    # Part of a file for `hcss sweep`, which checks it.
     schema["properties"]["sweep"] = {"type": "object", "description": "Keys with many values (docs/sweeps.md)."}
     layer = schema["$defs"]["Layer"]["properties"]
     schema["$defs"]["Clouds"]["properties"].update(layer)
@@ -109,7 +109,7 @@ def _allow_quantity(name: str, entry: dict[str, Any]) -> None:
     choices = entry.get("anyOf", [])
     numbers = [choice for choice in choices if choice.get("type") == "number"]
     for number in numbers:
-        # Pydantic leaves the limits of optional numbers under its own names.
+        # Pydantic does not rename the limits of optional numbers.
         for key, keyword in _KEYWORDS.items():
             if key in number:
                 number[keyword] = number.pop(key)

@@ -23,10 +23,10 @@ from hcss_twin.scenario.sensor import fill_bands
 from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
 
 SWEEP = "sweep"
-"""Section that makes a file that of many scenarios."""
+"""Section of a file that describes many scenarios."""
 
 UNCERTAIN = "uncertain"
-"""Section that gives keys distributions."""
+"""Section that assigns distributions to keys."""
 
 _NOT_ONE_SCENE = (
     "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes (docs/sweeps.md); allowed here: a file "
@@ -42,8 +42,8 @@ _NOT_CERTAIN = (
 class Scenario(ScenarioModel):
     """The user's description of a scene and its output.
 
-    Make one with :meth:`load`, :meth:`from_toml`, :meth:`from_dict` or :meth:`from_cube`. Relative
-    paths in it are resolved against ``base``, the folder of the scenario file.
+    Create one with :meth:`load`, :meth:`from_toml`, :meth:`from_dict` or :meth:`from_cube`. Relative paths in it are
+    resolved against ``base``, the folder of the scenario file.
     """
 
     _base: Path = PrivateAttr(default_factory=Path.cwd)
@@ -51,7 +51,7 @@ class Scenario(ScenarioModel):
     _origin: str = PrivateAttr(default="scenario")
 
     def __eq__(self, other: object) -> bool:
-        """Compare values and base; whether the cloud layer was written in short form does not matter."""
+        """Compare values and base, ignoring whether the cloud layer was written in short form."""
         if not isinstance(other, Scenario):
             return NotImplemented
         return self.base == other.base and self.to_json() == other.to_json()
@@ -65,11 +65,11 @@ class Scenario(ScenarioModel):
 
     @property
     def origin(self) -> str:
-        """Where it was read from, for messages."""
+        """Origin, for messages."""
         return self._origin
 
     def field_as_typed(self, field: str) -> str:
-        """Write the path of a field as the user did: ``clouds.KEY`` where a single layer is in short form."""
+        """Convert a field path to the user's notation: ``clouds.KEY`` for a single layer in short form."""
         return _short_fields(self._short, {})(field)
 
     @classmethod
@@ -86,7 +86,7 @@ class Scenario(ScenarioModel):
         Raises
         ------
         ScenarioError
-            With every problem.
+            With all problems.
         """
         raw, base = read_scenario_file(source)
         return cls.from_dict(raw, overrides, base=base, origin=str(source))
@@ -108,7 +108,7 @@ class Scenario(ScenarioModel):
     ) -> Self:
         """Validate a scenario given as nested mappings; raises :class:`ScenarioError`.
 
-        Many are validated sooner with a ``shelf`` that they share.
+        A shared ``shelf`` speeds up the validation of many scenarios.
         """
         base = (base or Path.cwd()).resolve()
         if not isinstance(raw, Mapping):
@@ -128,7 +128,7 @@ class Scenario(ScenarioModel):
         else:
             problems += viewing_problems(scenario)
         reported = {problem.field for problem in problems}
-        # Names are checked even where other keys are wrong, so that the user sees all at once.
+        # Names are checked even if other keys are invalid, so that the user sees all problems at once.
         catalog = Catalog(base=base)
         catalog.shelf = shelf or catalog.shelf
         registry = catalog.shelf.get_or_compute("registry", Registry.discover)
@@ -148,7 +148,7 @@ class Scenario(ScenarioModel):
 
     @classmethod
     def from_cube(cls, path: str | Path, overrides: Mapping[str, Any] | None = None, base: Path | None = None) -> Self:
-        """Read the scenario of a cube; ``base`` is the folder of its relative paths."""
+        """Read the scenario of a cube; relative paths are resolved against ``base``."""
         from hcss_twin.cube.reader import scenario_text
 
         return cls.from_dict(json.loads(scenario_text(path)), overrides, base=base, origin=str(path))
@@ -156,8 +156,8 @@ class Scenario(ScenarioModel):
     def to_json(self) -> str:
         """Serialise with every default filled in; :meth:`load` reads it from a ``.json`` file.
 
-        Default providers are written with our distribution's name, so that a namesake installed later
-        cannot take their place.
+        Default providers are written with the distribution name ``hcss-twin``, so that a plugin with the same name
+        cannot replace them.
         """
         data = as_given(self, self.model_dump(mode="json"))
         if self.sensor is None:
@@ -174,7 +174,7 @@ _PROVIDER_KEYS = {"atmosphere": ("provider",), "sea": ("model",), "optics": ("pr
 
 
 def _short_fields(short: bool, overrides: Mapping[str, Any]) -> Callable[[str], str]:
-    """Return a translation of ``clouds.layers[0].KEY`` to ``clouds.KEY`` where that is what was typed."""
+    """Return a function that converts ``clouds.layers[0].KEY`` to ``clouds.KEY`` if the user typed that."""
     long = "clouds.layers[0]"
 
     def typed(field: str) -> str:
@@ -188,19 +188,19 @@ def _short_fields(short: bool, overrides: Mapping[str, Any]) -> Callable[[str], 
 
 
 def read_scenario_file(source: str | Path, folders: tuple[str, ...] = ("scenarios",)) -> tuple[dict[str, Any], Path]:
-    """Read the keys of a scenario, unchecked, and the folder from which its relative paths lead.
+    """Read the unchecked keys of a scenario, and the folder of its relative paths.
 
     Parameters
     ----------
     source : str or Path
         Path of a ``.toml`` or ``.json`` file, or a name in one of ``folders``.
     folders : tuple of str
-        Of the catalog, in the order in which names are looked up.
+        Catalog folders, in the order of the search.
 
     Raises
     ------
     ScenarioError
-        If there is no such file, or it is not of its format.
+        If there is no such file, or it has the wrong format.
     """
     path, origin = _locate(source, folders), str(source)
     try:
@@ -210,7 +210,7 @@ def read_scenario_file(source: str | Path, folders: tuple[str, ...] = ("scenario
     except OSError as error:
         raise _bad_file(f"{path} cannot be read: {error}", origin) from error
     parse = _parse_json if path.suffix.lower() == ".json" else _parse_toml
-    # What a user adds to a shipped scenario lies where the user works, not in the installation.
+    # Files that a user adds to a shipped scenario are in the working folder, not in the installation.
     base = Path.cwd() if path.is_relative_to(Catalog().root) else path.parent
     return parse(text, origin), base
 
@@ -236,7 +236,7 @@ def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:
 def _parse_toml(text: str, origin: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
-    except ValueError as error:  # also numbers of thousands of digits
+    except ValueError as error:  # also for numbers with thousands of digits
         raise _bad_file(f"not valid TOML: {error}", origin) from error
     except RecursionError as error:
         raise _bad_file("not valid TOML: nested too deeply", origin) from error

@@ -1,6 +1,6 @@
-"""Base class of sections, and the types of keys that several sections share.
+"""Base class of sections, and key types used in several sections.
 
-Limits of particles hold in cloud types and in scenarios. Instants have a zone: a local time would be ambiguous.
+Particle limits apply to cloud types and scenarios. Times have a zone: a local time would be ambiguous.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Who
 
 
 class ScenarioSection(BaseModel):
-    """Base of all sections: immutable, unknown keys refused, NaN and infinity refused."""
+    """Base of all sections: immutable; rejects unknown keys, NaN and infinity."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -35,12 +35,12 @@ ALLOWED = "allowed: a date and time with zone, for example 2024-04-20T12:30:00+1
 
 
 def parse_instant(value: object) -> datetime:
-    """Return a date and time with zone, from one or from ISO 8601 text.
+    """Return a date and time with zone, given as such or as ISO 8601 text.
 
     Raises
     ------
     PydanticCustomError
-        If it is neither, has no zone or one with seconds, or lies outside the years 1 to 9999 in UTC.
+        If it is neither, has no zone or one with seconds, or is outside the years 1 to 9999 in UTC.
     """
     instant = _from_text(value) if isinstance(value, str) else value
     if isinstance(instant, datetime):
@@ -80,9 +80,9 @@ Range = tuple[Whole, Whole]
 
 
 class ImageWindow(ScenarioSection):
-    """Rows and columns of the image that are computed: to the bit what the whole image has there.
+    """Rows and columns of the image to compute, bit-identical to that part of the whole image.
 
-    Places on the ground, sun and clouds stay those of the whole image. Numbers count from 0; the end is not included.
+    Ground coordinates, sun and clouds do not depend on the window. Numbers count from 0; the end is excluded.
     """
 
     rows: Range | None = Field(None, description="[first, end] of the rows; default: all.")
@@ -94,7 +94,7 @@ class ImageWindow(ScenarioSection):
         Raises
         ------
         PydanticCustomError
-            If it does not lie within an image of so many rows and columns.
+            If it is not within an image of so many rows and columns.
         """
         for name, size in (("rows", rows), ("columns", columns)):
             given: Range | None = getattr(self, name)
@@ -123,7 +123,7 @@ PlatformSpeed = Annotated[
     Speed | Literal["orbit"],
     BeforeValidator(quantity_or_word("speed", -FASTEST_M_S, FASTEST_M_S, ORBIT, above=f"{FASTEST_M_S:g}")),
 ]
-"""Of the footprint, m/s, or ``"orbit"``; a scenario that was read has the number."""
+"""Speed of the footprint, m/s, or ``"orbit"``, which loading replaces by the speed."""
 
 
 class Platform(ScenarioSection):

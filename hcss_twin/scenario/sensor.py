@@ -1,4 +1,4 @@
-"""The ``[sensor]`` section, and the sensors that it can name."""
+"""The ``[sensor]`` section, and named sensors."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from hcss_twin.scenario.units import Whole
 DEFAULT_MODEL = "radiometer"
 
 FOLDER = "sensors"
-"""Of the catalog, with a file for each named sensor."""
+"""Catalog folder with a file for each named sensor."""
 
 
 class SensorSection(ScenarioSection):
-    """The sensor: with this section a run also writes `NAME.sensor.nc` beside the clean `NAME.nc`."""
+    """The sensor: with this section a run writes `NAME.sensor.nc` in addition to the clean `NAME.nc`."""
 
     name: str | None = Field(
         None,
@@ -45,7 +45,7 @@ class SensorSection(ScenarioSection):
 
 
 class NamedSensor(ScenarioSection):
-    """A file of ``catalogs/sensors`` or of a user."""
+    """A sensor file from ``catalogs/sensors`` or from a user."""
 
     title: str = Field(min_length=1, description="What it is.")
     description: str = Field("", description="Meaning of the numbers, and effects they omit.")
@@ -67,16 +67,16 @@ class NamedSensor(ScenarioSection):
 
 @dataclass(frozen=True)
 class SensorChoice:
-    """What a section and the sensor it names come to.
+    """A section merged with the sensor it names.
 
     Attributes
     ----------
     model : str
         Name that selects the provider.
     parameters : mapping
-        Of the provider, as typed.
+        Provider parameters, as typed.
     named : NamedSensor or None
-        The file.
+        The sensor file.
     """
 
     model: str
@@ -90,7 +90,7 @@ def load_sensor(name: str, catalog: Catalog) -> NamedSensor:
     Raises
     ------
     CatalogError
-        If there is none, or it is not TOML.
+        If there is no such file, or it is not TOML.
     ScenarioError
         If a key of the file is wrong; its ``origin`` is the file.
     """
@@ -105,8 +105,8 @@ def load_sensor(name: str, catalog: Catalog) -> NamedSensor:
 def choose_sensor(section: SensorSection, catalog: Catalog) -> SensorChoice:
     """Merge a section with the sensor it names.
 
-    The default model is ours, whatever else is installed under the same name. Parameters of a named sensor are
-    those of its own model: where the section names another, they are left aside.
+    The default model is always the one of this package. Parameters of a named sensor belong to its own model: if the
+    section selects another, they are ignored.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def choose_sensor(section: SensorSection, catalog: Catalog) -> SensorChoice:
 
 
 def fill_bands(data: dict[str, Any], catalog: Catalog) -> None:
-    """Give a raw scenario without bands those of its named sensor; errors of the file are reported elsewhere."""
+    """Add the bands of the named sensor to a raw scenario without bands; file errors are reported elsewhere."""
     section = data.get("sensor")
     name = section.get("name") if isinstance(section, Mapping) else None
     if not isinstance(name, str) or "bands" in data:

@@ -29,7 +29,7 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+
 
 
 def parse_quantity(value: object, dimension: str) -> object:
-    """Turn ``"20 km"`` into 20000.0; pass anything that is not text on unchanged.
+    """Convert ``"20 km"`` to 20000.0; return anything but text unchanged.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def parse_quantity(value: object, dimension: str) -> object:
 
 
 def quantity_or_word(dimension: str, low: float, high: float, word: str, above: str) -> Callable[[object], object]:
-    """Return a validator of a quantity from ``low`` to ``high``, or one word; ``above`` is suggested above ``high``."""
+    """Return a validator for a quantity from ``low`` to ``high`` or a word; ``above`` is suggested above ``high``."""
     plain = next(iter(UNITS[dimension]))
     allowed = f'allowed: {low:g} to {high:g} {plain}, or "{word}"'.replace("e+", "e")
 
@@ -82,7 +82,7 @@ def quantity_or_word(dimension: str, low: float, high: float, word: str, above: 
 
 
 def in_plain_units(text: str) -> float | None:
-    """Return the plain number of a text with any known unit; None for other text."""
+    """Return the number of a text with any known unit; None for other text."""
     for dimension, units in UNITS.items():
         match = _QUANTITY.fullmatch(text)
         if match and match.group(2) in units:
@@ -105,7 +105,7 @@ def _closest_unit(unit: str, dimension: str) -> str | None:
 
 
 def _refuse_bool(value: object, kind: str) -> None:
-    if isinstance(value, bool):  # Python would take it for 0 or 1
+    if isinstance(value, bool):  # Python would treat it as 0 or 1
         raise PydanticCustomError(kind, "not a number")
 
 
@@ -128,10 +128,10 @@ def _plain(kind: str) -> Callable[[object], object]:
 
 
 Number = Annotated[float, BeforeValidator(_plain("float_type"))]
-"""A number without unit: no text, no true or false."""
+"""A number without unit; no text or boolean."""
 
 Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
-"""A whole number: no text, no true or false."""
+"""A whole number; no text or boolean."""
 
 Length = Annotated[float, BeforeValidator(_parser("length"))]
 InstrumentLength = Annotated[float, BeforeValidator(_parser("length in an instrument"))]
@@ -163,12 +163,12 @@ def kelvin_of(accuracy: float | str) -> float | None:
 
 
 def parse_accuracy(value: Any) -> float | str:
-    """Read an accuracy: a share of the radiance as a number, or kelvin as text, ``"0.1 K"``.
+    """Validate an accuracy: a fraction of the radiance as a number, or kelvin as text, ``"0.1 K"``.
 
     Raises
     ------
     PydanticCustomError
-        If it is none, or out of range.
+        If it is not an accuracy, or out of range.
     """
     unit, number = "", value
     if isinstance(value, str):
@@ -186,7 +186,7 @@ def parse_accuracy(value: Any) -> float | str:
         raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}")
     try:
         plain = float(number) * _ACCURACY_FACTORS[unit]
-    except OverflowError:  # a whole number beyond all others
+    except OverflowError:  # an integer too large for a float
         plain = float("inf") if number > 0 else -float("inf")
     kelvin = unit.endswith("K")
     least, most = (MIN_ACCURACY_K, MAX_ACCURACY_K) if kelvin else (MIN_ACCURACY, MAX_ACCURACY)
@@ -213,4 +213,4 @@ Accuracy = Annotated[
         }
     ),
 ]
-"""A share of the radiance, or text with a unit: ``"0.1 %"`` becomes 0.001, ``"50 mK"`` becomes ``"0.05 K"``."""
+"""A fraction of the radiance, or text with a unit: ``"0.1 %"`` becomes 0.001, ``"50 mK"`` becomes ``"0.05 K"``."""

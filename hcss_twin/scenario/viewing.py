@@ -1,4 +1,4 @@
-"""View, pixel size and motion that follow from a platform, and contradictions between them."""
+"""View, pixel size and motion derived from the platform, and checks for contradictions."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from hcss_twin.scenario.section_types import ORBIT, Platform
 _Model = TypeVar("_Model", bound=ScenarioModel)
 
 LARGEST_ZENITH_DEG = 85.0
-"""That of ``view.zenith``."""
+"""Upper limit of ``view.zenith``."""
 
 LARGEST_PIXEL_M = 100_000.0
-"""That of ``image.pixel_size``."""
+"""Upper limit of ``image.pixel_size``."""
 
 
 def viewing_problems(scenario: ScenarioModel) -> Iterator[Problem]:
-    """Yield every contradiction between the platform and what else is said about view, pixels and motion."""
+    """Yield every contradiction between the platform and the keys for view, pixels and motion."""
     platform, altitude = scenario.platform, scenario.platform.altitude
     if altitude is None:
         given = [name for name in Platform.model_fields if getattr(platform, name) is not None]
@@ -36,7 +36,7 @@ def viewing_problems(scenario: ScenarioModel) -> Iterator[Problem]:
 
 
 def with_viewing(scenario: _Model) -> _Model:
-    """Return a scenario without problems with the values that follow from its platform put where they belong.
+    """Return a valid scenario with the keys derived from its platform filled in.
 
     ``view.zenith`` from ``platform.off_nadir``, ``image.pixel_size`` from focal length and pitch,
     ``motion.platform_speed`` from ``"orbit"`` or the mode.
@@ -57,7 +57,7 @@ def with_viewing(scenario: _Model) -> _Model:
 
 
 def as_given(scenario: ScenarioModel, data: dict[str, Any]) -> dict[str, Any]:
-    """Take from a dumped scenario what :func:`with_viewing` put there, so that it can be read again."""
+    """Remove the values that :func:`with_viewing` added to a dumped scenario, so that it can be read again."""
     platform = scenario.platform
     if platform.off_nadir is not None:
         del data["view"]["zenith"]
@@ -69,12 +69,12 @@ def as_given(scenario: ScenarioModel, data: dict[str, Any]) -> dict[str, Any]:
 
 
 def pixel_size_and_speed(data: Mapping[str, Any]) -> tuple[float, float]:
-    """Return size of a pixel, m, and ground speed of the footprint, m/s, of a scenario as text.
+    """Return the pixel size, m, and ground speed of the footprint, m/s, of a scenario given as text.
 
     Raises
     ------
     KeyError, TypeError, ValueError
-        If the text is not that of a scenario.
+        If the text is not a scenario.
     """
     image, speed = data["image"], data["motion"]["platform_speed"]
     platform = Platform.model_validate(data.get("platform", {}))
@@ -154,7 +154,7 @@ def _motion(scenario: ScenarioModel) -> Iterator[Problem]:
 
 
 def _pixel_m(platform: Platform, distance_m: float) -> float:
-    """Width of a pixel across the line of sight."""
+    """Pixel width across the line of sight."""
     assert platform.focal_length is not None
     assert platform.detector_pitch is not None
     return platform.detector_pitch / platform.focal_length * distance_m

@@ -1,17 +1,17 @@
-"""Conformance kit for plugin authors: one class of tests per kind of provider, and inputs to try it on.
+"""Conformance kit for plugin authors: one test class per kind of provider, and sample inputs.
 
-Inherit the class of your kind in your own test-suite and say how your provider is made::
+Inherit the class of your kind in your test suite and define how to create your provider::
 
     class TestMySea(SeaModelContract):
         def make_provider(self, inputs):
             return MySea(inputs, MyParameters())
 
-pytest then checks every law of the contract. Needs pytest.
+pytest then checks every rule of the contract. Requires pytest.
 """
 
 import pytest
 
-# The classes live outside the test files that inherit them; this gives their asserts full messages.
+# The classes are defined outside the test files that inherit them; this enables full assert messages.
 pytest.register_assert_rewrite(
     *(
         f"hcss_twin.testing.{name}"

@@ -1,4 +1,4 @@
-"""Laws of cloud generators."""
+"""Contract tests of cloud generators."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class CloudGeneratorContract(ProviderContract):
     Attributes
     ----------
     coverage_tolerance : float
-        How far the cloudy fraction, averaged over ``seeds`` frames of different seeds, may be from
-        the layer's coverage.
+        Allowed difference between the cloudy fraction, averaged over ``seeds`` frames with different seeds, and the
+        layer's coverage.
     seeds : int
         Number of those frames.
     """
@@ -53,7 +53,7 @@ class CloudGeneratorContract(ProviderContract):
         assert field.dtype == np.float32
 
     def test_thickness_stays_within_the_layer(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
-        """0, or between the thinnest and the greatest thickness of the layer."""
+        """0, or between the minimum and maximum thickness of the layer."""
         layer: CloudLayer = inputs.layer
         for time_s in (0.0, 7.0, 3600.0):
             field = whole(provider, inputs, time_s)
@@ -68,13 +68,13 @@ class CloudGeneratorContract(ProviderContract):
         assert np.all(self.frame(self.make_inputs(coverage=1.0)) > 0.0)
 
     def test_cloudy_fraction_is_the_coverage(self) -> None:
-        """Averaged over seeds."""
+        """The mean over seeds is the layer's coverage."""
         for coverage in (0.3, 0.7):
             fields = [self.frame(self.make_inputs(coverage, seed)) for seed in range(self.seeds)]
             assert np.mean(np.stack(fields) > 0.0) == pytest.approx(coverage, abs=self.coverage_tolerance)
 
     def test_field_does_not_depend_on_earlier_calls(self, inputs: CloudInputs) -> None:
-        """The same times in another order, on another instance, give the same bits."""
+        """The same times in another order, with another instance, give bit-identical results."""
         times = (0.0, 4.0, 2.0, 600.0)
         forward, backward = self.make_provider(inputs), self.make_provider(inputs)
         one = {time_s: whole(forward, inputs, time_s) for time_s in times}
@@ -83,7 +83,7 @@ class CloudGeneratorContract(ProviderContract):
             np.testing.assert_array_equal(one[time_s], other[time_s])
 
     def test_field_does_not_depend_on_threads(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
-        """Frames computed at once by several threads are those computed one by one."""
+        """Frames computed concurrently by several threads equal those computed one by one."""
         times = [2.0 * index for index in range(6)]
         with ThreadPoolExecutor(max_workers=3) as pool:
             parallel = list(pool.map(lambda time_s: whole(provider, inputs, time_s), times))
@@ -98,7 +98,7 @@ class CloudGeneratorContract(ProviderContract):
         np.testing.assert_array_equal(first, copy)
 
     def test_windows_equal_the_whole(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
-        """Any tiling gives the same field, for generators that declare themselves tileable or sum up their frames."""
+        """Any tiling gives the same field, for tileable generators and those with frame summaries."""
         part = provider.thickness_m
         if not provider.declares.tileable:
             if not hasattr(provider, "frame_summary"):
@@ -128,7 +128,7 @@ class CloudGeneratorContract(ProviderContract):
         np.testing.assert_array_equal(part, wide[1:9, 4 + columns : 6 + columns])
 
     def test_undeclared_time_has_no_influence(self, inputs: CloudInputs) -> None:
-        """Where nothing moves or evolves, or time is not declared, all frames are the same."""
+        """If nothing moves or evolves, or time is not declared, all frames are equal."""
         for candidate in (still(inputs), inputs):
             provider = self.make_provider(candidate)
             if candidate is inputs and "time" in provider.declares.depends_on:
@@ -138,7 +138,7 @@ class CloudGeneratorContract(ProviderContract):
     def test_frozen_field_only_translates(self, inputs: CloudInputs) -> None:
         """A platform that moves by whole pixels sees the same pixels again, shifted, if shapes are frozen.
 
-        So does a wind: the image moves over the clouds with the platform minus the wind, along columns and rows.
+        The same holds for wind: the image moves over the clouds with platform minus wind velocity.
         """
         step = inputs.grid.pixel_size_m
         for platform, wind, columns, rows in (

@@ -1,4 +1,4 @@
-"""Laws of optics and of transmittance providers."""
+"""Contract tests of optics and transmittance providers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class OpticsContract(SpectralContract):
 
     @pytest.fixture
     def cloud(self) -> Microphysics:
-        """Particles to ask for; override for a provider of ice only."""
+        """Sample particles; override for a provider of ice only."""
         return sample_microphysics("water")
 
     def test_shapes(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
@@ -84,7 +84,7 @@ class OpticsContract(SpectralContract):
     def test_result_does_not_depend_on_batching(
         self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array
     ) -> None:
-        """Some of the wavenumbers alone give what they give among others."""
+        """A subset of the wavenumbers gives the same values as the full set."""
         together = provider.single_scattering(cloud, wavenumber_cm1)
         some = provider.single_scattering(cloud, wavenumber_cm1[1::3])
         np.testing.assert_allclose(some.extinction_m1, together.extinction_m1[1::3], rtol=1e-10)
@@ -96,7 +96,7 @@ class OpticsContract(SpectralContract):
     def test_result_does_not_depend_on_earlier_calls(
         self, provider: Optics, inputs: OpticsInputs, cloud: Microphysics, wavenumber_cm1: Array
     ) -> None:
-        """A call for other particles in between changes nothing, and has its own result."""
+        """A call for other particles in between does not change the result."""
         other = dataclasses.replace(cloud, b=1.1 * cloud.b)
         before = provider.single_scattering(cloud, wavenumber_cm1)
         between = provider.single_scattering(other, wavenumber_cm1)
@@ -113,9 +113,9 @@ class TransmittanceContract(SpectralContract):
     Attributes
     ----------
     tolerance : float
-        By how much a longer path may seem to transmit more, for providers that interpolate.
+        Allowed increase of transmittance with path length, for providers that interpolate.
     sunlight_tolerance : float
-        By how much, relatively, a longer leg may seem to scatter less sunlight, for providers that sum over layers.
+        Allowed relative decrease of scattered sunlight with leg length, for providers that sum over layers.
     """
 
     tolerance: float = 1e-9
@@ -132,7 +132,7 @@ class TransmittanceContract(SpectralContract):
 
     @pytest.fixture
     def paths(self) -> list[Path]:
-        """Single and composite paths, from the sea and from a cloud top, as the engine asks for them."""
+        """Single and composite paths, from the sea and from a cloud top, as used by the engine."""
         single = [to_space(base, zenith) for base in (0.0, 1500.0) for zenith in (0.0, 30.0, 60.0)]
         return [*single, single[1] + single[2], single[5] + single[3]]
 
@@ -179,7 +179,7 @@ class TransmittanceContract(SpectralContract):
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=0)
 
     def test_result_does_not_depend_on_batching(self, provider: Any, wavenumber_cm1: Array, paths: list[Path]) -> None:
-        """Each path and each wavenumber alone give what they give together."""
+        """Each path and each wavenumber alone gives the same value as together."""
         together = provider.transmittance(wavenumber_cm1, paths)
         one_by_one = np.concatenate([provider.transmittance(wavenumber_cm1, [path]) for path in paths])
         np.testing.assert_allclose(one_by_one, together, rtol=1e-12, atol=1e-15)
@@ -219,7 +219,7 @@ class TransmittanceContract(SpectralContract):
         assert np.all(radiance <= (1.0 - transmittance) * warmest * 1.001 + 1e-12)
 
     def test_path_radiance_does_not_depend_on_batching(self, provider: Any, wavenumber_cm1: Array) -> None:
-        """Each leg and some of the wavenumbers alone give what they give together."""
+        """Each leg and a subset of the wavenumbers alone give the same values as together."""
         if not hasattr(provider, "path_radiance"):
             pytest.skip("the engine derives path radiance from transmittance")
         legs = [to_space(base, zenith) for base in (0.0, 1500.0) for zenith in (0.0, 60.0)]

@@ -1,4 +1,4 @@
-"""Laws of radiance models."""
+"""Contract tests of radiance models."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class Jump:
     Attributes
     ----------
     term : int
-        Which of the terms.
+        Index of the term.
     thickness_m : float
-        Where.
+        Thickness of the jump.
     share : float
-        How much, as a share of the sum of all terms there.
+        Size, as a fraction of the sum of all terms there.
     """
 
     term: int
@@ -48,7 +48,7 @@ class Jump:
 
 
 def largest_jump(columns: Callable[[Array], Array], low_m: float, high_m: float, suspected_m: Array) -> Jump:
-    """Return the largest change of a term within a hair of thickness.
+    """Return the largest change of a term over a minute change of thickness.
 
     At a jump second differences are large at both ends of one interval. The intervals with the largest are bisected
     toward the larger change: smooth changes vanish, a jump stays. A jump smaller than the bends of the curve is only
@@ -199,7 +199,7 @@ class RadianceModelContract(SpectralContract):
     def test_result_does_not_depend_on_batching(
         self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
     ) -> None:
-        """Each thickness alone gives what it gives among others."""
+        """Each thickness alone gives the same value as together."""
         together = provider.cloudy(wavenumber_cm1, _THICKNESS_M, sun)
         for i in range(_THICKNESS_M.shape[0]):
             alone = provider.cloudy(wavenumber_cm1, _THICKNESS_M[i : i + 1], sun)
@@ -209,7 +209,7 @@ class RadianceModelContract(SpectralContract):
     def test_result_does_not_depend_on_other_wavenumbers(
         self, provider: RadianceModel, wavenumber_cm1: Array, sun: Sun | None
     ) -> None:
-        """Some of the wavenumbers alone give what they give among others."""
+        """A subset of the wavenumbers gives the same values as the full set."""
         some = wavenumber_cm1[1::3]
         together, apart = (
             (provider.clear(nu, sun), provider.cloudy(nu, _THICKNESS_M, sun)) for nu in (wavenumber_cm1, some)
@@ -223,7 +223,7 @@ class RadianceModelContract(SpectralContract):
     def test_undeclared_thickness_and_sun_have_no_influence(
         self, provider: RadianceModel, wavenumber_cm1: Array
     ) -> None:
-        """What ``declares.depends_on`` leaves out may not change the result."""
+        """Variables not in ``declares.depends_on`` do not change the result."""
         usual = provider.cloudy(wavenumber_cm1, _THICKNESS_M, Sun(40.0, 200.0, 1.0))
         others = {
             "thickness": (_THICKNESS_M[::-1], Sun(40.0, 200.0, 1.0)),
@@ -246,7 +246,7 @@ class RadianceModelContract(SpectralContract):
 
     @pytest.fixture
     def two_layers(self, inputs: RadianceInputs) -> RadianceModel:
-        """Provider of a scene with a low and a high layer; a model that takes only one says so when it is made."""
+        """Provider of a scene with a low and a high layer; a model of one layer raises an error in its constructor."""
         try:
             return self.make_provider(dataclasses.replace(inputs, layers=(sample_layer(), sample_high_layer())))
         except ProviderError as error:

@@ -1,4 +1,4 @@
-"""Providers in closed form, and ready-made inputs: partners on which any provider can be tried."""
+"""Analytic providers and sample inputs for testing any provider."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def sample_microphysics(phase: Literal["water", "ice"] = "water") -> Microphysic
 
 
 def sample_layer(coverage: float = 0.5) -> CloudLayer:
-    """Return a low water cloud between 1000 m and 1800 m, 50 m thick where it is thinnest."""
+    """Return a low water cloud between 1000 m and 1800 m with a minimum thickness of 50 m."""
     return CloudLayer(
         name="sample",
         base_m=1000.0,
@@ -188,7 +188,7 @@ def sample_cloud_inputs(coverage: float = 0.5, seed: int = 1, **changes: Any) ->
 
 
 def still(inputs: CloudInputs) -> CloudInputs:
-    """Return the same inputs with nothing that moves or evolves."""
+    """Return the same inputs without motion and evolution."""
     return dataclasses.replace(inputs, motion=Motion(0.0, (0.0, 0.0), math.inf, 2.0))
 
 
@@ -256,7 +256,7 @@ def _flat_sun(wavenumber_cm1: Array) -> Array:
 def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
     """Return up to ``count`` wavenumbers in the range of a provider, within 500 to 4000 cm-1 if it can.
 
-    Its own nodes where it has a native grid, evenly spaced ones within its declared range otherwise.
+    Nodes of its native grid if it has one, otherwise evenly spaced wavenumbers within its declared range.
     """
     low, high = declares.valid.get("wavenumber_cm1", _USUAL_RANGE_CM1)
     inner = max(low, _USUAL_RANGE_CM1[0]), min(high, _USUAL_RANGE_CM1[1])
@@ -269,7 +269,7 @@ def sample_wavenumbers(declares: Declares, count: int = 12) -> Array:
 
 
 class ProviderContract:
-    """What the classes of tests of all kinds share."""
+    """Base of the test classes of all kinds."""
 
     def make_provider(self, inputs: Any) -> Any:
         """Return the provider under test."""
@@ -281,13 +281,13 @@ class ProviderContract:
         return self.make_provider(inputs)
 
     def test_declaration_is_sound(self, provider: Any) -> None:
-        """Names, ranges and optional attributes that the engine understands."""
+        """Names, ranges and optional attributes are known to the engine."""
         check_declares(provider.declares)
         check_options(provider)
 
 
 class SpectralContract(ProviderContract):
-    """Of providers with spectral results."""
+    """Base of the test classes of providers with spectral results."""
 
     @pytest.fixture
     def wavenumber_cm1(self, provider: Any) -> Array:

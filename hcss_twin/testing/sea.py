@@ -1,4 +1,4 @@
-"""Laws of sea models."""
+"""Contract tests of sea models."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class SeaModelContract(SpectralContract):
     reciprocity : float
         Relative difference allowed when sensor and source are exchanged.
     mean_over_bearings : float
-        How far, relatively, results without a bearing to the wind may be from the mean over all bearings, for models
-        that depend on it.
+        Allowed relative difference between results without a wind bearing and the mean over all bearings, for
+        anisotropic models.
     """
 
     reciprocity: float = 0.02
@@ -77,7 +77,7 @@ class SeaModelContract(SpectralContract):
             assert np.all(reflected >= left - 0.1), f"at mu = {view}"
 
     def test_undeclared_directions_have_no_influence(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
-        """What ``declares.depends_on`` leaves out may not change the result."""
+        """Variables not in ``declares.depends_on`` do not change the result."""
         depends_on = provider.declares.depends_on
         if "view_zenith" not in depends_on:
             emissivity = provider.emissivity(wavenumber_cm1, _MU_OUT)
@@ -88,7 +88,7 @@ class SeaModelContract(SpectralContract):
             np.testing.assert_array_equal(one, other)
 
     def test_result_does_not_depend_on_batching(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
-        """Each direction and each wavenumber alone gives what it gives among others."""
+        """Each direction and each wavenumber alone gives the same value as together."""
         emissivity = provider.emissivity(wavenumber_cm1, _MU_OUT)
         brdf = provider.brdf(wavenumber_cm1, _MU_OUT, _MU_IN, _AZIMUTH)
         for i in range(_MU_OUT.size):

@@ -1,4 +1,4 @@
-"""Laws of sensors."""
+"""Contract tests of sensors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SensorContract(ProviderContract):
     Attributes
     ----------
     scene_W_m2_sr : tuple of float
-        Lowest and highest radiance of the frames that are measured.
+        Lowest and highest radiance of the measured frames.
     """
 
     scene_W_m2_sr: tuple[float, float] = (0.5, 2.0)
@@ -48,7 +48,7 @@ class SensorContract(ProviderContract):
         check_measured(provider.variables)
 
     def test_shapes_types_and_what_was_promised(self, provider: Sensor, inputs: SensorInputs, scene: Array) -> None:
-        """Finite arrays of the frame's shape: radiance, and what ``variables`` names and nothing else."""
+        """Finite arrays of the frame's shape: radiance and exactly the variables in ``variables``."""
         for measured in _measured(provider, inputs, scene):
             for field in dataclasses.fields(Measured):
                 value = getattr(measured, field.name)
@@ -68,7 +68,7 @@ class SensorContract(ProviderContract):
             _assert_same(first, second)
 
     def test_frames_may_come_in_any_order(self, provider: Sensor, inputs: SensorInputs, scene: Array) -> None:
-        """A frame is that of its number, whatever was measured before, unless the sensor remembers."""
+        """A frame depends only on its number, not on earlier measurements, unless the sensor remembers."""
         if provider.declares.remembers:
             pytest.skip("the sensor needs its frames in order")
         forward = _measured(provider, inputs, scene)
@@ -77,7 +77,7 @@ class SensorContract(ProviderContract):
             _assert_same(first, second)
 
     def test_a_band_alone_is_measured_as_among_others(self, inputs: SensorInputs, scene: Array) -> None:
-        """Which other bands there are has no influence."""
+        """Other bands have no influence."""
         every = _measured(self.make_provider(inputs), inputs, scene)
         for index, band in enumerate(inputs.bands):
             own = dataclasses.replace(inputs, bands=(band,))
@@ -88,7 +88,7 @@ class SensorContract(ProviderContract):
     def test_nothing_comes_from_farther_than_declared(
         self, provider: Sensor, inputs: SensorInputs, scene: Array
     ) -> None:
-        """One pixel that changes leaves all others as they were but those within ``reach_pixels``."""
+        """Changing one pixel affects only pixels within ``reach_pixels``."""
         reach = provider.declares.reach_pixels
         if reach is None:
             pytest.skip("the whole frame has a share in each pixel")
@@ -100,7 +100,7 @@ class SensorContract(ProviderContract):
         away_y = np.abs(np.arange(inputs.grid.rows) - row)[:, None] > reach
         away_x = np.abs(np.arange(inputs.grid.columns) - column)[None, :] > reach
         away = away_y | away_x
-        # convolution by FFT leaves rounding everywhere
+        # convolution by FFT causes rounding errors everywhere
         np.testing.assert_allclose(other[:, away], one[:, away], rtol=1e-9, atol=1e-12)
 
 

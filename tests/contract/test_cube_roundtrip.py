@@ -198,7 +198,7 @@ def test_foreign_files_are_refused(tmp_path):
     with pytest.raises(CubeError, match=r"text\.nc"):
         open_cube(tmp_path / "text.nc")
     xr.Dataset({"radiance": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="netcdf4")
-    with pytest.raises(CubeError, match="no finished cube"):
+    with pytest.raises(CubeError, match="not a finished cube"):
         open_cube(tmp_path / "other.nc")
 
 

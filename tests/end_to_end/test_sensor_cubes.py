@@ -251,14 +251,14 @@ def test_what_a_sensor_returns_is_checked(folder, monkeypatch, made, message):
 
 
 def test_what_is_no_clean_cube_is_refused(folder, tmp_path):
-    with pytest.raises(CubeError, match="measured already; a clean cube is needed"):
+    with pytest.raises(CubeError, match="already a sensor cube; a clean cube is needed"):
         hcss_twin.sense(folder / "pair.sensor.nc", "generic-mwir")
     with hcss_twin.open_cube(folder / "alone.nc") as cube:
         with pytest.raises(CubeError, match="has no radiance"):
             hcss_twin.sense(cube.drop_vars("radiance"), {})
         with pytest.raises(CubeError, match="x is not evenly spaced"):
             hcss_twin.sense(cube.isel(x=[0, 1, 5]), {})
-        with pytest.raises(CubeError, match="times are not those of its scenario"):
+        with pytest.raises(CubeError, match="times do not match its scenario"):
             hcss_twin.sense(cube.assign_coords(time=cube.time + np.timedelta64(100, "ms")), {})
     with pytest.raises(CubeError, match="it is the clean cube"):
         hcss_twin.sense(folder / "alone.nc", {}, folder / "alone.nc")

@@ -310,7 +310,7 @@ def test_a_dataset_replaces_nothing_but_itself(tmp_path, computed, name):
     swept(folder, {"seed": [1]}, dataset=tmp_path / "all.nc")
     with pytest.raises(CubeError, match="no dataset of a sweep"):
         open_sweep(folder / "point-0000.nc")
-    with pytest.raises(CubeError, match="no finished cube"):
+    with pytest.raises(CubeError, match="not a finished cube"):
         open_cube(tmp_path / "all.nc")
 
 

@@ -1,4 +1,4 @@
-"""Export of a cube to the format of another program: names of the files, and writing."""
+"""Export of a cube to the format of another program: file names and writing."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SUFFIXES = {
     "geotiff": (".tif", ".tiff"),
     "png": (".png",),
 }
-"""Endings of file names by format; the first is the default."""
+"""File suffixes by format; the first is the default."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,9 @@ class FileNames:
     Attributes
     ----------
     images : tuple of tuple of Path
-        Files by frame and plane; a file of all frames or all planes is listed once.
+        Files by frame and plane; a file with all frames or planes is listed once.
     companions : tuple of Path
-        Files beside them, without which they cannot be read.
+        Accompanying files that readers need.
     """
 
     images: tuple[tuple[Path, ...], ...]
@@ -41,28 +41,28 @@ class FileNames:
 
     @property
     def all(self) -> tuple[Path, ...]:
-        """Every file, those with values first."""
+        """All files, image files first."""
         return (*(path for frame in self.images for path in frame), *self.companions)
 
 
 def file_names(selection: Selection, to: str, cube: Path, output: Path | None) -> FileNames:
     """Return the files that an export writes.
 
-    FITS and ENVI hold everything in one file, GeoTIFF a frame, PNG one image of it.
+    FITS and ENVI store everything in one file, GeoTIFF one frame per file, PNG one image per file.
 
     Parameters
     ----------
     to : str
         Format, a key of ``SUFFIXES``.
     cube : Path
-        Gives the default name, and its folder is the default folder.
+        Determines the default name and folder.
     output : Path or None
-        A name or a folder.
+        File name or folder.
 
     Raises
     ------
     CubeError
-        If the name ends in what belongs to another format, or its folder does not exist.
+        If the suffix belongs to another format, or the folder does not exist.
     """
     name = f"{cube.name.removesuffix(cube.suffix)}_{selection.variable}"
     if output is None or output.is_dir():
@@ -101,7 +101,7 @@ def _plane_parts(selection: Selection) -> list[str]:
     if len(selection.planes) == 1:
         return [""]
     names = [re.sub(r"[^A-Za-z0-9.]+", "-", plane.name) for plane in selection.planes]
-    # names that differ only in what a file may not hold, or not at all, as those of layers may
+    # layer names may be equal, or differ only in characters not allowed in file names
     folded = [name.casefold() for name in names]
     return [name if folded.count(name.casefold()) == 1 else f"{name}-{index}" for index, name in enumerate(names)]
 
@@ -116,12 +116,12 @@ class Exported:
     Attributes
     ----------
     files : tuple of Path
-        All files, those with values first.
+        All files, image files first.
     variable : str
     frames, planes, rows, columns : int
-        Size of what was written; planes are bands or layers.
+        Size of the export; planes are bands or layers.
     missing : int
-        Values that do not exist: NaN, in PNG sample 0.
+        Number of missing values: NaN, in PNG sample 0.
     """
 
     files: tuple[Path, ...]
@@ -146,8 +146,8 @@ def export_cube(
 ) -> Exported:
     """Write one variable of a cube as FITS, ENVI, GeoTIFF or 16-bit PNG.
 
-    FITS and ENVI have all frames in one file (ENVI with a header beside it), GeoTIFF a file per frame, PNG a file per
-    frame and band and one JSON. Files get their names when all of the export is written.
+    FITS and ENVI use one file for all frames (ENVI with a separate header), GeoTIFF one file per frame, PNG one file
+    per frame and band and one JSON. Files get their final names when the whole export is written.
 
     Parameters
     ----------
@@ -155,10 +155,10 @@ def export_cube(
         A finished cube.
     to : {"fits", "envi", "geotiff", "png"}
     output : path-like, optional
-        Name of the file, or a folder; where there are several files, bands and numbers are added to the name.
-        Default: ``CUBE_VARIABLE`` beside the cube.
+        File name or folder; for several files, bands and numbers are added to the name. Default: ``CUBE_VARIABLE`` in
+        the folder of the cube.
     variable : str, optional
-        Default: radiance, or the only image there is.
+        Default: radiance, or the only image variable.
     bands : sequence of str
         Default: all.
     frames : sequence of int
@@ -176,7 +176,7 @@ def export_cube(
     ------
     CubeError
         If the cube cannot be read or lacks what is requested, a file exists or cannot be written, a package is
-        missing, or the format has no place for the values.
+        missing, or the format cannot store the values.
     """
     if to not in SUFFIXES:
         raise CubeError(f"format '{to}': {choose_from(to, SUFFIXES)}")
@@ -191,7 +191,7 @@ def export_cube(
             more = f" (and {len(existing) - 1} more)" if len(existing) > 1 else ""
             raise CubeError(f"{existing[0]} exists{more}; give another name with -o, or --force")
         with ExitStack() as stack:
-            # the last to be entered gets its name first: companions, which say how to read the others, come last
+            # the file entered last is renamed first: image files first, companions last
             drafts = {path: stack.enter_context(atomic_write(path, CubeError)) for path in reversed(names.all)}
             missing = _write(selection, cube.name, to, names, drafts, limits)
         return Exported(
@@ -215,7 +215,7 @@ def _check_limits(to: str, limits: Limits) -> None:
 def _write(
     selection: Selection, source: str, to: str, names: FileNames, drafts: Mapping[Path, Path], limits: Limits | None
 ) -> int:
-    """Write the drafts of an export and return how many values are missing."""
+    """Write the files of an export under temporary names and return the number of missing values."""
     if to == "fits":
         from hcss_twin.cube.export.fits import write_fits
 

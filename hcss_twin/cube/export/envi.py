@@ -1,6 +1,6 @@
-"""ENVI: raw numbers, band after band, beside a header of text.
+"""ENVI: raw band-sequential data with a text header.
 
-The header's fields are those of "ENVI Header Files" of the ENVI documentation (NV5 Geospatial).
+Header fields follow "ENVI Header Files" in the ENVI documentation (NV5 Geospatial).
 """
 
 from __future__ import annotations
@@ -25,33 +25,33 @@ from hcss_twin.cube.export.selection import (
 _TYPES = {
     "u1": 1, "i2": 2, "i4": 3, "f4": 4, "f8": 5, "u2": 12, "u4": 13, "i8": 14, "u8": 15,
 }  # fmt: skip
-"""ENVI's codes of number types."""
+"""ENVI data type codes."""
 
 
 def write_envi(selection: Selection, source: str, raw: Path, header: Path, described: Path) -> int:
-    """Write all frames as bands of one file and return how many values are missing; memory is that of one frame.
+    """Write all frames as bands of one file, one at a time, and return the number of missing values.
 
-    Bands run frame by frame, and within a frame band by band. The first line is the northernmost. Missing values are
-    NaN, which the header names. Where the platform moves, frames lie in different places: then only a file of one
-    frame has a place on the map, others have metres from the centre of each frame.
+    Bands are ordered by frame, then by band within a frame. The first line is the northernmost. Missing values are
+    NaN, as stated in the header. If the platform moves, frames have different locations: only a file with one frame
+    is then georeferenced; others have metres from the centre of each frame.
 
     Parameters
     ----------
     source : str
         Name of the cube's file.
     raw, header, described : Path
-        New files; the last is a JSON with all that the header has no room for.
+        New files; the last is a JSON with metadata that the header cannot store.
 
     Raises
     ------
     CubeError
-        If the type of the values has no place in ENVI.
+        If ENVI does not support the data type.
     OSError
         If a file cannot be written.
     """
     code = _TYPES.get(f"{selection.dtype.kind}{selection.dtype.itemsize}")
     if code is None:
-        raise CubeError(f"values of type {selection.dtype} have no place in ENVI; allowed: {', '.join(_TYPES)}")
+        raise CubeError(f"values of type {selection.dtype} cannot be stored in ENVI; allowed: {', '.join(_TYPES)}")
     missing = 0
     with raw.open("wb") as file:
         for frame in selection.frames:
@@ -97,7 +97,7 @@ def _fields(selection: Selection, source: str, code: int) -> dict[str, Any]:
 
 
 def _map(selection: Selection) -> dict[str, str]:
-    """Return the place of the image: that of its upper left corner, the pixel (1, 1) of ENVI."""
+    """Return the map fields: coordinates of the upper left corner, ENVI's pixel (1, 1)."""
     grid = selection.grid
     shifts = {frame.displacement_m for frame in selection.frames}
     north = grid.south_m + (selection.rows - 0.5) * grid.step_y_m
@@ -113,6 +113,6 @@ def _map(selection: Selection) -> dict[str, str]:
 
 
 def _braces(items: list[str]) -> str:
-    """Return a list as ENVI writes it; commas and braces of the items would end them."""
+    """Return a list in ENVI syntax; commas and braces within items are replaced because they are delimiters."""
     table = str.maketrans({",": ";", "{": "(", "}": ")"})
     return "{" + ", ".join(ascii_text(item).translate(table) for item in items) + "}"

@@ -1,6 +1,6 @@
 """FITS: one image array of all frames, and tables of frames, bands and attributes.
 
-The standard is that of the IAU FITS Working Group, version 4.0 (2018); sections are named where they matter.
+The standard is version 4.0 (2018) of the IAU FITS Working Group; comments cite its sections.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.export.selection import Selection, ascii_text, count_missing, headline
 
 _WIDER = {"i1": "i2", "u2": "i4", "u4": "i8"}
-"""FITS has no such integers (section 5.2): values go into the next wider type."""
+"""FITS has no such integers (section 5.2): values are stored in the next wider type."""
 
 _EVEN = 1e-6
-"""Largest departure of frame times from even steps, in steps."""
+"""Largest deviation of frame times from even spacing, in steps."""
 
 
 def write_fits(selection: Selection, source: str, path: Path) -> int:
-    """Write all frames of a selection and return how many values are missing; memory is that of one frame.
+    """Write all frames of a selection, one at a time, and return the number of missing values.
 
-    Axes of the image are x, y, then band or layer, then time, where the variable has them. Rows run north, as FITS
-    readers draw them. Missing values are NaN, which floating-point FITS has for them (section 5.3).
+    Image axes are x, y, then band or layer, then time, if the variable has them. Rows increase northward, as FITS
+    readers display them. Missing values are NaN (section 5.3).
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def write_fits(selection: Selection, source: str, path: Path) -> int:
     Raises
     ------
     CubeError
-        If astropy is not installed, or the type of the values has no place in FITS.
+        If astropy is not installed, or FITS does not support the data type.
     OSError
         If the file cannot be written.
     """
@@ -67,7 +67,7 @@ def _stored(dtype: np.dtype[Any]) -> np.dtype[Any]:
     name = f"{dtype.kind}{dtype.itemsize}"
     name = _WIDER.get(name, name)
     if name not in ("u1", "i2", "i4", "i8", "f4", "f8"):
-        raise CubeError(f"values of type {dtype} have no place in FITS; allowed: floats of 32 or 64 bits, integers")
+        raise CubeError(f"values of type {dtype} cannot be stored in FITS; allowed: floats of 32 or 64 bits, integers")
     return np.dtype(name).newbyteorder(">")
 
 
@@ -135,7 +135,7 @@ def _axes(header: Any, selection: Selection, axes: list[tuple[str, int]]) -> Non
 
 
 def _time_axis(selection: Selection) -> tuple[str, str, float, float]:
-    """Seconds since the scenario's start where steps are even; else the number in the table FRAMES."""
+    """Seconds since the scenario's start if steps are even; otherwise the row number in the table FRAMES."""
     seconds = np.array([frame.seconds for frame in selection.frames])
     if seconds.size == 1:
         return "TIME", "s", float(seconds[0]), 1.0

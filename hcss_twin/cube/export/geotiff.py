@@ -1,4 +1,4 @@
-"""GeoTIFF: one frame, its bands as planes of one file, placed on the globe; written by rasterio (GDAL)."""
+"""GeoTIFF: one georeferenced file per frame, with a plane for each band; written by rasterio (GDAL)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from hcss_twin.cube.export.selection import (
 
 
 def write_geotiff(selection: Selection, source: str, frame: ExportFrame, path: Path) -> int:
-    """Write one frame, the northernmost row first, and return how many values are missing: NaN, and the file says so.
+    """Write one frame, northernmost row first, and return the number of missing values, which are NaN.
 
     Parameters
     ----------
     source : str
         Name of the cube's file.
     frame : ExportFrame
-        One of the selection; its displacement is added to x, which places it on the plane of the start.
+        One of the selection; its displacement is added to x, so that x refers to the plane of the start.
     path : Path
         A new file.
 
@@ -60,7 +60,7 @@ def write_geotiff(selection: Selection, source: str, frame: ExportFrame, path: P
         interleave="band",
     ) as file:
         file.write(values)
-        # readers without the tags of GDAL have this one
+        # for readers that do not know the GDAL tags
         document = {**description(selection, source), "frames": [vars(frame)], "row_order": "north first"}
         file.update_tags(
             TIFFTAG_IMAGEDESCRIPTION=json_text(document),

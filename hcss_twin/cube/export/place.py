@@ -1,4 +1,4 @@
-"""Location of the pixels of a frame, as other formats describe it."""
+"""Map coordinates of the pixels of a frame, for export formats."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WGS84_SEMI_MAJOR_M = 6378137.0
 WGS84_INVERSE_FLATTENING = 298.257223563
 
 _EVEN = 1e-6
-"""Largest departure of a coordinate from even steps, in steps."""
+"""Largest deviation of a coordinate from even spacing, in steps."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,12 @@ class LocalPlane:
 
     @property
     def is_wgs84(self) -> bool:
-        """Whether the figure of the Earth is that of WGS 84."""
+        """Whether the ellipsoid is WGS 84."""
         return self.semi_major_m == WGS84_SEMI_MAJOR_M and self.inverse_flattening == WGS84_INVERSE_FLATTENING
 
     @property
     def proj_text(self) -> str:
-        """Coordinate system as text for PROJ."""
+        """Coordinate system as a PROJ string."""
         figure = (
             "+datum=WGS84"
             if self.is_wgs84
@@ -56,7 +56,7 @@ class LocalPlane:
 
     @property
     def esri_wkt(self) -> str:
-        """Well-known text in the dialect of ESRI, which ENVI and GDAL read."""
+        """Well-known text in the ESRI dialect, which ENVI and GDAL read."""
         figure, datum, system = (
             ("WGS_1984", "D_WGS_1984", "GCS_WGS_1984")
             if self.is_wgs84
@@ -81,11 +81,11 @@ class PixelGrid:
     Attributes
     ----------
     west_m, south_m : float
-        Centre of the first pixel of the first row, relative to the centre of the frame's own plane.
+        Centre of the first pixel of the first row, relative to the centre of the frame.
     step_x_m, step_y_m : float
         Edges of a pixel.
     plane : LocalPlane
-        Where x and y are measured for a frame that the platform has not moved yet.
+        Plane of x and y for a frame with zero platform displacement.
     """
 
     west_m: float
@@ -101,7 +101,7 @@ def local_plane(attributes: Mapping[str, Any]) -> LocalPlane:
     Raises
     ------
     CubeError
-        If it is another projection, or says no figure of the Earth.
+        If it is another projection, or defines no ellipsoid.
     """
     name = attributes.get("grid_mapping_name")
     if name != "azimuthal_equidistant":
@@ -127,12 +127,12 @@ def axis(name: str, centres_m: NDArray[np.float64], fallback_m: float | None) ->
         For messages.
     centres_m : ndarray (N,)
     fallback_m : float or None
-        Step where there is one pixel only.
+        Step for a single pixel.
 
     Raises
     ------
     CubeError
-        If steps are uneven or do not grow, or the step of a single pixel is not known.
+        If steps are uneven or not positive, or the step of a single pixel is unknown.
     """
     if centres_m.size == 1:
         if fallback_m is None:
@@ -140,7 +140,7 @@ def axis(name: str, centres_m: NDArray[np.float64], fallback_m: float | None) ->
         return float(centres_m[0]), fallback_m
     step = float(centres_m[-1] - centres_m[0]) / (centres_m.size - 1)
     if not step > 0.0:
-        raise CubeError(f"{name} does not grow with the pixel's number; that of a cube does")
+        raise CubeError(f"{name} does not increase with the pixel number; in a cube it does")
     even = centres_m[0] + step * np.arange(centres_m.size)
     if np.max(np.abs(centres_m - even)) > _EVEN * step:
         raise CubeError(f"{name} has uneven steps; those of a cube are even")

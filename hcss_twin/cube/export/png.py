@@ -1,7 +1,7 @@
-"""PNG of 16 bits: one grey picture per frame and band, with the numbers that lead back to values.
+"""16-bit PNG: one greyscale image per frame and band, with scale and offset for conversion to values.
 
-Values are ``offset + scale * sample`` (text chunks of the file, section 11.3.4 of the PNG specification, third
-edition, W3C 2025; and the JSON beside the pictures).
+Values are ``offset + scale * sample`` (in text chunks of the file, section 11.3.4 of the PNG specification, third
+edition, W3C 2025, and in the accompanying JSON).
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from hcss_twin.cube.export.selection import (
 )
 
 LARGEST = 65535
-"""Of the samples."""
+"""Largest sample."""
 
 
 @dataclass(frozen=True)
 class Scaling:
-    """How samples become values: ``offset + scale * sample``.
+    """Conversion of samples to values: ``offset + scale * sample``.
 
     Attributes
     ----------
     scale, offset : float
     missing_sample : int or None
-        The sample of a missing value; None where none can be missing.
+        Sample of a missing value; None if none can be missing.
     largest_error : float
-        Of rounding to samples.
+        Largest error of rounding to samples.
     lowest, highest : float or None
-        Values of the samples 1 (or 0 where none can be missing) and 65535; None where no value exists.
+        Values of the samples 1 (or 0 if none can be missing) and 65535; None if there are no values.
     """
 
     scale: float
@@ -54,7 +54,7 @@ class Scaling:
 
 
 def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[Scaling, ...]:
-    """Return the scaling of each plane, the same for all its frames.
+    """Return the scaling of each plane, common to all its frames.
 
     Whole numbers from 0 to 65535 (masks, digital numbers) are their own samples. Other values use 1 to 65535 between
     the smallest and the largest of all frames, or between the limits; 0 is a missing value.
@@ -91,7 +91,7 @@ def scalings(selection: Selection, limits: tuple[float, float] | None) -> tuple[
 def write_png(
     selection: Selection, source: str, frame: ExportFrame, scaling: tuple[Scaling, ...], paths: Sequence[Path]
 ) -> int:
-    """Write the pictures of one frame, the northernmost row first; return how many values are missing.
+    """Write the images of one frame, northernmost row first; return the number of missing values.
 
     Parameters
     ----------
@@ -123,12 +123,12 @@ def write_png(
 
 
 def sidecar(selection: Selection, source: str, scaling: tuple[Scaling, ...], names: Sequence[Sequence[str]]) -> str:
-    """Return the text of the JSON beside the pictures: the description, and each picture with its scaling.
+    """Return the accompanying JSON text: the description, and each image with its scaling.
 
     Parameters
     ----------
     names : sequence of sequence of str
-        Names of the pictures by frame and plane.
+        File names of the images by frame and plane.
     """
     pictures = [
         {"file": name, "plane": plane.name, "frame": frame.number, "time": frame.time, **asdict(how)}
@@ -146,12 +146,12 @@ def sidecar(selection: Selection, source: str, scaling: tuple[Scaling, ...], nam
 
 
 def _range(image: NDArray[Any]) -> tuple[float, float] | None:
-    """Return the smallest and the largest value that is not missing; None where all are."""
+    """Return the smallest and largest values; None if all are missing."""
     low, high = np.fmin.reduce(image, axis=None), np.fmax.reduce(image, axis=None)
     if np.isnan(low):
         return None
     if np.isinf(low) or np.isinf(high):
-        raise CubeError("a value is infinite; PNG has no place for it")
+        raise CubeError("a value is infinite, which PNG cannot store")
     return float(low), float(high)
 
 
@@ -159,7 +159,7 @@ def _between(low: float, high: float) -> Scaling:
     if low > high:
         return Scaling(0.0, 0.0, 0, 0.0, None, None)
     step = (high - low) / (LARGEST - 1)
-    # sample 1 is the lowest value, so that 0 is free for what is missing
+    # sample 1 is the lowest value, so that 0 is free for missing values
     return Scaling(step, low - step, 0, 0.5 * step, low, high)
 
 

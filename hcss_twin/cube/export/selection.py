@@ -1,4 +1,4 @@
-"""What is exported of a cube: one variable, some of its frames and bands, and their description."""
+"""Selection of cube data for export: one variable, some of its frames and bands, and their description."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ _RESOLUTION = re.compile(r"\s*([0-9.eE+-]+) m\s*\Z")
 
 @dataclass(frozen=True)
 class ExportFrame:
-    """One frame: its number in the cube, time (UTC) and where the platform has moved to.
+    """One frame: number in the cube, time (UTC) and displacement of the platform.
 
-    A variable without time has one frame, whose number is None and whose time is that of the first.
+    A variable without a time dimension has one frame with number None and the time of the first frame.
     """
 
     number: int | None
@@ -43,7 +43,7 @@ class ExportFrame:
 
 @dataclass(frozen=True)
 class Plane:
-    """One image of a frame: a band with its limits, a cloud layer, or the only one there is (no name)."""
+    """One image of a frame: a band with its limits, a cloud layer, or the only image (no name)."""
 
     name: str
     lower_um: float | None = None
@@ -58,11 +58,11 @@ class Selection:
     Attributes
     ----------
     variable, units, long_name, standard_name, comment : str
-        Of the variable; empty where it has none.
+        Attributes of the variable; empty if missing.
     dtype : dtype
-        Of its values.
+        Data type of the values.
     plane_kind : str
-        ``band``, ``layer``, or empty where a frame is one image.
+        ``band``, ``layer``, or empty if a frame is one image.
     planes : tuple of Plane
     frames : tuple of ExportFrame
     rows, columns : int
@@ -72,7 +72,7 @@ class Selection:
     data : DataArray
         The variable.
     chosen : tuple of int
-        Places of the planes along their dimension.
+        Indices of the planes along their dimension.
     """
 
     variable: str
@@ -92,7 +92,7 @@ class Selection:
     chosen: tuple[int, ...]
 
     def values(self, frame: ExportFrame) -> NDArray[Any]:
-        """Return the planes of a frame (P, Y, X), the southernmost row first.
+        """Return the planes of a frame (P, Y, X), southernmost row first.
 
         Raises
         ------
@@ -110,28 +110,28 @@ class Selection:
 
 
 def count_missing(values: NDArray[Any]) -> int:
-    """Return how many values are NaN; whole numbers never are."""
+    """Return the number of NaN values; integers have none."""
     return int(np.count_nonzero(np.isnan(values))) if values.dtype.kind == "f" else 0
 
 
 def select(
     dataset: xr.Dataset, variable: str | None, bands: Sequence[str] = (), frames: Sequence[int] = ()
 ) -> Selection:
-    """Choose a variable, bands and frames of an open cube.
+    """Select a variable, bands and frames of an open cube.
 
     Parameters
     ----------
     variable : str or None
-        None: radiance, or the only image there is.
+        None: radiance, or the only image variable.
     bands : sequence of str
-        Names, in the order wanted; none: all.
+        Names in output order; none: all.
     frames : sequence of int
-        Numbers from 0, in the order wanted; none: all.
+        Numbers from 0 in output order; none: all.
 
     Raises
     ------
     CubeError
-        If the cube has no such variable, band or frame, with what it has and what is closest.
+        If the cube has no such variable, band or frame; lists the available ones and the closest.
     """
     name = _variable(dataset, variable)
     data = dataset[name]
@@ -227,7 +227,7 @@ def _grid(dataset: xr.Dataset, data: xr.DataArray) -> PixelGrid:
 
 
 def _plain(value: Any) -> Any:
-    """Return an attribute as a number, text or list that JSON can say."""
+    """Return an attribute as a number, text or list for JSON."""
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
@@ -267,23 +267,23 @@ def description(selection: Selection, source: str) -> dict[str, Any]:
 
 
 def json_text(document: dict[str, Any]) -> str:
-    """Write a document as ASCII, in which numbers that are not finite, which JSON does not have, are null."""
+    """Serialise a document as ASCII JSON; non-finite numbers become null."""
     return json.dumps(json_value(document), indent=1, allow_nan=False) + "\n"
 
 
 def headline(selection: Selection) -> str:
-    """Return one line, for formats that show one."""
+    """Return a one-line title, for formats that display one."""
     units = f", {selection.units}" if selection.units not in ("", "1") else ""
     return f"{selection.long_name or selection.variable}{units}"
 
 
 def image_name(frame: ExportFrame, plane: Plane) -> str:
-    """Name one image of an export."""
+    """Return the name of one exported image."""
     named = plane.name or "image"
     return named if frame.number is None else f"{named} frame {frame.number} ({frame.time})"
 
 
 def ascii_text(text: str) -> str:
-    """Write other characters as escapes, and line ends as blanks: many formats hold printable ASCII only."""
+    """Escape other characters and replace line ends by blanks: many formats allow printable ASCII only."""
     flat = " ".join(text.split())
     return flat.encode("ascii", "backslashreplace").decode()

@@ -1,1 +1,1 @@
-"""The certificate: pixels computed again on the reference path."""
+"""The certificate: pixels recomputed on the reference path."""

@@ -1,11 +1,11 @@
-"""The certificate of a cube: the error that was asked for, estimated and found, in numbers and in words.
+"""The certificate of a cube: requested, estimated and achieved error, as numbers and text.
 
-Of n pixels drawn at random none exceeds, with a chance of (1 - p)^n, if a share p of all does. At 95 % confidence p is
-therefore below 1 - 0.05^(1/n): under 1 % for n = 300 (C. J. Clopper and E. S. Pearson, *The use of confidence or
-fiducial limits illustrated in the case of the binomial*, Biometrika 26, 1934, for no event).
+If a fraction p of all pixels exceeds the accuracy, the probability that none of n random pixels does is (1 - p)^n. At
+95 % confidence p is therefore below 1 - 0.05^(1/n): under 1 % for n = 300 (C. J. Clopper and E. S. Pearson, *The use
+of confidence or fiducial limits illustrated in the case of the binomial*, Biometrika 26, 1934, for no event).
 
-Where strata are drawn with shares of their own, that holds for a pixel drawn likewise; of all pixels, the share may be
-larger, most where a large stratum had few.
+If strata are sampled at different rates, this holds for a pixel drawn in the same way; the fraction of all pixels may
+be larger, especially if a large stratum has few samples.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ CONFIDENCE = 0.95
 
 
 def share_drawn_alike(count: int) -> float:
-    """Return the share of exceedances, of pixels drawn like the checked ones, that is excluded; 1 without any."""
+    """Return the excluded fraction of exceedances among pixels drawn like the checked ones; 1 without any."""
     return float(1.0 - (1.0 - CONFIDENCE) ** (1.0 / count)) if count else 1.0
 
 
 def share_of_all(pixels: NDArray[np.int64], checked: NDArray[np.int64]) -> float:
-    """Return the share of exceedances, of all pixels, that is excluded when none of the checked ones exceeds.
+    """Return the excluded fraction of exceedances among all pixels if none of the checked ones exceeds.
 
-    It is the largest sum of W p with the product of (1 - p)^n at least 0.05, over strata with the share W of all
-    pixels, of which n were checked. Lagrange's rule gives 1 - p = min(1, t n / W), with one t for all strata.
+    It is the largest sum of W p with the product of (1 - p)^n at least 0.05, over strata with a fraction W of all
+    pixels and n checked pixels. The method of Lagrange multipliers gives 1 - p = min(1, t n / W), with one t for all
+    strata.
 
     Parameters
     ----------
     pixels, checked : ndarray (S,)
-        Pixels of each stratum, and how many of them were checked. Nothing is left open where all were.
+        Number of pixels of each stratum, and of checked ones. A fully checked stratum contributes 0.
     """
     total = int(np.sum(pixels))
     left = checked < pixels
@@ -56,10 +57,10 @@ def share_of_all(pixels: NDArray[np.int64], checked: NDArray[np.int64]) -> float
 
 
 DARK_W_M2_SR = 1e-9
-"""Band radiance that no detector sees; thousandths of it mean nothing."""
+"""Band radiance below any detector's sensitivity; its relative error is meaningless."""
 
 DIGITS = 3
-"""Of errors in words: sums of the reference may differ in their last bits between machines."""
+"""Significant digits of errors in text: reference sums may differ in the last bits between machines."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +70,13 @@ class StratumCheck:
     Attributes
     ----------
     pixels : int
-        Pixels of the stratum in the checked frames, those that are left out among them.
+        Pixels of the stratum in the checked frames, including those that cannot be checked.
     checked, exceeding : int
-        How many were, and how many of these err by more than was asked for in some band.
+        Number of checked pixels, and of those that exceed the requested error in some band.
     error : tuple of float (B,)
-        Largest relative error of each band; empty where no pixel was checked.
+        Largest relative error of each band; empty if no pixel was checked.
     left_out : mapping of str to int
-        Pixels that the reference cannot follow, by reason.
+        Number of pixels that the reference cannot compute, by reason.
     """
 
     name: str
@@ -93,22 +94,22 @@ class Certificate:
     Attributes
     ----------
     requested : RequestedAccuracy
-        In kelvin, if that was asked for, which then decides.
+        Requested accuracy; if it is in kelvin, the verdict uses kelvin.
     estimated : float
-        By the tables, between their nodes.
+        Error estimated by the tables, between their nodes.
     bands : tuple of str (B,)
     strata : tuple of StratumCheck
-        Those of which the checked frames have pixels.
+        Strata with pixels in the checked frames.
     frames : tuple of int
         Checked frames.
     open_share : float
-        Greatest share of the checked frames' pixels that can exceed, at 95 % confidence, if no checked one does.
+        Largest fraction of the checked frames' pixels that can exceed, at 95 % confidence, if no checked one does.
     terms : dict of str to float
         Largest error of each term that was looked up, in any band, relative to the total of the band.
     achieved_K : dict
-        Largest error of the brightness temperature of each band; empty unless kelvin were asked for.
+        Largest error of the brightness temperature of each band; empty unless kelvin were requested.
     own_errors : tuple of str
-        Accuracy that providers state of themselves, which is not among these errors.
+        Provider-stated accuracy, which these errors do not include.
     dark : tuple of str
         Bands in which all checked pixels are darker than ``DARK_W_M2_SR``.
     """
@@ -131,17 +132,17 @@ class Certificate:
 
     @property
     def exceeding(self) -> int:
-        """Number of those that err by more than was asked for."""
+        """Number of checked pixels that exceed the requested error."""
         return sum(stratum.exceeding for stratum in self.strata)
 
     @property
     def passed(self) -> bool:
-        """Whether no checked pixel errs by more than was asked for."""
+        """Whether no checked pixel exceeds the requested error."""
         return self.exceeding == 0
 
     @property
     def achieved(self) -> dict[str, float]:
-        """Largest relative error of each band; empty where nothing was checked."""
+        """Largest relative error of each band; empty if nothing was checked."""
         errors = [stratum.error for stratum in self.strata if stratum.checked]
         return dict(zip(self.bands, map(max, zip(*errors, strict=True)), strict=True)) if errors else {}
 
@@ -152,7 +153,7 @@ class Certificate:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """All that the certificate says, the verdict first."""
+        """The full text of the certificate, the verdict first."""
         checked = ", ".join(f"{each.name} {each.checked} of {each.pixels}" for each in self.strata)
         terms = ", ".join(f"{name} {error:.{DIGITS}g}" for name, error in self.terms.items())
         left_out = ", ".join(
@@ -180,7 +181,7 @@ class Certificate:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values for ``hcss run --json``; None stands for what is no number."""
+        """Plain values for ``hcss run --json``; non-finite numbers are None."""
         values: dict[str, Any] = {
             "passed": self.passed,
             "requested": self.requested.relative,

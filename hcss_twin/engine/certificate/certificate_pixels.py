@@ -1,4 +1,4 @@
-"""The pixels that a certificate checks: drawn at random while the frames are made, some of each kind."""
+"""Pixels for the certificate: a stratified random sample, drawn during the computation of the frames."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from hcss_twin.engine.tables.spectrum import checked_frames
 from hcss_twin.plan.plan import Plan
 
 PIXELS_PER_FRAME = 24
-"""Frames are as many as there are so many pixels: each has a sun of its own, which costs the model most."""
+"""Pixels per sampled frame: each frame has a different sun, which dominates the cost of the model."""
 
 POINTS_PER_PIXEL = 4
-"""Points that a pixel may have on average; of pixels with more, fewer are checked."""
+"""Mean number of points per checked pixel; fewer pixels are checked if they have more points."""
 
 
 @dataclass(frozen=True)
 class SampledPixels:
-    """Pixels of one frame: their clouds and what the cube says.
+    """Sampled pixels of one frame: clouds, and radiance in the cube.
 
     Attributes
     ----------
@@ -30,13 +30,13 @@ class SampledPixels:
     stratum : ndarray (M,)
     row, column : ndarray (M,)
     thickness_m : ndarray of float32 (M, L, P)
-        Of each layer at the points of the pixel.
+        Thickness of each layer at the points of the pixel.
     radiance : ndarray of float32 (M, Q, B)
-        The total and the terms that are looked up, as the cube has them.
+        Total and requested terms, as in the cube.
     pixels : ndarray (S,)
-        Pixels of each stratum in the frame that could have been drawn.
+        Number of pixels of each stratum in the frame that could have been drawn.
     in_shadow, with_waves : ndarray (S,)
-        Those that the reference cannot follow: in the shadow of a cloud, and clear in part with drawn waves.
+        Number of pixels that the reference cannot compute: in cloud shadow, or partly clear with resolved waves.
     """
 
     frame: int
@@ -57,12 +57,12 @@ class PixelSample:
     Parameters
     ----------
     plan : Plan
-        Its ``output.certificate`` is how many pixels are drawn; fewer where a pixel has more than four points.
+        Its ``output.certificate`` is the number of pixels to draw; fewer if a pixel has more than four points.
 
     Attributes
     ----------
     frames : list of SampledPixels
-        One for each frame from which pixels are drawn, once it is made.
+        One entry for each sampled frame, once it is complete.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -76,14 +76,14 @@ class PixelSample:
         """Pixels to draw, by frame."""
 
     def of_part(self, index: int, before: int = 0, corner: tuple[int, int] = (0, 0)) -> PartSample | None:
-        """Return what draws from a part of a frame, as in :class:`PartSample`; None if nothing is drawn from it."""
+        """Return a sampler for a part of a frame, as in :class:`PartSample`; None if nothing is drawn from it."""
         count = self.counts.get(index)
         return None if count is None else PartSample(self._plan, index, count, before, corner)
 
     def add_frame(self, index: int, parts: Sequence[DrawnPixels]) -> None:
-        """Choose from what was drawn from all parts of a frame, in their order.
+        """Choose pixels from the samples of all parts of a frame, in order.
 
-        Each pixel has a random number, and those with the smallest are chosen: of each stratum a simple random sample.
+        Each pixel has a random number; the smallest numbers give a simple random sample of each stratum.
         """
         place, key = (np.concatenate([getattr(each, name) for each in parts]) for name in ("place", "key"))
         pixels = np.sum([each.pixels for each in parts], axis=0)
@@ -111,7 +111,7 @@ class PixelSample:
 
 
 def allot(count: int, pixels: Counts) -> Counts:
-    """Share a number of draws among strata: half alike, half by size, and one to each as far as they go.
+    """Divide draws among strata: half equally, half by size, with at least one each if possible.
 
     Parameters
     ----------

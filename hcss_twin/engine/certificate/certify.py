@@ -1,10 +1,8 @@
-"""Columns on the reference path, kept between runs: a scene that is run again has the same pixels.
+"""Recomputation of random pixels of a cube on the reference path, and the certificate made from it.
 
-Compute random pixels of a cube again on the reference path, and make its certificate.
-
-What is certified is the engine's error against the selected providers evaluated exactly: the providers are asked at
-every wavenumber of the dense grid for the very column of each pixel, without tables, interpolation or chosen
-wavenumbers. What a provider says about its own error is not part of it.
+The certificate states the error of the engine relative to an exact evaluation of the selected providers, at every
+wavenumber of the dense grid and for the exact column of each pixel, without tables, interpolation or selected
+wavenumbers. It does not include the providers' own errors. Reference columns are cached between runs.
 """
 
 from __future__ import annotations
@@ -28,7 +26,7 @@ from hcss_twin.models.radiance.spectral_grid import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 
 COLUMNS_AT_ONCE = 32
-"""Columns for which the model is asked together; its memory grows with them."""
+"""Columns per call of the model; its memory grows with their number."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ class ReferenceColumns:
 def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
     """Terms (N, K, B) of columns (N, L) at a time, computed at every wavenumber of the dense grid.
 
-    They are kept under all that the tables of the plan depend on, the columns and the time.
+    They are cached by the inputs of the plan's tables, the columns and the time.
 
     Raises
     ------
@@ -60,12 +58,12 @@ def reference_of(plan: Plan, thickness_m: Array, time_s: float) -> Array:
 
 
 def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels]) -> Certificate:
-    """Compute drawn pixels again on the reference path and compare.
+    """Recompute the sampled pixels on the reference path and compare.
 
     Parameters
     ----------
     frames : sequence of SampledPixels
-        Of the run of this plan.
+        Sampled pixels from the run of this plan.
 
     Raises
     ------
@@ -81,15 +79,15 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
     whole = np.broadcast_to(total, away.shape)
     errors = np.divide(away, whole, out=np.where(away > 0, np.inf, 0.0), where=whole != 0)
     error = errors[:, 0]
-    # The cube is in single precision: one step of its numbers is no error of the engine.
+    # The cube has single precision: one rounding step does not count as an error of the engine.
     rounding = np.spacing(np.abs(exact).astype(np.float32)).astype(np.float64)
-    # So that what is no number exceeds.
+    # NaN counts as exceeding.
     over = ~(away <= plan.accuracy.relative * total + rounding)
     achieved_K: dict[str, float] = {}
     exceeding = np.any(over, axis=(1, 2))
     if plan.accuracy.kelvin is not None:
         away_K, rounding_K = _in_kelvin(plan, written[:, 0], exact[:, 0])
-        # Kelvin say what the total may be; the terms keep the share of the radiance that stands for it.
+        # The kelvin limit applies to the total; terms use the corresponding fraction of the radiance.
         warm = np.isfinite(away_K)
         over[:, 0] = np.where(warm, away_K > plan.accuracy.kelvin + rounding_K, over[:, 0])
         exceeding = np.any(over, axis=(1, 2))
@@ -132,11 +130,11 @@ def certify(plan: Plan, tables: RadianceTables, frames: Sequence[SampledPixels])
 
 
 def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
-    """Band radiances (M, Q, B) on the reference path: the total and the terms that are looked up."""
+    """Band radiances (M, Q, B) on the reference path: total and requested terms."""
     count, layers, points = pixels.thickness_m.shape
     thickness = np.moveaxis(pixels.thickness_m, 1, 2).reshape(count * points, layers).astype(np.float64)
     for own, layer in zip(thickness.T, plan.layers, strict=True):
-        # What single precision puts beyond the limits is taken for them, as in the look-up.
+        # Values beyond the limits by single-precision rounding are clipped, as in the look-up.
         np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
     if plan.views is None:
         return _means(plan, quantities, thickness, points, pixels.time_s)
@@ -153,7 +151,7 @@ def _exact(plan: Plan, quantities: Quantities, pixels: SampledPixels) -> Array:
 
 
 def _means(plan: Plan, quantities: Quantities, thickness_m: Array, points: int, time_s: float) -> Array:
-    """Means (M, Q, B) of pixels with so many points each, from the thickness (M x points, L) at these."""
+    """Pixel means (M, Q, B) from the thickness (M x points, L) at their points."""
     columns, places = np.unique(thickness_m, axis=0, return_inverse=True)
     known = quantities.of(reference_of(plan, columns, time_s))
     means: Array = np.mean(known[places.ravel()].reshape(-1, points, *known.shape[1:]), axis=1)
@@ -163,7 +161,7 @@ def _means(plan: Plan, quantities: Quantities, thickness_m: Array, points: int, 
 def _in_kelvin(plan: Plan, written: Array, exact: Array) -> tuple[Array, Array]:
     """Errors of the brightness temperature and one step of single precision of the radiance, both (M, B) in K.
 
-    NaN where either radiance is that of no black body: the share of the radiance decides there.
+    NaN if either radiance has no brightness temperature: the relative error then decides.
     """
     temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
 

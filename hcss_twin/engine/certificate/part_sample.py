@@ -1,8 +1,8 @@
-"""Pixels drawn from one part of a frame for the certificate: some of each kind, or stratum.
+"""Stratified random sample of pixels from one part of a frame, for the certificate.
 
-Strata are clear pixels, and thin, edge and thick ones of each choice of layers. A pixel is at an edge where some
-layer's cloud ends in it or beside it (the next pixel up, down, left or right). Other cloudy pixels are thick if some
-layer is there at least as thick as the geometric mean of its limits; otherwise thin.
+Strata are clear pixels, and thin, edge and thick pixels of each combination of layers. A pixel is an edge pixel if
+the cloud of some layer ends in it or in an adjacent pixel (up, down, left or right). Other cloudy pixels are thick if
+the thickness of some layer is at least the geometric mean of its limits, otherwise thin.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ CHOICES = ("low only", "high only", "both")
 
 
 def stratum_names(layers: int) -> tuple[str, ...]:
-    """Return the names of the strata of a scene with so many layers, (S,), in the order of their numbers."""
+    """Return the names (S,) of the strata of a scene with so many layers, by number."""
     if layers == 0:
         return (CLEAR,)
     if layers == 1:
@@ -39,13 +39,13 @@ def stratum_names(layers: int) -> tuple[str, ...]:
 def strata(
     layers: Sequence[CloudLayer], thickness_m: Sequence[Thickness], shape: tuple[int, int], samples: int
 ) -> NDArray[np.int8]:
-    """Return the stratum of each pixel of a window, (y, x), as a place in :func:`stratum_names`.
+    """Return the stratum of each pixel of a window (y, x), as an index into :func:`stratum_names`.
 
     Parameters
     ----------
     thickness_m : sequence of ndarray (y x samples, x x samples)
-        Of each layer, at most two, at the points of the window. What lies outside the window is not seen: pixels on
-        its rim are at an edge only as far as the window shows it.
+        Thickness of each layer, at most two, at the points of the window. Pixels outside the window are not
+        considered in the search for edges.
     shape : (int, int)
         Rows and columns of the window, in pixels.
     samples : int
@@ -59,10 +59,10 @@ def strata(
         layer_choice += np.int8(number + 1) * cloudy
         edge |= cloudy & _at_or_beside(~full)
         middle = math.sqrt(layer.thickness_min_m * layer.thickness_max_m)
-        # Of a pixel with several points those with cloud count.
+        # In a pixel with several points only the cloudy ones count.
         least = middle if samples == 1 else middle * points
         thick |= cloudy & (_sums(thickness, samples) >= least)
-    # In bytes throughout: a frame has as many as pixels, and numpy's own integers take eight times the room.
+    # One byte per pixel, because default numpy integers would take eight times the memory.
     part = np.where(edge, np.int8(1), np.int8(2) * thick.view(np.int8))
     stratum: NDArray[np.int8] = np.where(layer_choice > 0, np.int8(3) * layer_choice + (part - np.int8(2)), np.int8(0))
     return stratum
@@ -73,7 +73,7 @@ def _sums(values: NDArray[Any], samples: int) -> NDArray[Any]:
 
 
 def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels that are in the mask or share a side with one that is."""
+    """Pixels in the mask, or adjacent to one in the mask."""
     beside = open_sky.copy()
     beside[1:] |= open_sky[:-1]
     beside[:-1] |= open_sky[1:]
@@ -89,12 +89,12 @@ LOOKED_AT_FIRST = 64
 first."""
 
 _SEED_KEY = 2**17
-"""Keeps the draw apart from the seeds of clouds and waves."""
+"""Distinguishes the seed of the sample from those of clouds and waves."""
 
 
 @dataclass(frozen=True)
 class DrawnPixels:
-    """What was drawn from a part of a frame, of each stratum as many as the whole frame may need.
+    """Sample from a part of a frame, with as many pixels of each stratum as the whole frame may need.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class DrawnPixels:
     points : ndarray of float32 (M, L, P)
     radiance : ndarray of float32 (M, Q, B)
     pixels, in_shadow, with_waves : ndarray (S,)
-        Pixels of each stratum that could have been drawn, and those that the reference cannot follow.
+        Number of pixels of each stratum that could have been drawn, and that the reference cannot compute.
     """
 
     key: Array
@@ -118,17 +118,17 @@ class DrawnPixels:
 
 
 class PartSample:
-    """Draws pixels of a part of one frame, window by window.
+    """Samples pixels of a part of one frame, window by window.
 
     Parameters
     ----------
     index : int
         Number of the frame in the cube.
     count : int
-        Pixels that may be drawn from the frame.
+        Maximum number of pixels to draw from the frame.
     before : int
-        Pixels of the frame in parts that come before, whose random numbers are passed over: what is drawn does not
-        depend on who makes which part.
+        Number of pixels in earlier parts of the frame, whose random numbers are skipped, so that the sample does not
+        depend on which process computes a part.
     corner : (int, int)
         First row and column of the part in the cube.
     """
@@ -169,7 +169,7 @@ class PartSample:
         key = self._random.random(shape)
         here = self._count_of(stratum[free])
         self._pixels += here
-        # Of most strata those with the smallest numbers are among these.
+        # For most strata these contain the smallest numbers.
         rows, columns = np.nonzero(free & (key < LOOKED_AT_FIRST * self._count / key.size))
         kind = stratum[rows, columns]
         for number, wanted in enumerate(np.minimum(here, self._count).tolist()):
@@ -183,7 +183,7 @@ class PartSample:
             self._keep(number, key[places], *places, window, thickness_m)
 
     def drawn(self, radiance: NDArray[np.float32]) -> DrawnPixels:
-        """Return what was drawn, with the radiance (Q, B, y, x) of the part."""
+        """Return the sample, with the radiance (Q, B, y, x) of the part."""
         row, column = self._place[:, 1], self._place[:, 2]
         return DrawnPixels(
             key=self._key,
@@ -204,7 +204,7 @@ class PartSample:
         window: Window,
         thickness_m: Sequence[Thickness],
     ) -> None:
-        """Add pixels of one stratum, and let go of those whose numbers are too large; the rest by their numbers."""
+        """Add pixels of one stratum, sorted by random number, and drop those with too large numbers."""
         samples = self._plan.samples_per_pixel
         points = np.empty((keys.size, *self._points.shape[1:]), dtype=np.float32)
         for pixel, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
@@ -228,13 +228,13 @@ def _bits(seed: int, number: int) -> np.random.PCG64:
 
 
 def smallest(key: Array, among: NDArray[np.bool_], count: int) -> NDArray[np.intp]:
-    """Places of the smallest numbers, ascending, among those of a mask."""
+    """Indices of the smallest numbers within a mask, ascending."""
     places = np.flatnonzero(among)
     return places[np.argsort(key[places], kind="stable")[:count]]
 
 
 def _clear_in_part(thickness_m: Sequence[Thickness], shape: tuple[int, int], samples: int) -> NDArray[np.bool_]:
-    """Pixels (y, x) with a point without any cloud."""
+    """Pixels (y, x) with at least one clear point."""
     clear = np.ones((shape[0] * samples, shape[1] * samples), dtype=np.bool_)
     for thickness in thickness_m:
         clear &= thickness <= 0

@@ -1,1 +1,1 @@
-"""Radiance tables: which columns are computed, at which wavenumbers, and how frames look between them."""
+"""Radiance tables: choice of columns and wavenumbers, and interpolation for frames."""

@@ -1,6 +1,6 @@
-"""Columns of a scene, integrated over its bands.
+"""Columns of a scene, integrated over the bands.
 
-Those under another sun differ from those under a first one by little, and smoothly: the difference needs few nodes.
+Columns for another sun differ little and smoothly from those for a first sun: the difference needs few nodes.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ FIRST_NODES = 5
 
 
 def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance: float) -> Array:
-    """Return columns at all thicknesses, of which some are computed.
+    """Return columns at all thicknesses, of which only some are computed.
 
-    The difference from the known columns is interpolated by a spline in ln(thickness); nodes are halved until it
+    The difference from the known columns is interpolated by a spline in ln(thickness); intervals are halved until it
     predicts every new column.
 
     Parameters
@@ -60,14 +60,14 @@ def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance
         if error <= tolerance:
             break
     difference = spline_through(thickness_m[places], values - known[places])(np.log(thickness_m))
-    # A term that fades to nothing would swing below it.
+    # Splines of a term that approaches zero would become negative.
     columns_at: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=0), 0.0))
     columns_at[places] = values
     return columns_at
 
 
 def layer_pair(columns: ColumnsAt, low_m: Array, high_m: Array, known: Array, tolerance: float) -> Array | None:
-    """Return columns with cloud in two layers, (E, F, K, B), or None where the difference needs too many nodes.
+    """Return columns with cloud in two layers (E, F, K, B), or None if the difference needs too many nodes.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def _first_places(size: int) -> Places:
 
 
 def _between(places: Places) -> Places:
-    """Middles of the intervals that have one."""
+    """Middle nodes of the intervals that have one."""
     middle = (places[:-1] + places[1:]) // 2
     return np.setdiff1d(middle, places)
 
@@ -114,14 +114,15 @@ def _product(columns: ColumnsAt, low_m: Array, high_m: Array) -> Array:
 
 @dataclass(frozen=True)
 class ExactColumns:
-    """Columns under one sun.
+    """Columns for one sun.
 
     Attributes
     ----------
     alone : tuple of ndarray (E, K, B)
-        For each layer, with cloud in it alone, at the exact nodes of its axis; E = 0 for one without cloud.
+        Columns with cloud in one layer only, for each layer, at the exact nodes of its axis; E = 0 for a layer
+        without cloud.
     both : ndarray (E, F, K, B) or None
-        With cloud in both.
+        Columns with cloud in both layers.
     """
 
     alone: tuple[Array, ...]
@@ -134,7 +135,7 @@ class BandColumns:
     def __init__(self, plan: Plan, nodes: SpectralNodes) -> None:
         self._plan = plan
         self._grid = nodes
-        # Waves change columns of all wavenumbers; the clear column that their changes are added to is like them.
+        # The changes by waves are computed at all wavenumbers, so the clear column they are added to is, too.
         self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
         terms = tuple(plan.assembly.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.variables}
@@ -147,7 +148,7 @@ class BandColumns:
         return self._to_bands(self._plan.assembly.model.clear(grid.wavenumber_cm1, sun), grid)
 
     def cloudy(self, thickness_m: Array, sun: Sun | None) -> Array:
-        """Terms of cloudy columns, (N, K, B), from the thickness of each layer, (N, L); each is computed once."""
+        """Terms of cloudy columns (N, K, B) from the thickness of each layer (N, L); each column is computed once."""
         keys = [(sun, tuple(row)) for row in thickness_m.tolist()]
         new = [row for row, key in enumerate(keys) if key not in self._known]
         if new:
@@ -157,7 +158,7 @@ class BandColumns:
         return np.stack([self._known[key] for key in keys])
 
     def alone(self, index: int, sun: Sun | None) -> ColumnsAt:
-        """Columns with cloud in one layer only, as a function of its thickness (N,)."""
+        """Function from thickness (N,) to columns with cloud in one layer only."""
 
         def columns(thickness_m: Array) -> Array:
             layers = np.zeros((thickness_m.size, len(self._plan.layers)))
@@ -167,7 +168,7 @@ class BandColumns:
         return columns
 
     def probe(self, sun: Sun | None) -> Array:
-        """Total of a few columns that bound the scene, (N, B)."""
+        """Total radiance (N, B) of a few columns that bound the scene."""
         clear: Array = np.sum(self.clear(sun), axis=0)[None, :]
         if self._plan.waves is not None:
             clear = np.concatenate((clear, probe_waves(self._plan, self._plan.waves, sun)))
@@ -185,7 +186,7 @@ class BandColumns:
         first: ExactColumns | None,
         tolerance: float,
     ) -> ExactColumns:
-        """Columns at the exact nodes of all axes; from those under a first sun, if given, by their difference."""
+        """Columns at the exact nodes of all axes; computed as difference from those for a first sun, if given."""
         nothing = np.empty((0, len(self.quantities.terms), len(self._plan.bands)))
         alone: list[Array] = []
         for index, axis in enumerate(axes):
@@ -210,7 +211,7 @@ class BandColumns:
         return ExactColumns(tuple(alone), both)
 
     def table(self, axes: tuple[ThicknessAxis | None, ...], exact: ExactColumns, sun: Sun | None) -> InstantTable:
-        """Table of one instant."""
+        """Radiance table at one instant."""
         clear = self.quantities.of(self.clear(sun))
         return InstantTable(
             clear,

@@ -1,14 +1,13 @@
-"""Columns with cloud in two layers: exact ones on the product of two thickness axes, and the look-up between them.
+"""Columns with cloud in two layers: exact columns on the product of two thickness axes, and look-up between them.
 
-Seen from space two layers meet in few independent ways, so that the matrix of radiances over the thickness of one and
-of the other has a low rank: a handful of its rows and columns says what the rest is (the skeleton or cross
-approximation: S. A. Goreinov, E. E. Tyrtyshnikov and N. L. Zamarashkin, *A theory of pseudoskeleton approximations*,
-Linear Algebra Appl. 261, 1997). Elements that are in no cross are computed to measure the error, and where it is too
-large the worst of them gets a cross of its own.
+The matrix of radiances over the thicknesses of the two layers has a low rank, so that a few of its rows and columns
+determine the rest (the skeleton or cross approximation: S. A. Goreinov, E. E. Tyrtyshnikov and N. L. Zamarashkin, *A
+theory of pseudoskeleton approximations*, Linear Algebra Appl. 261, 1997). Elements outside the crosses are computed
+to measure the error; if it is too large, a cross is added at the worst element.
 
 Along each axis radiance is interpolated as for one layer: by splines in ln(thickness) between the exact nodes of each
-smooth segment, and linearly between the dense nodes of the look-up. The axes of the layers alone are a first guess;
-seen through another cloud, or above one, a layer can need more nodes.
+smooth segment, and linearly between the dense nodes of the look-up. The axes of the single layers are the first
+guess; below or above another cloud, a layer can need more nodes.
 """
 
 from __future__ import annotations
@@ -37,13 +36,13 @@ Pairs = Callable[[Array], Array]
 """Maps pairs of thicknesses (N, 2), low and high, to terms (N, K, B)."""
 
 FIRST_CROSSES = 3
-"""Through the thinnest, the middle and the thickest of both layers."""
+"""Initial crosses, at the thinnest, the middle and the thickest cloud of both layers."""
 
 TRIED = 24
-"""Elements outside the crosses that are computed for each judgement."""
+"""Number of elements outside the crosses that are computed for each error estimate."""
 
 _RANK = 1e-9
-"""Singular values below this share of the largest are rounding."""
+"""Singular values below this fraction of the largest are treated as rounding errors."""
 
 
 def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> tuple[Array, float]:
@@ -61,7 +60,7 @@ def complete(columns: Pairs, low_m: Array, high_m: Array, tolerance: float) -> t
     ndarray (E, F, K, B)
         Computed in the crosses, completed elsewhere.
     float
-        Largest relative error of the total among the elements tried last; 0 where all were computed.
+        Largest relative error of the total among the elements tested last; 0 if all were computed.
     """
     size = low_m.size, high_m.size
     rows, across = (_first(each) for each in size)
@@ -91,19 +90,19 @@ def _first(size: int) -> list[int]:
 
 
 def _line(columns: Pairs, low_m: Array, high_m: Array) -> Array:
-    """Columns of one row or one column of the product, (N, K, B)."""
+    """Columns (N, K, B) of one row or one column of the product."""
     return columns(np.stack(np.broadcast_arrays(low_m, high_m), axis=1))
 
 
 def _line_by_line(columns: Pairs, by_row: dict[int, Array], low_m: Array, high_m: Array) -> Array:
-    """Compute every row that is not known yet."""
+    """Compute every missing row."""
     return np.stack(
         [by_row[row] if row in by_row else _line(columns, low_m[row : row + 1], high_m) for row in range(low_m.size)]
     )
 
 
 def _skeleton(by_row: dict[int, Array], by_column: dict[int, Array]) -> Array:
-    """Complete the product from its crosses; the crosses themselves stay as they are."""
+    """Complete the product from its crosses, which remain unchanged."""
     rows, across = sorted(by_row), sorted(by_column)
     lines = np.stack([by_row[row] for row in rows])  # (I, F, K, B)
     columns = np.stack([by_column[column] for column in across], axis=1)  # (E, J, K, B)
@@ -120,11 +119,11 @@ def _skeleton(by_row: dict[int, Array], by_column: dict[int, Array]) -> Array:
 def _elsewhere(
     size: tuple[int, int], by_row: dict[int, Array], by_column: dict[int, Array], start: int
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
-    """Indices of some elements that are in no cross, spread over the product; None if there are too few."""
+    """Indices of some elements outside the crosses, spread over the product; None if there are too few."""
     free = [np.setdiff1d(np.arange(n), list(known)) for n, known in zip(size, (by_row, by_column), strict=True)]
     if free[0].size * free[1].size <= 2 * TRIED:
         return None
-    # Kronecker sequence of the plastic number's powers: even, and never the same twice.
+    # Kronecker sequence of powers of the plastic number: evenly distributed, without repetition.
     number = np.arange(start, start + TRIED) + 1.0
     share = np.mod(number[:, None] * np.array([0.7548776662466927, 0.5698402909980532]), 1.0)
     places = [each[(share[:, axis] * each.size).astype(int)] for axis, each in enumerate(free)]
@@ -132,13 +131,13 @@ def _elsewhere(
 
 
 CROSS_SHARE = 0.2
-"""Share of the tolerance left to the completion of the product of both axes from crosses."""
+"""Share of the tolerance for the completion of the product from crosses."""
 
 PROBES = (0.0, 0.5)
-"""Where along the other layer's nodes an axis is tried: its thickest clouds hide more than they add."""
+"""Positions among the other layer's nodes at which an axis is tested: its thickest clouds hide more than they add."""
 
 ROWS_AT_ONCE = 64
-"""Rows of the dense table that are interpolated together."""
+"""Number of rows of the dense table that are interpolated together."""
 
 
 @dataclass(frozen=True)
@@ -148,12 +147,12 @@ class LayerPair:
     Attributes
     ----------
     low, high : ThicknessAxis
-        Of the lower and of the higher layer.
+        Axes of the lower and of the higher layer.
     cross_tolerance : float
-        Relative error of the total that completing the product from crosses may cause.
+        Allowed relative error of the total due to completing the product from crosses.
     estimated_error : float
-        Relative error of the total: the largest found between exact nodes of both axes, plus the shares of
-        the tolerance that the dense nodes and the crosses use.
+        Relative error of the total: the largest measured between exact nodes of both axes, plus the shares of the
+        tolerance for dense nodes and crosses.
     """
 
     low: ThicknessAxis
@@ -162,7 +161,7 @@ class LayerPair:
     estimated_error: float
 
     def exact(self, columns: ColumnsAt) -> Array:
-        """Terms of the columns of all pairs of exact nodes, (E, F, K, B), from some of them."""
+        """Terms of the columns of all pairs of exact nodes (E, F, K, B), computed for some of them."""
         return complete(columns, self.low.exact_m, self.high.exact_m, self.cross_tolerance)[0]
 
     def dense(self, exact: Array, named: Callable[[Array], Array]) -> NDArray[np.float32]:
@@ -171,14 +170,14 @@ class LayerPair:
         Parameters
         ----------
         exact : ndarray (E, F, K, B)
-            As :meth:`exact` returns them.
+            Result of :meth:`exact`.
         named : callable
-            Maps terms (..., K, B) to the quantities wanted, (..., Q, B).
+            Maps terms (..., K, B) to the requested quantities (..., Q, B).
 
         Returns
         -------
         ndarray (N, M, Q x B)
-            Single precision, which halves the memory; its rounding is that of the cube.
+            Single precision, to halve the memory; the cube has the same rounding.
         """
         across = np.moveaxis(self.high.interpolate(np.moveaxis(exact, 1, 0)), 0, 1)
         table: NDArray[np.float32] | None = None
@@ -205,25 +204,25 @@ def place_pair(
     source: Source,
     layers: tuple[CloudLayer, ...],
 ) -> LayerPair:
-    """Add nodes to the axes of two layers until columns with both keep the tolerance.
+    """Add nodes to the axes of two layers until columns with both meet the tolerance.
 
     Parameters
     ----------
     columns : callable
         Maps pairs of thicknesses (N, 2), low and high, to terms (N, K, B).
     low, high : ThicknessAxis
-        Axes of the layers alone; the new ones have all their nodes.
+        Axes of the single layers; the new axes include all their nodes.
     tolerance : float
         Relative to the total; a fifth of it for the crosses, and half of the rest for each axis.
     source : Source
-        Who an error names.
+        Radiance model and terms, for error messages.
     layers : tuple of CloudLayer
-        The low and the high one.
+        The low and the high layer.
 
     Raises
     ------
     ProviderError
-        If the radiance does not converge with nodes, because a provider returns values that jump.
+        If the radiance does not converge with the number of nodes, because a provider returns discontinuous values.
     """
     axes, share = [low, high], 0.5 * (1.0 - CROSS_SHARE) * tolerance
     while True:
@@ -290,7 +289,7 @@ def _halved(axis: ThicknessAxis, coarse: list[bool]) -> ThicknessAxis:
 
 
 def _with_dense_nodes(axis: ThicknessAxis, along: Array, tolerance: float) -> ThicknessAxis:
-    """Add the dense nodes that columns with the other layer need; ``along`` (E, F, K, B) has this axis first."""
+    """Add the dense nodes that columns with both layers need; ``along`` (E, F, K, B) has this axis first."""
     as_bands = np.moveaxis(along, 1, 2).reshape(along.shape[0], along.shape[2], -1)
     dense = [
         dense_nodes(segment, as_bands[place], tolerance)

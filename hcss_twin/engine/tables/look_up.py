@@ -1,8 +1,8 @@
-"""Radiance of a frame: look up every point of the image in the tables and average over each pixel, in one pass.
+"""Radiance of a frame: table look-up for every point of the image and averaging over each pixel, in one pass.
 
-The plain definition is linear interpolation of every band and term in the thickness of the cloud, of one layer or of
-both, for each point; then the mean over the points of a pixel. The kernels find the interval of a thickness through a
-guide table over the leading bits of its single-precision number, which are nearly its logarithm.
+For each point every band and term is interpolated linearly in the cloud thickness of one or both layers; then the
+points of a pixel are averaged. The kernels find the interval of a thickness with a guide table over the leading bits
+of its single-precision representation, which approximate its logarithm.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from hcss_twin.engine.tables.radiance_tables import DenseTable
 Thickness = NDArray[np.float32]
 
 ROUNDING = 1e-6
-"""Thickness in a frame is float32: so much beyond the outermost nodes is rounding, and is taken for the node."""
+"""Relative rounding of float32 thickness: values this far beyond the outermost nodes are clipped."""
 
 ENTRIES_PER_NODE = 4
-"""Least entries of the guide table for each node, so that the search rarely takes a second step."""
+"""Minimum entries of the guide table per node, so that the search rarely needs a second step."""
 
 MANTISSA_BITS = 23
 
 PIXELS_AT_ONCE = 64
-"""Neighbouring pixels whose radiance is gathered before it is written."""
+"""Number of neighbouring pixels whose radiance is written together."""
 
 
 class LookUp:
@@ -37,13 +37,13 @@ class LookUp:
     Parameters
     ----------
     table : DenseTable
-        Of at most two layers.
+        Table with at most two layers.
     """
 
     def __init__(self, table: DenseTable) -> None:
         self._table = table
         self._guides = [_guide(nodes) for nodes in table.nodes_m]
-        # Clear sky as an interval of its own in front of the nodes, channel by channel.
+        # Clear sky is a separate interval before the nodes, channel by channel.
         clear = table.clear[:, None]
         self._lifted = [np.concatenate((clear, clear, alone.T), axis=1) for alone in table.alone]
 
@@ -59,9 +59,9 @@ class LookUp:
         Parameters
         ----------
         radiance : ndarray of float32 (C, y, x)
-            Of the whole image, every band and term; filled where the window lies.
+            Radiance of the whole image, every band and term; the window is filled.
         thickness_m : sequence of ndarray of float32 (window rows x samples, window columns x samples)
-            Of each layer at the points of the window; 0 where it has no cloud.
+            Thickness of each layer at the points of the window; 0 without cloud.
         samples : int
             Points along each side of a pixel.
         corner : (int, int)
@@ -93,7 +93,7 @@ class LookUp:
         if len(layers) == 1:
             inside = _one_layer(radiance, row, column, samples, table.clear, *arguments)
         else:
-            # Without a table of both no point can have both.
+            # Without a table for both layers no point can have both.
             both = np.empty((0, 0, table.clear.size), np.float32) if table.both is None else table.both
             inside = _two_layers(radiance, row, column, samples, table.clear, both, *arguments)
         if not inside:
@@ -114,17 +114,17 @@ def _refuse_outside(thickness_m: Thickness, nodes: Array) -> None:
 
 
 def _guide(nodes: Array) -> tuple[NDArray[np.int32], int, int]:
-    """Make the guide table of ascending nodes.
+    """Return the guide table of ascending nodes.
 
-    Positive single-precision numbers are in the order of their bits, whose leading ones are the exponent and part of
-    the mantissa.
+    Positive single-precision numbers have the order of their bits; the leading bits are the exponent and part of the
+    mantissa.
 
     Returns
     -------
     guide : ndarray of int32
-        For each value of the leading bits, the interval of the smallest number that has them.
+        For each value of the leading bits, the interval of the smallest number with these bits.
     shift, first : int
-        Entry of a number: bits >> shift, minus ``first``.
+        Index of a number in the guide: bits >> shift, minus ``first``.
     """
     if nodes.size == 0:
         return np.zeros(0, np.int32), 0, 0
@@ -142,7 +142,7 @@ def _guide(nodes: Array) -> tuple[NDArray[np.int32], int, int]:
 
 @njit(cache=True, nogil=True)
 def _outside(thickness, nodes):  # type: ignore[no-untyped-def]
-    """Whether a thickness is beyond what rounding explains, or none."""
+    """Whether a thickness is outside the nodes by more than rounding, or NaN."""
     if nodes.size == 0:
         return True
     # Not "below or above": NaN is neither, and must not be looked up.
@@ -151,7 +151,7 @@ def _outside(thickness, nodes):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _locate(thickness, bits, nodes, guide, shift, first):  # type: ignore[no-untyped-def]
-    """Interval of a thickness and where it lies in it, 0 to 1."""
+    """Interval of a thickness, and its position in the interval, 0 to 1."""
     last = nodes.size - 2
     index = guide[(bits >> shift) - first]
     while index < last and nodes[index + 1] <= thickness:
@@ -165,9 +165,9 @@ def _locate(thickness, bits, nodes, guide, shift, first):  # type: ignore[no-unt
 def _points(  # type: ignore[no-untyped-def]
     radiance, row, column, table, thickness, bits, nodes, guide, shift, first
 ):
-    """Do what :func:`_one_layer` does for one point per pixel, to the bit and faster.
+    """Faster, bit-identical version of :func:`_one_layer` for one point per pixel.
 
-    ``table`` (C, 2 + N) has clear sky twice in front of the nodes. False if a thickness is outside the table.
+    ``table`` (C, 2 + N) has clear sky twice before the nodes. Returns False if a thickness is outside the table.
     """
     channels, width = table.shape[0], thickness.shape[1]
     interval, share = np.empty(PIXELS_AT_ONCE, np.uint32), np.empty(PIXELS_AT_ONCE)
@@ -268,7 +268,7 @@ def _two_layers(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _add_linear(sums, x, table, index, part):  # type: ignore[no-untyped-def]
-    """Add to ``sums[x]`` what lies between two nodes of a table (N, C)."""
+    """Add to ``sums[x]`` the value interpolated between two nodes of a table (N, C)."""
     for c in range(sums.shape[1]):
         low = table[index, c]
         sums[x, c] += low + part * (table[index + 1, c] - low)
@@ -276,7 +276,7 @@ def _add_linear(sums, x, table, index, part):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _add_bilinear(sums, x, table, index, above, part, rest):  # type: ignore[no-untyped-def]
-    """Add to ``sums[x]`` what lies between four nodes of a table (N, M, C)."""
+    """Add to ``sums[x]`` the value interpolated between four nodes of a table (N, M, C)."""
     for c in range(sums.shape[1]):
         # In double precision: differences of single-precision numbers would lose digits.
         near, far = np.float64(table[index, above, c]), np.float64(table[index + 1, above, c])
@@ -287,7 +287,7 @@ def _add_bilinear(sums, x, table, index, above, part, rest):  # type: ignore[no-
 
 @njit(cache=True, nogil=True)
 def _write(radiance, row, column, sums, count, share):  # type: ignore[no-untyped-def]
-    """Write means of neighbouring pixels, plane by plane, which is several times as fast as pixel by pixel."""
+    """Write means of neighbouring pixels plane by plane, several times as fast as pixel by pixel."""
     for c in range(sums.shape[1]):
         for x in range(count):
             radiance[c, row, column + x] = np.float32(sums[x, c] * share)

@@ -1,4 +1,4 @@
-"""Tables for each of several views of a scene, and look-ups in them weighted pixel by pixel."""
+"""Tables for several views of a scene, and look-up with weights for each pixel."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ from hcss_twin.providers import Grid, View
 
 
 def plan_toward(plan: Plan, view: View) -> Plan:
-    """Return the plan of the same scene seen along parallel rays from another direction."""
+    """Return the plan of the same scene in orthographic view from another direction."""
     return replace(plan, assembly=plan.assembly.toward(view), view=view, views=None)
 
 
 def image_views(plan: Plan) -> ImageViews:
-    """Return the views over the image of a plan whose pixels have views of their own."""
+    """Return the views over the image of a plan in which view angles vary over the image."""
     assert plan.assembly.lines_of_sight is not None
     return ImageViews(plan.grid, plan.assembly.lines_of_sight)
 
 
 def plans_over_views(plan: Plan) -> tuple[Plan, ...]:
-    """Return a plan for each view that has tables, which is the plan itself where one stands for all pixels."""
+    """Return a plan for each view with tables, or the plan itself if one view is used for all pixels."""
     if plan.views is None:
         return (plan,)
     return tuple(plan_toward(plan, view) for view in image_views(plan).at(plan.views.places))
 
 
 def tables_over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables:
-    """Return the tables of all views of a plan that has several.
+    """Return the tables of all views of a plan with several views.
 
     Parameters
     ----------
     tables_of : callable
-        Makes the tables of a plan with one view.
+        Computes the tables of a plan with one view.
 
     Returns
     -------
     RadianceTables
-        Those that took most wavenumbers, with the largest errors of any and all of them as ``over_views``.
+        Tables with the most wavenumbers, with the largest errors of all views, and all tables as ``over_views``.
     """
     assert plan.views is not None
     each = tuple(tables_of(toward) for toward in plans_over_views(plan))
@@ -62,18 +62,18 @@ def tables_over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -
 Thickness = NDArray[np.float32]
 
 VALUES_AT_ONCE = 2**21
-"""Pixels times channels whose sums are held together; 16 MB."""
+"""Maximum pixels times channels that are summed together; 16 MB."""
 
 
 class ViewedLookUp:
-    """Look-up in the tables of one instant, toward the view of each pixel.
+    """Look-up in the tables of one instant for the view of each pixel.
 
     Parameters
     ----------
     grid : Grid
         The image, in pixels.
     look_ups : sequence of LookUp
-        One for each node of the axis, in its order.
+        One look-up for each node of the axis, in order.
     """
 
     def __init__(self, axis: ViewAxis, grid: Grid, look_ups: Sequence[LookUp]) -> None:
@@ -93,7 +93,7 @@ class ViewedLookUp:
         samples: int = 1,
         corner: tuple[int, int] = (0, 0),
     ) -> None:
-        """Write the radiance of a window of the image, as :meth:`LookUp.fill` does; without layers of all of it."""
+        """Write the radiance of a window of the image like :meth:`LookUp.fill`; without layers, of the whole image."""
         if thickness_m:
             rows, columns = (size // samples for size in thickness_m[0].shape)
         else:
@@ -111,13 +111,13 @@ class ViewedLookUp:
                 look_up.fill(part, points, samples)
                 row, column = divmod(node, across.shape[1])
                 _add(sums, part, np.ascontiguousarray(up[:, row]), np.ascontiguousarray(across[:, column]))
-            # A term that vanishes may be less than 0 between nodes.
+            # A vanishing term can become negative between nodes.
             radiance[:, y, x] = np.maximum(sums, 0.0)
 
 
 @njit(cache=True, nogil=True)
 def _add(sums, part, up, across):  # type: ignore[no-untyped-def]
-    """Add a part (C, y, x) to sums, weighted by row and column."""
+    """Add a part (C, y, x) to the sums, weighted by row and column."""
     for c in range(sums.shape[0]):
         for y in range(sums.shape[1]):
             weight = up[y]

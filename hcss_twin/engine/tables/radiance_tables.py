@@ -1,4 +1,4 @@
-"""Radiance tables: band radiance against the thickness of the cloud layers (and time, where the sun moves)."""
+"""Radiance tables: band radiance as a function of cloud-layer thickness (and of time if the sun moves)."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ TOTAL = "radiance"
 
 @dataclass(frozen=True)
 class Quantities:
-    """What is looked up: the total of the radiance and the terms that were asked for.
+    """Quantities of the look-up: total radiance and requested terms.
 
     Attributes
     ----------
     terms : tuple of str (K,)
         All terms of the radiance model.
     wanted : tuple of str
-        Those of them that are looked up beside the total.
+        Terms that are looked up in addition to the total.
     """
 
     terms: tuple[str, ...]
@@ -34,11 +34,11 @@ class Quantities:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """``radiance`` and the terms wanted, (Q,)."""
+        """``radiance`` and the requested terms, (Q,)."""
         return TOTAL, *self.wanted
 
     def of(self, terms: Array) -> Array:
-        """Pick from terms (..., K, B), or sum them, (..., Q, B)."""
+        """Compute the quantities (..., Q, B) from terms (..., K, B)."""
         picked = [terms[..., self.terms.index(name), :] for name in self.wanted]
         return np.stack([np.sum(terms, axis=-2), *picked], axis=-2)
 
@@ -83,12 +83,12 @@ class DenseTable:
     both: NDArray[np.float32] | None
 
     def blend(self, other: DenseTable, weight: float) -> DenseTable:
-        """Interpolate linearly toward ``other``, which has the same nodes."""
+        """Interpolate linearly toward ``other``, with the same nodes."""
         if weight == 0.0:
             return self
         both: NDArray[np.float32] | None = None
         if self.both is not None and other.both is not None:
-            # Not self + weight (other - self): night beside day would be lost to the rounding of day.
+            # Not self + weight (other - self): small night values would be lost in the rounding of day values.
             both = other.both * np.float32(weight)
             for here, before in zip(both, self.both, strict=True):  # row by row, as these tables are large
                 here += np.float32(1 - weight) * before
@@ -102,19 +102,18 @@ class DenseTable:
 
 @dataclass(frozen=True)
 class ShadowTables:
-    """What clear points lose where clouds stand between them and the sun.
+    """Radiance that clear points lose in cloud shadow.
 
     Attributes
     ----------
     time_s : tuple of float (T,)
         Time nodes of the radiance tables.
     longest_m : ndarray (L,)
-        Longest path of the sun in each layer.
+        Longest path of sunlight in each layer.
     loss : ndarray (T, Q, B)
-        What direct sunlight on the sea gives each quantity of the clear column.
+        Sea-reflected direct sunlight in each quantity of the clear column.
     depth : ndarray (T, L, N, B)
-        Negative logarithm of the direct transmission of the band, at paths even in the square root from 0 to the
-        longest.
+        Negative logarithm of the direct band transmission, at paths uniform in the square root from 0 to the longest.
     """
 
     time_s: tuple[float, ...]
@@ -123,7 +122,7 @@ class ShadowTables:
     depth: Array
 
     def at(self, time_s: float) -> tuple[Array, Array]:
-        """Return ``loss`` (Q, B) and ``depth`` (L, N, B) at a time within the nodes, as :class:`TableReader` does."""
+        """Return ``loss`` (Q, B) and ``depth`` (L, N, B) at a time within the nodes, as in :class:`TableReader`."""
         index, weight = _interval(self.time_s, time_s)
         after = min(index + 1, len(self.time_s) - 1)
         loss: Array = (1 - weight) * self.loss[index] + weight * self.loss[after]
@@ -133,19 +132,19 @@ class ShadowTables:
 
 @dataclass(frozen=True)
 class WaveTables:
-    """What the slope of waves adds to the clear radiance.
+    """Change of clear radiance with wave slope.
 
     Attributes
     ----------
     reach : (float, float)
-        Greatest slope of the table, upwind and crosswind.
+        Largest slope of the table, upwind and crosswind.
     change : tuple of ndarray of float32 (N, M, C)
         At each time node: W m-2 sr-1 for every band and quantity, at slopes evenly spaced from -reach to reach,
         upwind and then crosswind (clockwise from upwind). Its mean over the waves is 0.
     level : tuple of ndarray (K, B)
-        At each time node: factor on each term that brought its mean to the radiance of the mean sea.
+        At each time node: factor that scales the mean of each term to the radiance of the mean sea.
     estimated_error : float
-        Relative to the total, measured between the nodes while they were placed.
+        Relative to the total, measured between the nodes during their placement.
     """
 
     reach: tuple[float, float]
@@ -161,24 +160,24 @@ class RadianceTables:
     Attributes
     ----------
     time_s : tuple of float (T,)
-        Time nodes; a single one where the sun does not matter.
+        Time nodes; a single one if the sun does not matter.
     axes : tuple of ThicknessAxis or None
-        Of each layer, from the lowest to the highest; None for a layer that never has cloud.
+        Axis of each layer, from the lowest to the highest; None for a layer that never has cloud.
     pair : LayerPair or None
-        Axes of both layers together, which then are ``axes``.
+        Axes for both layers together, equal to ``axes``.
     tables : tuple of InstantTable (T,)
         Tables at the nodes.
     spectrum : Spectrum
-        Wavenumbers behind each column.
+        Wavenumbers of each column.
     errors : Budget
-        Relative errors of the total: what each approximation found while its nodes were placed.
+        Relative errors of the total, measured for each approximation during node placement.
     shadows : ShadowTables or None
-        None where no cloud casts shadows.
+        None if no cloud casts shadows.
     waves : WaveTables or None
-        What resolved waves add to the clear column, at the same time nodes; None where they are averaged over.
+        Change of the clear column by resolved waves, at the same time nodes; None for a statistical sea.
     over_views : tuple of RadianceTables
-        Those toward each view, where pixels have views of their own; these tables then are one of them, with the
-        largest errors of any.
+        Tables for each view if view angles vary over the image; these tables are then one of them, with the largest
+        errors of all.
     """
 
     quantities: Quantities
@@ -194,15 +193,15 @@ class RadianceTables:
 
     @property
     def estimated_error(self) -> float:
-        """Relative error of the total that all of them can add up to."""
+        """Largest sum of the relative errors of the total."""
         return self.errors.total
 
 
 class TableReader:
-    """Tables for the look-up at any time within the nodes.
+    """Tables for look-up at any time within the nodes.
 
-    Dense tables of two layers are large: those of the two time nodes in use are kept, so that frames are best asked
-    for in the order of time.
+    Dense tables of two layers are large: only those of the two current time nodes are kept, so request frames in the
+    order of time.
     """
 
     def __init__(self, tables: RadianceTables) -> None:
@@ -210,7 +209,7 @@ class TableReader:
         self._dense = lru_cache(maxsize=2)(self._dense_at_node)
 
     def at(self, time_s: float) -> DenseTable:
-        """Table at a time within the nodes."""
+        """Return the table at a time within the nodes."""
         nodes = self._tables.time_s
         index, weight = _interval(nodes, time_s)
         if len(nodes) == 1:
@@ -231,7 +230,7 @@ class TableReader:
 
 
 def _interval(nodes: tuple[float, ...], time_s: float) -> tuple[int, float]:
-    """Interval between nodes in which a time lies, and the weight of its end; the only node and 0 where it is alone."""
+    """Interval of a time, and the weight of its end node; 0 and 0 for a single node."""
     if len(nodes) == 1:
         return 0, 0.0
     index = int(np.clip(np.searchsorted(nodes, time_s, side="right") - 1, 0, len(nodes) - 2))

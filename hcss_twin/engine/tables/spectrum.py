@@ -1,4 +1,4 @@
-"""The wavenumbers at which columns of a scene are computed: chosen on some of its columns, tried on others."""
+"""Selection of the wavenumbers for the columns of a scene: fitted to some of its columns, tested on others."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _SEED = 2**17
 
 
 def checked_frames(parts: int, frames: int) -> list[int]:
-    """Return one frame at random of each of equal parts of a sequence.
+    """Return one random frame from each of several equal parts of a sequence.
 
-    They do not depend on the scenario's seed, so that what the tables solve for the sun of a checked frame serves the
-    certificate as well.
+    The frames do not depend on the scenario's seed, so that the certificate can reuse solutions of the tables for the
+    sun of a checked frame.
 
     Parameters
     ----------
@@ -33,25 +33,25 @@ def checked_frames(parts: int, frames: int) -> list[int]:
 
 
 FIRST_COLUMNS = 5
-"""Thicknesses of each layer, by factors, on which wavenumbers are chosen beside one between any two levels."""
+"""Number of thicknesses of each layer, in geometric progression, for the fit; one between any two levels is added."""
 
 TRIED_COLUMNS = 8
-"""Other thicknesses of each layer, and of both, on which each choice is tried."""
+"""Number of other thicknesses of each layer, and of both, for each test."""
 
 CHOICE_SHARE, TRIAL_SHARE = 0.2, 0.4
-"""Shares of the tolerance that columns known to the choice, and those it is tried on, may use."""
+"""Shares of the tolerance for fitted columns and for test columns."""
 
 CLEAR_SKIES = 5
-"""Heights of the sun over clear skies on which wavenumbers are chosen; one where it hardly moves."""
+"""Number of sun elevations over clear sky for the fit; one if the sun hardly moves."""
 
 SUN_DEG_PER_TOLERANCE = 200.0
-"""Where light is scattered by an angle of a rainbow, weights fitted for one sun lose up to 3e-3 per degree."""
+"""At rainbow scattering angles, weights fitted for one sun lose up to 3e-3 per degree."""
 
 TRIED_SUNS = 2
-"""Suns between those of the choice, on which it is tried where the sun moves."""
+"""Number of suns between those of the fit, for tests if the sun moves."""
 
 MAX_TRIALS = 6
-"""Choices before all wavenumbers are taken."""
+"""Maximum number of fits; after that all wavenumbers are used."""
 
 _PLASTIC = 1.32471795724474602596
 """Real root of x^3 = x + 1."""
@@ -59,15 +59,15 @@ _PLASTIC = 1.32471795724474602596
 
 @dataclass(frozen=True)
 class Spectrum:
-    """The wavenumbers behind each column of the radiance tables.
+    """Wavenumbers of the columns of the radiance tables.
 
     Attributes
     ----------
     dense : int
-        Wavenumbers of the grid they were chosen from.
+        Number of wavenumbers of the full grid.
     estimated_error : float
-        Of the total of any band, relative: the tolerance, of which columns that the choice did not know used less
-        than ``TRIAL_SHARE``; 0 where nothing was left out.
+        Relative error of the total of any band: the tolerance, of which test columns used less than ``TRIAL_SHARE``;
+        0 if all wavenumbers are used.
     """
 
     nodes: SpectralNodes
@@ -78,11 +78,11 @@ class Spectrum:
 def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
     """Choose weighted wavenumbers for all columns of a scene.
 
-    Columns under the first, middle and last sun, or that of a frame which the certificate checks if it hardly moves,
-    clear and with clouds from the thinnest to the thickest, are computed at every wavenumber of the dense grid; clear
-    skies under more suns, if it moves. The choice is tried on clouds of other thickness under suns between, if it
-    moves, and on clear skies under other suns, among them the highest and the lowest; those that it fails are added to
-    what it is made from, and it is tried again on yet others.
+    The fit uses columns at every wavenumber of the dense grid, clear and with clouds from the thinnest to the
+    thickest, for the first, middle and last sun (or, if the sun hardly moves, that of a frame in the certificate). If
+    the sun moves, clear sky for more suns is added. The fit is tested on clouds of other thickness for suns in
+    between, if the sun moves, and on clear sky for other suns, including the highest and the lowest. Columns that
+    fail are added to the fit, which is tested again on further columns.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def choose_spectrum(plan: Plan, tolerance: float) -> Spectrum:
 
 
 def _sun_moves(plan: Plan, tolerance: float) -> bool:
-    """Whether its height, or the angle by which light is scattered, changes more than the tolerance makes up for."""
+    """Whether the sun's elevation or the scattering angle changes more than the tolerance allows."""
     up = plan.sun_zenith_deg < 90.0
     if not plan.sun_matters or not np.any(up):
         return False
@@ -136,7 +136,7 @@ def _sun_moves(plan: Plan, tolerance: float) -> bool:
 
 
 def _suns_over_time(plan: Plan, shares: Array) -> list[Sun | None]:
-    """Return the sun at shares of the frames that have it, from the first to the last, and none if frames have none."""
+    """Return the sun at fractions of the sunlit frames, in order; None is added if frames have no sun."""
     up = np.flatnonzero(plan.sun_zenith_deg < 90.0)
     frames = np.unique(up[(shares * (up.size - 1)).round().astype(np.intp)])
     suns = [plan.sun_at(float(plan.frame_times_s[frame])) for frame in frames]
@@ -144,7 +144,7 @@ def _suns_over_time(plan: Plan, shares: Array) -> list[Sun | None]:
 
 
 def _suns(plan: Plan, count: int) -> list[Sun | None]:
-    """Return the sun at ``count`` of its heights, the highest first, and none where frames have none."""
+    """Return the sun at ``count`` elevations, the highest first; None is added if frames have no sun."""
     up = np.flatnonzero(plan.sun_zenith_deg < 90.0)
     by_height = up[np.argsort(plan.sun_zenith_deg[up], kind="stable")]
     places = np.linspace(0, max(up.size - 1, 0), min(count, up.size)).round().astype(int)
@@ -153,7 +153,7 @@ def _suns(plan: Plan, count: int) -> list[Sun | None]:
 
 
 def _suns_that_hardly_move(plan: Plan) -> list[Sun | None]:
-    """Return that of a frame which the certificate checks, and none beside it where other frames have none."""
+    """Return the sun of a frame in the certificate; None is added if other frames have no sun."""
     others = _suns(plan, 1)
     frame = checked_frames(1, plan.frame_times_s.size)[0]
     if plan.sun_zenith_deg[frame] >= 90.0:
@@ -177,7 +177,7 @@ def _cloudy_spectra(plan: Plan, thickness_m: Array, sun: Sun | None) -> Array:
 
 
 def _first_columns(plan: Plan) -> Array:
-    """Thicknesses (N, L): each layer alone from its thinnest to its thickest, and some of both."""
+    """Thicknesses (N, L): each layer alone from its thinnest to its thickest, and some with both."""
     share = np.linspace(0.0, 1.0, FIRST_COLUMNS)
     rows = []
     for layer in _cloudy(plan):
@@ -191,11 +191,11 @@ def _first_columns(plan: Plan) -> Array:
 
 
 def _trials(plan: Plan) -> Iterator[Array]:
-    """Yield thicknesses (N, L) that were not there before, without end."""
+    """Yield ever new thicknesses (N, L), without end."""
     start = 1
     while True:
         number = np.arange(start, start + TRIED_COLUMNS)
-        # Kronecker sequence of the plastic number's powers: even, and never the same twice.
+        # Kronecker sequence of powers of the plastic number: evenly distributed, without repetition.
         square = np.mod(0.5 + number[:, None] * _PLASTIC ** -np.array([1.0, 2.0]), 1.0)
         rows = [_alone(plan, layer, _within(plan, layer, square[:, 0])) for layer in _cloudy(plan)]
         if len(rows) > 1:
@@ -219,12 +219,12 @@ def _alone(plan: Plan, layer: int, thickness_m: Array) -> Array:
 
 
 def _both(plan: Plan, share: Array) -> Array:
-    """Columns (N, L) of two layers from shares (N, 2) of their ranges."""
+    """Columns (N, L) of two layers from fractions (N, 2) of their ranges."""
     return np.stack([_within(plan, layer, share[:, layer]) for layer in range(len(plan.layers))], axis=1)
 
 
 def _within(plan: Plan, layer: int, share: Array) -> Array:
-    """Thicknesses between the layer's limits: clouds turn opaque by factors, and their tops rise by metres."""
+    """Thicknesses between the layer's limits, partly logarithmic (opacity) and partly linear (cloud-top altitude)."""
     low, high = _range(plan, layer)
     by_factors = low * (high / low) ** share
     by_metres = low + (high - low) * share

@@ -1,9 +1,9 @@
-"""The thickness axis of the radiance tables: exact columns, splines between them, and nodes of the linear look-up.
+"""Thickness axis of the radiance tables: exact columns, splines between them, and nodes of the linear look-up.
 
-Radiance against thickness is smooth except where the moving face of the cloud crosses a level of the profile. Between
-two such breakpoints a spline of degree 5 in ln(thickness) through few exact columns meets the tolerance; it is then
-sampled densely, so that the look-up of each pixel is linear. Each term of the radiance is interpolated; the total is
-their sum.
+Radiance as a function of thickness is smooth except where the moving face of the cloud crosses a level of the
+profile. Between two such breakpoints a spline of degree 5 in ln(thickness) through few exact columns meets the
+tolerance; it is then sampled densely for linear look-up in each pixel. Each term of the radiance is interpolated; the
+total is their sum.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from hcss_twin.providers import CloudLayer
 
 @dataclass(frozen=True)
 class Source:
-    """Whose columns are tabulated.
+    """Radiance model of the tabulated columns.
 
     Attributes
     ----------
     model : str
-        What messages call the radiance model.
+        Name of the radiance model in messages.
     terms : tuple of str (K,)
         Names of its terms, in the order of the columns' second axis.
     """
@@ -36,7 +36,7 @@ class Source:
 
 
 def worst(guess: Array, exact: Array) -> tuple[int, int]:
-    """Return column and term of the largest remaining error, relative to the total; both are (N, K, B)."""
+    """Return column and term of the largest error relative to the total; both arguments are (N, K, B)."""
     whole = np.maximum(np.abs(np.sum(exact, axis=1)), np.finfo(float).tiny)
     away = np.abs(np.sum(guess - exact, axis=1)) / whole
     column, band = np.unravel_index(np.argmax(away), away.shape)
@@ -44,18 +44,18 @@ def worst(guess: Array, exact: Array) -> tuple[int, int]:
 
 
 def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, place: tuple[int, int]) -> ProviderError:
-    """Return the error of radiance that does not converge.
+    """Return the exception for radiance that does not converge.
 
     Parameters
     ----------
     what : str
-        What does not converge to what.
+        Text that describes the failed convergence.
     layer : CloudLayer
-        The one that grows.
+        The layer with varying thickness.
     thickness_m : ndarray (N,)
-        Of the columns that were tried last.
+        Thicknesses of the columns tested last.
     place : (int, int)
-        As :func:`worst` returns it.
+        Result of :func:`worst`.
     """
     column, term = place
     at = float(thickness_m[column])
@@ -68,7 +68,7 @@ def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, pl
 
 
 DEGREE = 5
-"""At 1e-3 a cubic needs twice as many exact columns, which are dear; between two levels radiance is smooth."""
+"""At 1e-3 a cubic needs twice as many exact columns, which are expensive; between two levels radiance is smooth."""
 
 
 def spline_through(thickness_m: Array, values: Array) -> Callable[[Array], Array]:
@@ -85,12 +85,12 @@ def spline_through(thickness_m: Array, values: Array) -> Callable[[Array], Array
     callable
         Maps ln(thickness) (M,) to (M, ...).
     """
-    # imported here: runs that find their tables should not wait for it
+    # imported here so that runs with cached tables start quickly
     from scipy.interpolate import make_interp_spline
 
     place = np.log(thickness_m)
     degree = min(DEGREE, place.size - 1)
-    # A polynomial has its knots at the ends; older versions of scipy place none for even degrees by themselves.
+    # A polynomial has its knots at the ends; older versions of scipy do not place them for even degrees.
     ends = np.repeat(place[[0, -1]], degree + 1) if place.size <= DEGREE + 1 else None
     spline: Callable[[Array], Array] = make_interp_spline(place, values, k=degree, t=ends, axis=0)
     return spline
@@ -99,8 +99,8 @@ def spline_through(thickness_m: Array, values: Array) -> Callable[[Array], Array
 def curve_through(thickness_m: Array, values: Array) -> Callable[[Array], Array]:
     """Return :func:`spline_through` the values (N, ...) that does not undershoot zero.
 
-    A term that fades to nothing (the sea under a thick cloud) would swing below zero by less than the tolerance; its
-    exact columns say that it does not.
+    A term that approaches zero (the sea under a thick cloud) would otherwise become negative by less than the
+    tolerance, although its exact columns do not.
     """
     spline = spline_through(thickness_m, values)
     floor = np.minimum(np.min(values, axis=0), 0.0)
@@ -118,7 +118,7 @@ ColumnsAt = Callable[[Array], Array]
 FIRST_NODES = 5
 MAX_NODES = 4097
 LINEAR_SHARE = 0.25
-"""Share of the tolerance left to the linear look-up; the curve's midpoint errors get the rest."""
+"""Share of the tolerance for the linear look-up; the rest is for the curve's errors at midpoints."""
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,8 @@ class ThicknessAxis:
     dense_m : ndarray (N,)
         Nodes of the linear look-up.
     estimated_error : float
-        Relative error of the total: the largest found between exact nodes while they were placed, plus the
-        share of the tolerance that the dense nodes use.
+        Relative error of the total: the largest measured between exact nodes during placement, plus the share of the
+        tolerance for the dense nodes.
     """
 
     segments: tuple[Array, ...]
@@ -147,7 +147,7 @@ class ThicknessAxis:
 
     @property
     def places(self) -> tuple[slice, ...]:
-        """Where the nodes of each segment lie among ``exact_m``."""
+        """Position of each segment's nodes in ``exact_m``."""
         first = np.cumsum([0, *(segment.size - 1 for segment in self.segments)])
         return tuple(
             slice(int(start), int(start) + segment.size) for start, segment in zip(first, self.segments, strict=False)
@@ -163,7 +163,7 @@ class ThicknessAxis:
         )
 
     def dense_of(self, index: int) -> Array:
-        """Dense nodes of one segment; of an end that two segments share, the lower one has it."""
+        """Dense nodes of one segment; a shared end belongs to the lower segment."""
         segment = self.segments[index]
         first = self.dense_m > segment[0] if index else self.dense_m >= segment[0]
         dense: Array = self.dense_m[first & (self.dense_m <= segment[-1])]
@@ -173,7 +173,7 @@ class ThicknessAxis:
 def place_axis(
     columns: ColumnsAt, layer: CloudLayer, level_m: Array, tolerance: float, source: Source
 ) -> ThicknessAxis:
-    """Place nodes so that the total keeps the tolerance, measured between the nodes.
+    """Place nodes so that the total meets the tolerance, measured between the nodes.
 
     Parameters
     ----------
@@ -184,12 +184,12 @@ def place_axis(
     tolerance : float
         Relative to the total.
     source : Source
-        Who an error names.
+        Radiance model and terms, for error messages.
 
     Raises
     ------
     ProviderError
-        If the radiance does not converge with nodes, because a provider returns values that jump.
+        If the radiance does not converge with the number of nodes, because a provider returns discontinuous values.
     """
     segments, dense, largest = [], [], 0.0
     for low, high in pairwise(breakpoints(layer, level_m)):
@@ -229,12 +229,12 @@ def _segment(
 
 
 def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
-    """Halve intervals of the linear look-up where it departs from the curve through ``values`` (N, K, B).
+    """Halve intervals of the linear look-up where it deviates from the curve through ``values`` (N, K, B).
 
     Returns
     -------
     ndarray (D,)
-        The nodes and those between them.
+        Old and new nodes.
     """
     curve = curve_through(nodes, values)
     dense = nodes
@@ -244,7 +244,7 @@ def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
         middle = 0.5 * (dense[left] + dense[left + 1])
         ends = total(curve(np.log(dense[left]))), total(curve(np.log(dense[left + 1])))
         exact = total(curve(np.log(middle)))
-        # Not divided by what is exact: it may be 0, where terms are left out.
+        # Not divided by the exact total, which may be 0 if terms are omitted.
         coarse = np.any(np.abs(0.5 * (ends[0] + ends[1]) - exact) > tolerance * np.abs(exact), axis=1)
         position = left[coarse] + 1
         dense = np.insert(dense, position, middle[coarse])
@@ -256,9 +256,9 @@ def dense_nodes(nodes: Array, values: Array, tolerance: float) -> Array:
 
 
 def breakpoints(layer: CloudLayer, level_m: Array) -> list[float]:
-    """Ends of the thickness range and the thicknesses at which the cloud's moving face crosses a level."""
+    """Ends of the thickness range, and thicknesses at which the cloud's moving face crosses a level."""
     low, high = layer.thickness_min_m, layer.thickness_max_m
-    # Clouds may all be equally thick, or as good as; an axis needs some width.
+    # All clouds may have nearly the same thickness; an axis needs some width.
     low = min(low, high * (1 - 1e-6))
     crossing = level_m - layer.base_m if layer.anchor == "base" else layer.top_m - level_m[::-1]
     inner: list[float] = crossing[(crossing > low * 1.001) & (crossing < high * 0.999)].tolist()

@@ -1,4 +1,4 @@
-"""Radiance of clear columns against the slope of the waves: compiled once per scene, added to every frame."""
+"""Radiance of clear columns as a function of wave slope: compiled once per scene, added to every frame."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from hcss_twin.plan.windows import Window, pixel_sums, points_of
 from hcss_twin.providers import RadianceModel, Sun
 
 SIGMAS = 4.0
-"""The table ends at this many standard deviations; steeper waves, 6e-5 of them, are taken for those at its end."""
+"""Table limit in standard deviations; steeper waves, 6e-5 of all, are clipped to the limit."""
 
 FLOOR = 1e-6
-"""Share of the total below which a term is not followed in its logarithm."""
+"""Fraction of the total below which a term is not interpolated in its logarithm."""
 
 ROUGHNESS = 1e-4
-"""Relative error left where more nodes do not help: sea models are integrals by quadrature (rough-sea: 4e-5)."""
+"""Relative error accepted if more nodes do not help: sea models use numerical quadrature (rough-sea: 4e-5)."""
 
 _COARSEST, _FINEST = 4, 64
 _DENSEST = 513
@@ -36,26 +36,26 @@ _DENSEST = 513
 def compile_waves(
     plan: Plan, waves: PlannedWaves, quantities: Quantities, suns: tuple[Sun | None, ...], tolerance: float
 ) -> WaveTables:
-    """Compute clear columns over tilted seas until interpolation keeps the tolerance.
+    """Compute clear columns over tilted seas until interpolation meets the tolerance.
 
-    Exact columns lie at Chebyshev's nodes of both slopes, where a polynomial follows the logarithm of each term; it
-    is doubled until columns between them agree with it. Each term is then scaled so that its mean over the waves is
-    the radiance of the mean sea: on a map, parts that turn toward the sensor take no more room than others, in
-    the mean sea they do.
+    Exact columns are computed at Chebyshev nodes of both slopes, and a polynomial interpolates the logarithm of each
+    term; its order is doubled until columns between the nodes agree. Each term is then scaled so that its mean over
+    the waves is the radiance of the mean sea: facets that face the sensor have a larger weight in the mean sea, but
+    not on a map.
 
     Parameters
     ----------
     quantities : Quantities
         What is looked up.
     suns : tuple of Sun or None
-        At each time node; the middle one places the nodes.
+        Sun at each time node; the nodes are placed for the middle one.
     tolerance : float
         Relative to the total of the band.
 
     Raises
     ------
     ProviderError
-        If the radiance does not converge with nodes.
+        If the radiance does not converge with the number of nodes.
     """
     columns = [_Columns(plan, waves, sun) for sun in suns]
     middle = len(suns) // 2
@@ -72,7 +72,7 @@ def compile_waves(
 
 
 def probe_waves(plan: Plan, waves: PlannedWaves, sun: Sun | None) -> Array:
-    """Totals (4, B) of clear columns at two standard deviations of either slope: they move as the sun does."""
+    """Totals (4, B) of clear columns at two standard deviations of either slope; they change with the sun."""
     columns, far = _Columns(plan, waves, sun), np.array([-2.0, 2.0]) / SIGMAS
     still = np.zeros(1)
     total: Array = np.sum(np.concatenate((columns(far, still)[:, 0], columns(still, far)[0])), axis=1)
@@ -80,7 +80,7 @@ def probe_waves(plan: Plan, waves: PlannedWaves, sun: Sun | None) -> Array:
 
 
 class _Columns:
-    """Clear columns over tilted seas, integrated over the bands; each is computed once."""
+    """Cached clear columns over tilted seas, integrated over the bands."""
 
     def __init__(self, plan: Plan, waves: PlannedWaves, sun: Sun | None) -> None:
         self._plan, self._sun, self._size_m = plan, sun, waves.point_size_m
@@ -89,7 +89,7 @@ class _Columns:
         self._known: dict[tuple[float, float], Array] = {}
 
     def __call__(self, upwind: Array, crosswind: Array) -> Array:
-        """Terms (N, M, K, B) at slopes (N,) and (M,) over their reach, crosswind clockwise from upwind."""
+        """Terms (N, M, K, B) at slopes (N,) and (M,) relative to the table limits, crosswind clockwise from upwind."""
         found = np.stack([self._at(float(u), float(c)) for u in upwind for c in crosswind])
         return found.reshape(upwind.size, crosswind.size, *found.shape[1:])
 
@@ -113,10 +113,10 @@ class _Columns:
 
 
 def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]:
-    """Double the order of either slope until the polynomial keeps the tolerance.
+    """Double the order for either slope until the polynomial meets the tolerance.
 
-    It is measured halfway between the nodes of that slope, on lines at the ends and in the middle of the other.
-    Errors below the sea model's own roughness are left as they are where they no longer fall.
+    The error is measured halfway between the nodes of that slope, at the ends and the middle of the other slope.
+    Errors below the sea model's own quadrature error are accepted if they no longer decrease.
     """
     orders, error = [_COARSEST, _COARSEST], 0.0
     lines = np.array([-1.0, 0.0, 1.0])
@@ -140,14 +140,14 @@ def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]
 
 
 def _difference(guess: Array, exact: Array) -> float:
-    """Greatest relative difference of totals."""
+    """Largest relative difference of totals."""
     total = np.sum(exact, axis=2)
     off = np.abs(np.sum(guess, axis=2) - total)
     return float(np.max(np.divide(off, total, out=np.zeros_like(off), where=total > 0)))
 
 
 def _interpolate(values: Array, places: tuple[Array, ...]) -> Array:
-    """Interpolate terms (n, m, K, B) at nodes to places (N,), (M,) on [-1, 1]: (N, M, K, B)."""
+    """Interpolate terms (n, m, K, B) from the nodes to positions (N,), (M,) in [-1, 1]: (N, M, K, B)."""
     floor = FLOOR * np.mean(np.sum(values, axis=2), axis=(0, 1))
     constant = np.all(values == values[:1, :1], axis=(0, 1))
     followed = ~constant & (floor > 0) & (np.min(values, axis=(0, 1)) > -0.5 * floor)
@@ -159,7 +159,7 @@ def _interpolate(values: Array, places: tuple[Array, ...]) -> Array:
 
 
 def _dense(values: Array, tolerance: float) -> tuple[tuple[int, int], float]:
-    """Sizes of an even grid between whose points cubics keep the tolerance, along either slope."""
+    """Sizes of a uniform grid on which cubic interpolation meets the tolerance, along either slope."""
     sizes, error = [], 0.0
     for axis in (0, 1):
         size, found = 9, np.inf
@@ -172,7 +172,7 @@ def _dense(values: Array, tolerance: float) -> tuple[tuple[int, int], float]:
             exact = np.moveaxis(_interpolate(values, (places[0], places[1])), axis, 0)
             known, between = exact[::2], exact[3:-3:2]
             cubic = (9.0 * (known[1:-2] + known[2:-1]) - known[:-3] - known[3:]) / 16.0
-            # With half the step cubics err by a sixteenth.
+            # With half the step the error of cubics is a sixteenth.
             found = _difference(np.moveaxis(cubic, 0, axis), np.moveaxis(between, 0, axis)) / 16.0
         sizes.append(size)
         error += found
@@ -180,7 +180,7 @@ def _dense(values: Array, tolerance: float) -> tuple[tuple[int, int], float]:
 
 
 def _change(values: Array, clear: Array, sizes: tuple[int, int]) -> tuple[Array, Array]:
-    """Change (N, M, K, B) of each term against the clear column (K, B), with a mean of 0 over the waves; its scale."""
+    """Change (N, M, K, B) of each term of the clear column (K, B), with mean 0 over the waves, and its scale."""
     places = [np.linspace(-1.0, 1.0, size) for size in sizes]
     dense = _interpolate(values, tuple(places))
     upwind, crosswind = (np.exp(-0.5 * (SIGMAS * each) ** 2) for each in places)
@@ -194,12 +194,12 @@ Thickness = NDArray[np.float32]
 
 
 class WaveStage:
-    """Adds the waves to frames.
+    """Adds resolved waves to frames.
 
     Parameters
     ----------
     tables : RadianceTables or None
-        With ``waves``; None where no radiance is needed.
+        Tables with ``waves``; None if no radiance is needed.
     wind_from_deg : float
         Bearing the wind comes from.
     samples : int
@@ -223,22 +223,22 @@ class WaveStage:
         time_s: float,
         place: Window | None = None,
     ) -> None:
-        """Add to a window of the radiance, and fill the slopes of the truth where they are asked for.
+        """Add waves to a window of the radiance, and fill the slopes of the truth if requested.
 
         Parameters
         ----------
         radiance : ndarray of float32 (C, y, x)
-            Of a part of the image, every band and term; changed where the window lies.
+            Radiance of a part of the image, every band and term; the window is modified.
         truth : mapping of str to ndarray (y, x)
             Truth variables of the same part.
         window : (slice, slice)
             Rows and columns, in pixels of the image.
         thickness_m : sequence of ndarray
-            Of each cloud layer at the points of the window. Points under any cloud stay as they are.
+            Thickness of each cloud layer at the points of the window. Points under cloud remain unchanged.
         time_s : float
             Time of the frame.
         place : (slice, slice), optional
-            Where the window lies in the part; by default the part is the whole image.
+            Position of the window in the part; by default the part is the whole image.
         """
         place = window if place is None else place
         wanted = [name for name in SLOPES if name in truth]
@@ -254,21 +254,21 @@ class WaveStage:
         clear = np.ones(slopes.shape[1:], dtype=np.bool_)
         for layer in thickness_m:
             clear &= layer <= 0
-        # Upwind points to where the wind comes from; crosswind clockwise from it. x points east, y north.
+        # Upwind points toward the origin of the wind; crosswind is clockwise from it. x points east, y north.
         upwind = slopes[0] * self._sine + slopes[1] * self._cosine
         crosswind = slopes[0] * self._cosine - slopes[1] * self._sine
         _add(radiance[:, place[0], place[1]], self._change(time_s), *self._tables.reach,
              upwind, crosswind, clear, self._samples)  # fmt: skip
 
     def _change(self, time_s: float) -> NDArray[np.float32]:
-        """Table at a time: between its nodes a straight line."""
+        """Table at a time, linear between time nodes."""
         assert self._tables is not None
         change, nodes = self._tables.change, self._time_s
         if len(nodes) == 1:
             return change[0]
         index = int(np.clip(np.searchsorted(nodes, time_s, side="right") - 1, 0, len(nodes) - 2))
         weight = (time_s - nodes[index]) / (nodes[index + 1] - nodes[index])
-        # Not as a difference: night beside day would be lost to the rounding of day.
+        # Not as a difference: small night values would be lost in the rounding of day values.
         return np.float32(1 - weight) * change[index] + np.float32(weight) * change[index + 1]
 
 
@@ -289,7 +289,7 @@ def _cubic(weights, place, last):  # type: ignore[no-untyped-def]
 def _add(  # type: ignore[no-untyped-def]
     radiance, change, reach_up, reach_cross, upwind, crosswind, clear, samples
 ):
-    """Add to each pixel (C, y, x) the mean of the changes of its clear points, by cubics through the table."""
+    """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the table."""
     channels, rows, columns = radiance.shape
     last_up, last_cross = change.shape[0] - 1, change.shape[1] - 1
     per_up, per_cross = 0.5 * last_up / reach_up, 0.5 * last_cross / reach_cross
@@ -315,5 +315,5 @@ def _add(  # type: ignore[no-untyped-def]
                                 sums[c] += weight * change[k + a, m + b, c]
             if found:
                 for c in range(channels):
-                    # A term that vanishes may be less than 0 by rounding.
+                    # A vanishing term can become negative by rounding.
                     radiance[c, y, x] = np.float32(max(radiance[c, y, x] + sums[c] * share, 0.0))

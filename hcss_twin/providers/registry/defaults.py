@@ -1,4 +1,4 @@
-"""The providers that come with the package, registered through the same hooks as everybody else's."""
+"""Default providers of this package, registered through the same hooks as plugins."""
 
 from __future__ import annotations
 

@@ -30,12 +30,12 @@ class Entry:
 
     @property
     def qualified_name(self) -> str:
-        """Name that selects this provider even if another distribution uses the plain one."""
+        """Name that selects this provider even if another distribution uses the same plain name."""
         return f"{self.origin.distribution}/{self.spec.name}"
 
     @property
     def distribution(self) -> str:
-        """Distribution that brings it."""
+        """Distribution that contains the provider."""
         return self.origin.distribution
 
     @property
@@ -45,36 +45,35 @@ class Entry:
 
     @property
     def summary(self) -> str:
-        """One line about it."""
+        """One-line summary."""
         return self.spec.summary
 
     @property
     def references(self) -> tuple[str, ...]:
-        """Where the model comes from."""
+        """References of the model."""
         return self.spec.references
 
     @property
     def label(self) -> str:
-        """How messages call it."""
+        """Label in messages."""
         return f"{self.kind.human} '{self.name}' of {self.origin}"
 
 
 @dataclass
 class Collection:
-    """Specs of one plugin, filled hook by hook, so that after a failure it is known what came before."""
+    """Specs of one plugin, filled hook by hook, so that specs collected before a failure are known."""
 
     specs: list[tuple[Kind, ProviderSpec]] = field(default_factory=list)
 
     def take(self, plugin: Any) -> None:
         """Collect the specs of all hooks of a plugin.
 
-        A manager of its own for every plugin means that no plugin can wrap, reorder or break the
-        hook calls of another.
+        Each plugin has a separate manager, so that no plugin can wrap, reorder or break the hook calls of another.
 
         Raises
         ------
         ProviderError
-            If the plugin has no hook, a misspelt one, or returns something else than specs.
+            If the plugin has no hook, a misspelt hook, or returns anything but specs.
         """
         manager = pluggy.PluginManager(specs.PROJECT)
         manager.add_hookspecs(specs)
@@ -109,7 +108,7 @@ class Collection:
 
 
 def _other_version(spec: ProviderSpec) -> str:
-    """Say whose turn it is when plugin and engine speak different versions."""
+    """Return the message for different API versions, with the remedy."""
     newer = spec.api_version > API_VERSION
     remedy = (
         f"upgrade hcss-twin, or install a release of the plugin for version {API_VERSION}"

@@ -1,10 +1,10 @@
-"""Checks of what providers return, before the engine computes with it.
+"""Checks of provider results before the engine uses them.
 
-Without them a plugin's mistake would show as wrong radiance, or as an error far from its cause. Each wrapper has the
+Without them an error in a plugin would cause wrong radiance, or an exception far from its cause. Each wrapper has the
 methods of its Protocol. A result of another shape, of a type that is no real number, not finite or out of range, and
 any exception that is not deliberate (``HcssError``), becomes a ProviderError that names provider, distribution and
 method. Values are converted to the contract's dtype; rounding errors at the limits of optical properties are removed.
-All other attributes are those of the provider.
+All other attributes are delegated to the provider.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.specs import Kind
 
 THICKNESS_TOLERANCE = 1e-6
-"""How far, relatively, a float32 thickness may exceed the layer's greatest."""
+"""Relative tolerance by which a float32 thickness may exceed the layer's maximum."""
 
 _ANY = (-float("inf"), float("inf"))
 _POSITIVE = (0.0, float("inf"))
@@ -34,7 +34,7 @@ _FRACTION = (-FRACTION_TOLERANCE, 1.0 + FRACTION_TOLERANCE)
 
 
 class _Guard:
-    """Guarded calls and array checks that the wrappers of all kinds share.
+    """Guarded calls and array checks common to the wrappers of all kinds.
 
     A method ``_checked_NAME`` replaces the optional method ``NAME`` of the provider. Errors begin with ``label``, and
     notes of the declaration with ``speaker``, unless that is empty.
@@ -52,7 +52,7 @@ class _Guard:
         # copying and unpickling look up attributes before there is a provider
         if name.startswith("__") or name in ("_provider", "_label", "_speaker"):
             raise AttributeError(name)
-        # first, so that hasattr() says whether the provider has an optional method
+        # first, so that hasattr() reflects whether the provider has an optional method
         provided = getattr(self._provider, name)
         checked = f"_checked_{name}"
         return object.__getattribute__(self, checked) if hasattr(type(self), checked) else provided
@@ -90,7 +90,7 @@ class _Guard:
         if array.shape != shape:
             raise self._refuse(what, f"shape {shape}", f"shape {array.shape}")
         if array.size:
-            # minimum and maximum carry NaN and infinity along: two passes and no temporary
+            # minimum and maximum propagate NaN and infinity: two passes and no temporary array
             least, most = float(array.min()), float(array.max())
             if not (np.isfinite(least) and np.isfinite(most)):
                 bad = int(np.count_nonzero(~np.isfinite(array)))
@@ -114,7 +114,7 @@ class _Guard:
         return self._array(f"{name}()", value, (*shape, wavenumber_cm1.size), limits)
 
     def _check_wavenumbers(self, name: str, wavenumber_cm1: Array) -> None:
-        """Refuse wavenumbers outside the declared range: results are never extrapolated."""
+        """Reject wavenumbers outside the declared range: results are never extrapolated."""
         valid = self._provider.declares.valid.get("wavenumber_cm1")
         if valid is None or wavenumber_cm1.size == 0:
             return
@@ -290,11 +290,11 @@ _MEASURED: Mapping[str, tuple[tuple[float, float], DTypeLike, str]] = {
     "digital_number": ((0.0, 2.0**31 - 1.0), np.int32, "iu"),
     "saturated": ((0.0, 2.0), np.uint8, "iu"),
 }
-"""Limits, type to convert to and kinds of types to convert from, of what a sensor may give beside radiance."""
+"""Limits, target type and accepted type kinds of a sensor's further variables."""
 
 
 class _Sensor(_Guard):
-    """A sensor whose measurements are checked: shapes, finiteness, and that it gives what it declares."""
+    """A sensor whose measurements are checked: shapes, finiteness, and the declared variables."""
 
     def __init__(self, provider: Any, label: str, speaker: str, inputs: api.SensorInputs) -> None:
         super().__init__(provider, label, speaker)
@@ -320,7 +320,7 @@ class _Sensor(_Guard):
 
 def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
     """Wrap a provider made by ``Registry.create`` from ``entry`` and ``inputs`` in the wrapper of its kind."""
-    # notes of our own providers begin with their names already
+    # notes of this package's providers already begin with their names
     speaker = "" if entry.distribution == OWN_DISTRIBUTION else f"{entry.kind.human} {entry.name}"
     if entry.kind is Kind.CLOUDS:
         return _Clouds(provider, entry.label, speaker, inputs.layer, inputs.grid)

@@ -1,4 +1,4 @@
-"""The registry of one run: which providers are installed, selection by name, construction and checks."""
+"""The registry of one run: installed providers, selection by name, construction and checks."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ class Registry:
         Raises
         ------
         ProviderError
-            If it cannot be imported or is no pydantic model.
+            If it cannot be imported or is not a pydantic model.
         """
         if entry.spec.parameters is None:
             return None
@@ -173,7 +173,7 @@ class Registry:
         return _load(entry, entry.spec.target)
 
     def bound_profile(self, entry: Entry, parameters: BaseModel | None, catalog: Catalog) -> Profile | None:
-        """Return the one profile a transmittance provider belongs to; None if it takes any.
+        """Return the only profile that a transmittance provider supports; None if it supports any.
 
         Raises
         ------
@@ -212,8 +212,8 @@ class Registry:
         Raises
         ------
         ProviderError
-            If the class cannot be imported or constructed, or what it constructs is not a provider of
-            its kind. A deliberate error (``HcssError``) of its constructor passes unchanged.
+            If the class cannot be imported or constructed, or the object is not a provider of its kind. A deliberate
+            error (``HcssError``) of its constructor passes unchanged.
         """
         model = self.parameters_model(entry)
         if model is None and parameters is not None:

@@ -1,4 +1,4 @@
-"""What a package says about its providers before anything of them is imported: kinds, specs, and the hooks.
+"""Description of providers that is read before they are imported: kinds, specs and hooks.
 
 A plugin is a module (or object) with functions named like the hooks and marked with ``hookimpl``; an entry point of
 the group ``hcss_twin`` names it. Each hook returns a sequence of specs; it is called once per run, without arguments.
@@ -17,14 +17,14 @@ __all__ = ["API_VERSION", "PROJECT", "Kind", "ProviderSpec", "hcss_commands", "h
 
 
 class Kind(StrEnum):
-    """One swappable kind.
+    """A kind of provider.
 
     Attributes
     ----------
     hook : str
         Name of the hook through which providers of this kind are registered.
     human : str
-        What people call it, for messages.
+        Name in messages.
     protocol : str
         Name of its Protocol in ``hcss_twin.providers``.
     """
@@ -46,7 +46,7 @@ class Kind(StrEnum):
     SENSORS = "sensors", "hcss_register_sensors", "sensor model", "Sensor"
 
     def __new__(cls, value: str, hook: str = "", human: str = "", protocol: str = "") -> Kind:
-        """Make a member that is the string ``value`` and carries the other three."""
+        """Create a member with string value ``value`` and the other three as attributes."""
         member = str.__new__(cls, value)
         member._value_ = value
         member.hook = hook
@@ -56,28 +56,28 @@ class Kind(StrEnum):
 
 
 API_VERSION = 1
-"""Version of the provider contract this engine speaks; the same number as ``providers.API_VERSION``."""
+"""Version of the provider contract of this engine, equal to ``providers.API_VERSION``."""
 
 
 @dataclass(frozen=True)
 class ProviderSpec:
-    """Name and whereabouts of one provider.
+    """Name and location of one provider.
 
     Attributes
     ----------
     name : str
-        What a scenario writes to select it: lower-case letters, digits and hyphens.
+        Name in scenarios: lower-case letters, digits and hyphens.
     target : str
         ``"package.module:Class"``; imported only when a scenario selects the provider.
     parameters : str or None
-        ``"package.module:Model"`` of its pydantic parameter model, as lazy as ``target``; None where
-        the provider accepts no parameters.
+        ``"package.module:Model"`` of its pydantic parameter model, imported as late as ``target``; None if the
+        provider accepts no parameters.
     api_version : int
         Version of the provider contract it was written for, as a literal number.
     summary : str
         One line for ``hcss plugins``.
     references : tuple of str
-        Where the model comes from.
+        References of the model.
 
     Raises
     ------
