@@ -25,7 +25,7 @@ from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
-# Longest lag as a fraction of the shorter side; a single image constrains longer lags poorly.
+# Ratio of the shorter side to the longest lag; a single image constrains longer lags poorly.
 _LONGEST = 3
 
 # Nodes of the quadratures and of the inverted table.
