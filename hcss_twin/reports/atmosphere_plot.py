@@ -253,8 +253,7 @@ def _panel(
     legend: str,
     difference: bool = False,
 ) -> None:
-    """Plot one quantity against wavelength: a colour for each label, solid lines for the first source, dashed for the
-    second."""
+    """Plot one quantity against wavelength: one colour per label, solid for the first source, dashed for the second."""
     from matplotlib import colormaps
 
     wavelength = 1e4 / spectra.wavenumber_cm1

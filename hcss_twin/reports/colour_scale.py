@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from hcss_twin.reports.page import Markup, element, joined
 
 LEVELS = 127
-"""Number of colours of a scale; more are indistinguishable and need a quarter more space. An extra one marks missing
-values."""
+"""Number of colours of a scale, plus one for missing values; more would be indistinguishable."""
 
 ENDS_PERCENT = (0.5, 99.5)
 """Percentiles of the shown pixels at the ends of a scale."""

@@ -1,4 +1,4 @@
-"""The check of a cube against its recomputation as text for a terminal."""
+"""Verification of a cube against its recomputation, as text for a terminal."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Rows = Iterator[tuple[str, str]]
 
 
 def verification_text(check: Verification) -> str:
-    """Describe the result, where differences begin, and their possible causes."""
+    """Describe the result, the location of the first differences, and their possible causes."""
     rows = (labelled(label, text, 12) for label, text in _rows(check))
     return "\n".join([f"{check.cube}: {_verdict(check)}", *rows])
 
