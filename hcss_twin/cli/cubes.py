@@ -238,7 +238,7 @@ def cache(context: click.Context, as_json: bool) -> None:
         folder = None if root is None else str(root)
         click.echo(json.dumps({"folder": folder, "limit_bytes": limit, "kinds": kinds}))
         return
-    click.echo(f"{'no folder to keep anything in' if root is None else root}")
+    click.echo(f"{'no cache folder' if root is None else root}")
     for kind, count in kinds.items():
         most = f" of at most {limit / 1e6:g} MB" if kind == "tables" else ""
         click.echo(f"  {kind:<11}{count['files']:5} files {count['bytes'] / 1e6:9.2f} MB{most}")

@@ -32,8 +32,7 @@ def _lines(result: BenchResult) -> Iterator[str]:
     results = result.accuracies
     yield result.scene
     yield (
-        f"medians of {result.rounds} rounds that take turns (tables and certificates: once); trust ratios, seconds are "
-        "this machine's of now"
+        f"medians of {result.rounds} rounds that take turns (tables and certificates: once); compare ratios; seconds depend on this machine's load"
     )
     yield ""
     yield from aligned(list(_rows(results)), indent="")

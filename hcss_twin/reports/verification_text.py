@@ -62,7 +62,7 @@ def _verdict(check: Verification) -> str:
             if any(each.beyond for each in check.variables):
                 return f"different; {largest} ({frames})"
             compared = check.frames_checked and any(each.values for each in check.variables)
-            common = "what both have is equal" if compared else "nothing to compare"
+            common = "common variables are equal" if compared else "nothing to compare"
             return f"different from what its scenario makes; {common} ({frames})"
         case Verdict.NOT_RECOMPUTED:
             return "cannot be recomputed"

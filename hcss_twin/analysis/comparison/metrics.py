@@ -89,12 +89,12 @@ _FRAME_MEASURES = (
     _FrameMeasure(
         FOUR,
         "equal",
-        "share of equal neighbours: DP without the number of pixels",
+        "fraction of equal neighbours: DP normalised by pixel count",
         lambda frame: frame.measures.equal_neighbours,
         "1",
         _CORRECTED,
     ),
-    _FrameMeasure(FOUR, "FD", "boxes that fill the body of the cloud (eq 6)", _shape("fractal_dimension")),
+    _FrameMeasure(FOUR, "FD", "box counting of the cloud body (eq 6)", _shape("fractal_dimension")),
     _FrameMeasure(CLOUDS, "coverage", "cloudy part of the pixels", _shape("coverage"), scale=_ANY),
     _FrameMeasure(
         CLOUDS,
@@ -262,8 +262,7 @@ def _directions(
         ),
         Metric(
             name="long axis",
-            meaning="direction along which things are long, from x (east) toward y (north); means nothing where a is "
-            "what chance gives",
+            meaning="direction of elongation, from x (east) toward y (north); meaningless if a is at the chance level",
             unit="deg",
             definition="both",
             group=DIRECTIONS,

@@ -194,7 +194,7 @@ def dimension_fragment(
     comments = [
         f"Clouds with a {match.dimension} dimension of {low:g} to {high:g}, found by hcss match from the "
         f"parameters of {started_from}; changed: {match.changed}.",
-        f"Over {len(match.seeds)} seeds that the search had not seen it is {mean:.3f} ({min(match.dimensions):.3f} "
+        f"Over {len(match.seeds)} seeds not used in the search it is {mean:.3f} ({min(match.dimensions):.3f} "
         f"to {max(match.dimensions):.3f}); {match.inside:.0%} of them lie in the range.",
     ]
     return clouds_fragment(match.parameters, coverage, like, cloud_type, comments)

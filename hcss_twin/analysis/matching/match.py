@@ -1,5 +1,4 @@
-"""Algorithm 1 of the HCSS paper: find generator parameters that reproduce an image's morphology, and write them as
-TOML."""
+"""Algorithm 1 of the HCSS paper: find generator parameters for an image's morphology, and write TOML."""
 
 from __future__ import annotations
 
@@ -191,7 +190,7 @@ def match_fragment(match: Match, cloud_type: str) -> str:
     comments = [
         f"Clouds like those of {match.target.source}, found by hcss match.",
         *match.target.notes,
-        f"RMSE of eq 24 of the HCSS paper over {len(match.rmse)} seeds that the search had not seen: "
+        f"RMSE of eq 24 of the HCSS paper over {len(match.rmse)} seeds not used in the search: "
         f"{match.mean_rmse:.1%} ({best:.1%} to {worst:.1%}).",
         *(f"Not matched: {line}." for line in match.unmatched),
     ]

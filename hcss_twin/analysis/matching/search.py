@@ -152,8 +152,7 @@ _STEPS = np.array([0.08, 0.35, 0.35, 0.3])
 
 @dataclass(frozen=True)
 class Refinement:
-    """Result of the refinement: complete parameters, the objective of :func:`refine`, and the number of simulated
-    images."""
+    """Result of the refinement: complete parameters, the objective of :func:`refine`, and the image count."""
 
     parameters: FractalParameters
     objective: float

@@ -186,7 +186,7 @@ def read_posterior(path: Path) -> Posterior:
 def _check_header(path: Path, attributes: Mapping[str, Any]) -> None:
     version = attributes.get(VERSION_ATTRIBUTE)
     if version is None:
-        raise PosteriorError(f"cannot read {path}: it is no posterior of hcss fit")
+        raise PosteriorError(f"cannot read {path}: it is not a posterior of hcss fit")
     if version != VERSION:
         raise PosteriorError(f"cannot read {path}: {VERSION_ATTRIBUTE} {version}, allowed: {VERSION}")
     if attributes.get("converged") != "true":

@@ -148,6 +148,6 @@ def open_propagation(path: str | Path) -> xr.Dataset:
     version = dataset.attrs.get(VERSION_ATTRIBUTE)
     if version != VERSION:
         dataset.close()
-        what = "it is no propagation" if version is None else f"version {version}, allowed: {VERSION}"
+        what = "it is not a propagation" if version is None else f"version {version}, allowed: {VERSION}"
         raise PropagationError(f"cannot read {path}: {what}")
     return dataset

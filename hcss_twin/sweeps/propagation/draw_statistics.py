@@ -203,8 +203,7 @@ class SharedTables:
         return self._held[key]
 
     def temperature(self, plan: Plan) -> BrightnessTemperature:
-        """Return the cached conversion of radiance to brightness temperature; its table takes longer than a small
-        frame."""
+        """Return the cached conversion of radiance to brightness temperature, whose table is slow to make."""
         grid = plan.spectral_grid
         key = grid.wavenumber_cm1.tobytes() + grid.weights_cm1.tobytes()
         if key not in self._temperatures:

@@ -131,7 +131,7 @@ def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: 
         )
     if count > draws.samples.shape[0]:
         notes.append(
-            f"{count} draws are taken of the {draws.samples.shape[0]} that the posterior has, some more than once"
+            f"{count} draws are taken of the {draws.samples.shape[0]} that the posterior has, with repetitions"
         )
     if draws.fixed or draws.octaves is not None:
         fixed = [f"{name} = {value:g}" for name, value in draws.fixed.items()]
