@@ -32,7 +32,8 @@ def _lines(result: BenchResult) -> Iterator[str]:
     results = result.accuracies
     yield result.scene
     yield (
-        f"medians of {result.rounds} rounds that take turns (tables and certificates: once); compare ratios; seconds depend on this machine's load"
+        f"medians of {result.rounds} rounds that alternate (tables and certificates: once); "
+        "compare ratios, because seconds depend on the load of this machine"
     )
     yield ""
     yield from aligned(list(_rows(results)), indent="")
