@@ -1,1 +1,1 @@
-"""Judges images and estimates cloud parameters from them: measures, comparison, matching, uncertainty."""
+"""Measures images, compares them and estimates cloud parameters from them."""

@@ -1,4 +1,4 @@
-"""Import of an image file into the cloud database: clouds cut out, their facts and fractal dimension measured."""
+"""Import an image file into the cloud database: extract its clouds and measure their fractal dimension."""
 
 from __future__ import annotations
 
@@ -29,33 +29,33 @@ from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.segmentation import Cleaning, segment
 from hcss_twin.version import __version__
 
-# Percentiles of the image between which the picture for people is stretched.
+# Percentiles of the image between which the preview picture is stretched.
 _SHOWN_PERCENTILES = (0.5, 99.5)
 
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """What the image does not tell, and choices.
+    """Import options, including metadata that the image file lacks.
 
     Attributes
     ----------
     variable : str or None
-        Plane of a file with several.
+        Variable or band to read from a file with several.
     method : {"otsu", "local", "coverage", "valid"}
-        How cloudy pixels are found. ``valid`` is for products that have values in cloud only, such as cloud-top
-        heights: every pixel with a value is cloud, every other one clear.
+        Cloud detection method. ``valid`` is for products with values in cloud only, such as cloud-top heights: every
+        pixel with a value is cloud, every other one clear.
     window : int or None
-        Side of the surroundings of method ``local``.
+        Side of the window of method ``local``.
     coverage : float or None
-        Fraction of cloudy pixels of method ``coverage``, before the cleaning.
+        Fraction of cloudy pixels for method ``coverage``, before cleaning.
     cloud_is : {"auto", "bright", "dark"}
         Which values are cloud.
     cleaning : Cleaning
-        Sizes of closing, opening, holes and smallest cloud.
+        Sizes of the closing, the opening, the largest filled hole and the smallest cloud.
     pixel_size_m : float or None
-        Replaces what the file says; needed where it says nothing.
+        Overrides the pixel size in the file; required if the file has none.
     band, source, licence : str or None
-        Replace what the file says.
+        Override the metadata in the file.
     """
 
     variable: str | None = None
@@ -71,16 +71,16 @@ class ImportOptions:
 
 
 def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry:
-    """Cut the clouds out of an image.
+    """Extract the clouds from an image.
 
-    Raises CatalogError if the image cannot be read, has no known pixel size, no contrast, or no cloud of the least
-    size; or if the coverage is given for another method than its own, or not given for it.
+    Raises CatalogError if the image cannot be read, has no known pixel size, no contrast, or no cloud of the minimum
+    size; or if the coverage is missing for method ``coverage`` or given for another method.
     """
     options = options or ImportOptions()
     _check(path, options)
     image = read_image(path, options.variable)
     size = _pixel_size(path, image, options)
-    # The functions of the generator count rows from the south, files and people from the north.
+    # The generator counts rows from the south, image files count them from the north.
     level = cloudiness_level(image, options.cloud_is)[::-1]
     missing = np.isnan(level)
     bright = bright_is_cloud(image, options.cloud_is)
@@ -102,7 +102,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
             "cloudy ones; allowed: another method, a smaller min_area, or no opening"
         )
     grey = np.zeros(level.shape, dtype=np.uint8)
-    # Of a product with values in cloud only, closing and filling take pixels that have none.
+    # In a product with values in cloud only, closing and filling add pixels without values.
     grey[mask] = 1 + np.rint(254.0 * relative_grey(np.nan_to_num(level[mask], nan=lowest), lowest)).astype(np.uint8)
     surface = _dimension(lambda: variogram_dimension(level, mask=mask & ~np.isnan(level)))
     boxes = _dimension(lambda: box_counting_dimension(grey))
@@ -147,7 +147,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
 
 
 def _check(path: Path, options: ImportOptions) -> None:
-    """Refuse options that contradict each other: none is ignored."""
+    """Reject contradictory options; none is ignored."""
     if (options.coverage is None) is (options.method == "coverage"):
         given = "not given" if options.coverage is None else f"{options.coverage:g} given"
         raise CatalogError(
@@ -173,7 +173,7 @@ def _pixel_size(path: Path, image: SatelliteImage, options: ImportOptions) -> fl
 
 
 def _dimension(estimate: Callable[[], DimensionEstimate]) -> DimensionEstimate:
-    """Return an estimate, or NaN with the reason in place of the method: small images have no dimension."""
+    """Return an estimate; for images that are too small, NaN with the reason in place of the method."""
     try:
         return estimate()
     except ImageError as error:
@@ -181,7 +181,7 @@ def _dimension(estimate: Callable[[], DimensionEstimate]) -> DimensionEstimate:
 
 
 def _shown(level: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Return the picture for people (rows, columns): 1 to 255 over most of the range, 0 where missing."""
+    """Return the preview picture (rows, columns): 1 to 255 over most of the range, 0 where missing."""
     low, high = np.nanpercentile(level, _SHOWN_PERCENTILES)
     if not high > low:
         low, high = float(np.nanmin(level)), float(np.nanmax(level))

@@ -1,4 +1,4 @@
-"""``hcss atmosphere``: results of other radiative-transfer codes, and pictures of atmospheres."""
+"""``hcss atmosphere``: import of results of other radiative-transfer codes, and plots of atmospheres."""
 
 from __future__ import annotations
 

@@ -22,14 +22,14 @@ def _odd(_context: click.Context, _option: click.Parameter, value: int) -> int:
 
 
 def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
-    """Return a decorator that adds the options of cloud detection in an image.
+    """Return a decorator that adds the options for cloud detection in an image.
 
     Parameters
     ----------
     method : str
         Default method.
     others : tuple of str
-        Methods beside those of ``hcss import``.
+        Methods in addition to those of ``hcss import``.
     """
     options = (
         click.option("--variable", help="Variable of a NetCDF or .npz file, or band number of a GeoTIFF."),
@@ -227,7 +227,7 @@ def _as_dict(facts: Any) -> dict[str, Any]:
 
 
 def _described(facts: Any, shape: tuple[int, ...]) -> list[str]:
-    """Return an entry in lines of text."""
+    """Format an entry as lines of text."""
     nominal = ", nominal: below the satellite" if facts.pixel_size_is_nominal else ""
     thresholds = f"{facts.threshold_lowest:.6g}"
     if facts.threshold_highest != facts.threshold_lowest:

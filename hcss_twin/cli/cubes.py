@@ -28,13 +28,13 @@ from hcss_twin.cli.options import (
 
 FORMATS = ("fits", "envi", "geotiff", "png")
 LISTED = 8
-"""Files that are named on screen; more are counted."""
+"""Maximum number of files listed on screen; the rest are counted."""
 
 EXIT_DIFFERENT = 1
 POSITIVE = click.FloatRange(min=0, min_open=True)
 
 KINDS = {"tables": ".npz", "plans": ".npz", "references": ".npz", "optics": ".nc"}
-"""Folders of the cache and how their files end, as in ``core.cache``, which imports numpy; a test compares them."""
+"""Cache folders and file suffixes; a copy of those in ``core.cache``, which imports numpy. A test compares them."""
 
 
 @click.command("export")
@@ -122,7 +122,7 @@ def sense(
 
     output = output or measured_path(cube)
     require_writable([output], force)
-    # A file's name is relative to the working folder, not to that of the cube.
+    # A file name is relative to the working folder, not to the folder of the cube.
     named = str(Path(name).resolve()) if Path(name).is_file() else name
     section = section_of({"name": named, **_nested(assigned(assignments))})
     with announce_compilation(partial(click.echo, err=True)):
@@ -140,7 +140,7 @@ def sense(
 
 
 def measured_beside(clean: Path, scenario: Any, force: bool) -> Path | None:
-    """Return the measured cube that a run writes beside its clean one, or None; refuses one that exists."""
+    """Return the path of the measured cube that a run also writes, or None; rejects an existing file."""
     if scenario.sensor is None:
         return None
     from hcss_twin.engine.sense import measured_path
@@ -238,7 +238,7 @@ def cache(context: click.Context, as_json: bool) -> None:
         folder = None if root is None else str(root)
         click.echo(json.dumps({"folder": folder, "limit_bytes": limit, "kinds": kinds}))
         return
-    click.echo(f"{'no folder to keep anything in' if root is None else root}")
+    click.echo(f"{'no cache folder' if root is None else root}")
     for kind, count in kinds.items():
         most = f" of at most {limit / 1e6:g} MB" if kind == "tables" else ""
         click.echo(f"  {kind:<11}{count['files']:5} files {count['bytes'] / 1e6:9.2f} MB{most}")

@@ -33,7 +33,7 @@ _FRAMES = re.compile(r"(\d+)(?:-(\d+))?")
 
 
 def frame_numbers(_context: click.Context, _option: click.Parameter, text: str | None) -> tuple[int, ...]:
-    """Read numbers of frames such as ``0-7`` or ``0,3,5``."""
+    """Parse frame numbers such as ``0-7`` or ``0,3,5``."""
     if text is None:
         return ()
     numbers: list[int] = []
@@ -47,7 +47,7 @@ def frame_numbers(_context: click.Context, _option: click.Parameter, text: str |
 
 
 def _side_options(command: Any) -> Any:
-    """Add what is chosen for each side apart."""
+    """Add the options that are separate for each side."""
     for side in ("sim", "real"):
         title = side.upper()
         for option in (
@@ -143,7 +143,7 @@ def evaluate_command(
             frames=options[f"{side}_frames"],
             method=chosen,
             cloud_is=options["cloud_is"],
-            # What the other side's method needs is not this one's.
+            # Omit options that only the other side's method needs.
             coverage=options["coverage"] if chosen == "coverage" else None,
             window_pixels=options["window_pixels"] if chosen == "local" else None,
             pixel_size_m=options[f"{side}_pixel_size"],

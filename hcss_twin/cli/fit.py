@@ -1,4 +1,4 @@
-"""``hcss fit``: how uncertain cloud parameters are, given images."""
+"""``hcss fit``: uncertainty of cloud parameters given images."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from hcss_twin.analysis.uncertainty.posterior_file import Posterior
 
 
-# Steps of the bar: a sampler reports only about how far it is.
+# Steps of the progress bar; a sampler reports only approximate progress.
 _PARTS = 1000
 
 _SAMPLING = ("priors", "octaves", "smallest_lag", "misfit", "samples", "most_steps", "seed")
-"""Options that are arguments of ``fit`` as they are."""
+"""Options that are passed to ``fit`` unchanged."""
 
 
 def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
-    """Read NAME=VALUE as often as it is given."""
+    """Parse repeated NAME=VALUE options."""
     found: dict[str, str] = {}
     for each in given:
         name, equals, value = each.partition("=")
@@ -151,7 +151,7 @@ def _fixed(name: str, value: str) -> float | str:
 
 @contextmanager
 def _bar(stop: Stop) -> Iterator[Callable[[str, float], None]]:
-    """Show a bar on a terminal that begins anew with each thing that is done; quiet in a pipe."""
+    """Show a progress bar on a terminal that restarts with each task; silent in a pipe."""
     shown: dict[str, Any] = {}
 
     def close() -> None:
@@ -167,7 +167,7 @@ def _bar(stop: Stop) -> Iterator[Callable[[str, float], None]]:
             close()
             shown[what] = click.progressbar(length=_PARTS, label=what, file=sys.stderr).__enter__()
         bar = shown[what]
-        # A better estimate of the autocorrelation time may take some of it back; a bar does not go back.
+        # A better estimate of the autocorrelation time may reduce the progress; the bar does not go back.
         bar.update(max(0, int(part * _PARTS) - bar.pos))
 
     try:

@@ -1,4 +1,4 @@
-"""The group of all commands: those of the package by topic, and those that installed plugins add."""
+"""The command group: commands of the package by topic, and commands of installed plugins."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ TOPICS = {
 class CommandGroup(click.Group):
     """Commands of the package and of plugins.
 
-    Plugins are looked up where the package has no command of a name, and for the list in the help. Their code is
-    imported when one of their commands runs.
+    Plugins are searched for names that the package lacks, and for the list in the help. Their code is imported when one
+    of their commands runs.
     """
 
     def plugin_commands(self) -> tuple[dict[str, PluginCommand], list[BrokenPlugin]]:
-        """Return the commands of plugins by name, and the plugins whose commands cannot be used."""
+        """Return the commands of plugins by name, and the broken plugins."""
         from hcss_twin.core.plugins import installed
 
         plugins = list(installed("hcss_twin.commands"))
@@ -39,7 +39,7 @@ class CommandGroup(click.Group):
         return collect(plugins, self.commands)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a command by name, imported if a plugin brings it."""
+        """Return a command by name; import it if it belongs to a plugin."""
         command = super().get_command(ctx, cmd_name)
         if command is not None:
             return command
@@ -53,7 +53,7 @@ class CommandGroup(click.Group):
         return None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands by topic; summaries of plugins' commands come from their specs."""
+        """Write the commands by topic; summaries of plugin commands come from their specs."""
         named = {name for names in TOPICS.values() for name in names}
         topics: dict[str, Any] = {**TOPICS, "Other": sorted(set(self.commands) - named)}
         plugins, broken = self.plugin_commands()

@@ -1,4 +1,4 @@
-"""The ``hcss`` command: run, plan, validate, preview and the lists; exit codes of all commands."""
+"""The ``hcss`` command: run, plan, validate, preview and list commands; exit codes of all commands."""
 
 from __future__ import annotations
 
@@ -264,7 +264,7 @@ for _command in (
 
 
 def main() -> None:
-    """Run the command line; errors of the package become one message and an exit code.
+    """Run the command line; errors of the package are reported as one message and an exit code.
 
     Exit codes: 0 success; 1 failure; 2 wrong scenario or command line; 130 interrupted; 143 terminated.
     """
@@ -289,7 +289,7 @@ def main() -> None:
         click.echo(f"error: {error}", err=True)
         sys.exit(EXIT_FAILED)
     except RuntimeError as error:
-        if "no locator available" not in str(error):  # numba's words
+        if "no locator available" not in str(error):  # message of numba
             raise
         click.echo(
             "error: compiled kernels can be kept neither beside the package nor in the user's cache folder; set the "

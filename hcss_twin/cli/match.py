@@ -30,22 +30,22 @@ if TYPE_CHECKING:
     from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 
-# That of hcss_twin.analysis.matching.match, which takes long to load; a test compares them.
+# Copy of the value in hcss_twin.analysis.matching.match, which is slow to import; a test compares them.
 _BUDGET = 360
 
 _OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is", "missing", "row_origin", "column_origin")
-"""Options of :func:`image_options` that have no meaning without an image."""
+"""Options of :func:`image_options` that apply only to an image."""
 
 
 def refuse_image_options(options: dict[str, Any], image: str, *more: str) -> None:
-    """Raise UsageError if an option is given that has no meaning without the argument ``image``."""
+    """Raise UsageError for options that apply only with the argument ``image``."""
     refused = [name for name in (*_OF_AN_IMAGE, *more) if options[name] not in (None, "auto", "error")]
     if refused:
         raise click.UsageError(f"{', '.join(refused)}: has no meaning without {image}; leave it out")
 
 
 def image_options(command: Any) -> Any:
-    """Add the options of cloud detection, and of the part of the image that is used."""
+    """Add the options for cloud detection and for the part of the image to use."""
     part = (
         click.option(
             "--missing",
@@ -63,7 +63,7 @@ def image_options(command: Any) -> Any:
     return command
 
 
-# Fields of a scenario that the reader of an image blames, and the options that are them here.
+# Scenario fields named in errors of the image reader, and the corresponding options.
 _OPTIONS = {
     "clouds.parameters.missing": "--missing",
     "clouds.parameters.row_origin": "--row-origin",
@@ -81,7 +81,7 @@ _WORDS = {
 
 @contextmanager
 def worded_for_options() -> Iterator[None]:
-    """Name options where the reader of an image names keys of a scenario."""
+    """Replace scenario keys in errors of the image reader by option names."""
     from hcss_twin.core.errors import Problem, ScenarioError
 
     try:
@@ -151,7 +151,7 @@ def match_command(
     from hcss_twin.analysis.matching.match import write_fragment
     from hcss_twin.core.catalog import Catalog
 
-    # Before the search, which takes a while.
+    # Checked before the search, which is slow.
     usual = type_parameters(cloud_type, Catalog())
     coverage = options["coverage"]
     done = None if image is None else _match_image(image, options, seed, budget, cloud_type)
@@ -170,7 +170,7 @@ def match_command(
 
 @dataclass(frozen=True)
 class _Result:
-    """A match, ready to be printed, written and drawn."""
+    """A match with its text, fragment and figure."""
 
     text: str
     answer: dict[str, Any]
@@ -216,7 +216,7 @@ def _match_image(image: Path, options: dict[str, Any], seed: int, budget: int, c
 
 
 def _match_text(found: Match) -> list[str]:
-    """Return a match in lines of text."""
+    """Format a match as lines of text."""
     lines = [
         *found.target.notes,
         f"{'':<11} {'image':>9} {'simulated':>9} {'spread':>8} {'error':>8}  "

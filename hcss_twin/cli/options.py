@@ -1,4 +1,4 @@
-"""What commands share: options, the scenario and its changes, files that are written, and interruption."""
+"""Common parts of commands: options, the scenario and its changes, output files, and interruption."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def scenario_options(command: Any) -> Any:
 
 
 def assigned(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
-    """Read KEY=VALUE texts of an option; raises click's BadParameter."""
+    """Parse KEY=VALUE values of an option; raises click's BadParameter."""
     from hcss_twin.scenario.overrides import parse_assignment
 
     try:
@@ -70,12 +70,12 @@ def metres(_context: click.Context, _option: click.Parameter, text: str | None) 
 
 
 def require_writable(paths: Iterable[Path | None], force: bool, remedy: str = "give another name with -o") -> None:
-    """Refuse to begin where a result could not be written; None stands for a file that is not wanted.
+    """Check before the computation that results can be written; None means no file.
 
     Raises
     ------
     click.ClickException
-        If a file exists and ``force`` is not given (``remedy`` says what else to do), or its folder does not exist.
+        If a file exists without ``force`` (``remedy`` is the alternative), or its folder does not exist.
     """
     for path in paths:
         if path is None:
@@ -88,7 +88,7 @@ def require_writable(paths: Iterable[Path | None], force: bool, remedy: str = "g
 
 
 def require_two_files(given: Mapping[str, Path | None]) -> None:
-    """Refuse one file under two options; raises UsageError naming both.
+    """Raise UsageError if two options name the same file.
 
     Parameters
     ----------
@@ -114,16 +114,16 @@ def write_text(path: Path, text: str) -> None:
 
 
 def with_size(path: Path) -> str:
-    """Return a file's name and its size."""
+    """Return the name and size of a file."""
     return f"{path}  {path.stat().st_size / 1e6:.1f} MB"
 
 
 class Stop:
     """Handler of SIGINT and SIGTERM.
 
-    It raises, which unwinds the writer, and it remembers: an exception that a callback of a C library swallowed is
-    raised again before the next frame. Inside the compiler of the kernels it only remembers, because an exception in
-    the compiler's callbacks would abort the process.
+    It raises an exception, which unwinds the writer, and records the signal: an exception swallowed by a C library
+    callback is raised again before the next frame. Within the kernel compiler it only records the signal, because an
+    exception in the compiler's callbacks would abort the process.
     """
 
     def __init__(self) -> None:
@@ -139,13 +139,13 @@ class Stop:
         raise KeyboardInterrupt
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if a signal came."""
+        """Raise KeyboardInterrupt if a signal was received."""
         if self.signal:
             raise KeyboardInterrupt
 
 
 def progress(stop: Stop, frames: Iterable[Any], count: int, label: str = "computing") -> Iterator[Any]:
-    """Show a bar on a terminal, stay quiet in a pipe, and end between frames when a signal came."""
+    """Show a progress bar on a terminal, none in a pipe, and stop between frames after a signal."""
     if not sys.stderr.isatty():
         for frame in frames:
             stop.check()

@@ -130,7 +130,7 @@ def propagation_options(command: Any) -> Any:
 
 
 def is_propagation(given: dict[str, Any]) -> bool:
-    """Return whether options ask for a propagation; raises UsageError if some need ``--draws``."""
+    """Return whether the options request a propagation; raises UsageError if an option requires ``--draws``."""
     if given["draws"] is not None:
         return True
     names = {"posterior": "--posterior", "uncertain": "--uncertain", "cubes_of": "--cube-of", "layer": "--layer"}

@@ -1,1 +1,1 @@
-"""Pictures made from cubes."""
+"""Reports and pictures of cubes, sweeps, posteriors and propagations."""

@@ -1,4 +1,4 @@
-"""Pictures of transmittance providers: the HCSS paper's Figs 15 and 16, and comparisons of two providers."""
+"""Figures of transmittance providers: the HCSS paper's Figs 15 and 16, and comparisons of two providers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _STEP_CM1 = 5.0
 
 @dataclass(frozen=True)
 class AtmosphereSource:
-    """A provider with the atmosphere it belongs to, and its name in figures."""
+    """A provider with its atmosphere and its label in figures."""
 
     label: str
     provider: TransmittanceProvider
@@ -67,7 +67,7 @@ class AtmosphereSpectra:
 
 
 def open_source(name: str, profile: str = "us-standard-1976") -> AtmosphereSource:
-    """Resolve the name of a provider, a catalog's table, or a table file.
+    """Resolve the name of a provider or catalog table, or the path of a table file.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def sample(
     Raises
     ------
     CatalogError
-        If they have no wavenumber, angle or height in common.
+        If they share no wavenumber, angle or height.
     """
     wavenumber = _common_wavenumbers(sources, range_um)
     zenith = _common_nodes(sources, "view_zenith", zenith_deg, "zenith angle (deg)")
@@ -154,7 +154,7 @@ def _common_nodes(sources: Sequence[AtmosphereSource], key: str, wanted: Sequenc
     if low > high:
         raise CatalogError(f"the providers have no {what} in common")
     inside = [float(each) for each in wanted if low <= each <= high]
-    # The ends of a narrow range are shown although they were not requested.
+    # Include the ends of a narrow range even if they were not requested.
     if len(inside) < 2:
         inside += [each for each in (low, high) if np.isfinite(each)]
     return np.unique(inside)
@@ -184,7 +184,7 @@ def band_means(spectra: AtmosphereSpectra, band_um: tuple[float, float]) -> tupl
 
 
 def compare(first: AtmosphereSpectra, second: AtmosphereSpectra) -> list[str]:
-    """Differences of two sources in words: at every wavenumber, and in the bands of the HCSS paper."""
+    """Describe the differences of two sources at every wavenumber and in the bands of the HCSS paper."""
     difference = second.by_angle[0] - first.by_angle[0]
     worst = np.unravel_index(int(np.argmax(np.abs(difference))), difference.shape)
     lines = [
@@ -222,7 +222,7 @@ def draw(spectra: Sequence[AtmosphereSpectra], path: Path) -> Path:
     figure = new_figure(12.0, 11.0)
     axes = figure.subplots(3, 2)
     count = first.zenith_deg.size
-    # of two sources only the ends and the middle, or the lines hide each other
+    # for two sources only the ends and the middle; otherwise the lines overlap
     angles = range(count) if len(spectra) == 1 else sorted({0, count // 2, count - 1})
     from_base = f"from {first.height_m[0] / 1e3:g} km to space, by zenith angle"
     labels = [f"{first.zenith_deg[index]:g}°" for index in angles]
@@ -253,7 +253,7 @@ def _panel(
     legend: str,
     difference: bool = False,
 ) -> None:
-    """Draw one quantity over wavelength: a colour for each label, lines for the first source, dashes for the second."""
+    """Plot one quantity against wavelength: one colour per label, solid for the first source, dashed for the second."""
     from matplotlib import colormaps
 
     wavelength = 1e4 / spectra.wavenumber_cm1
@@ -266,7 +266,7 @@ def _panel(
     axis.grid(alpha=0.3)
     axis.set_title(title, fontsize=10)
     if difference:
-        # "path" is omitted: with the unit the label is as long as the panel is high
+        # "path" is omitted because the label with its unit would exceed the panel height
         axis.set_ylabel("difference of " + _QUANTITIES[quantity].replace("path ", ""))
         axis.axhline(0.0, color="0.6", lw=0.6)
         axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
@@ -307,7 +307,7 @@ def _bands(axis: Axes, spectra: Sequence[AtmosphereSpectra], quantity: int) -> N
 
 
 def _legend(axis: Axes, title: str, quantity: int) -> None:
-    # Both panels of a row share their colours; beside the right one the legend hides nothing.
+    # Both panels of a row share their colours; the legend to the right of them covers no data.
     if quantity == 1:
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
         axis.legend(fontsize=8, title=title, title_fontsize=8, **place)

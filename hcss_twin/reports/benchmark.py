@@ -1,5 +1,5 @@
-"""Run time against error of one scene at several accuracies, beside brute force: the spectrum of every pixel
-integrated by itself, at all wavenumbers or at fewer.
+"""Run time against error of one scene at several accuracies, compared with brute force: spectral integration of every
+pixel, at all wavenumbers or at fewer.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hcss_twin.scenario.units import parse_accuracy
 
 @contextlib.contextmanager
 def private_cache(folder: Path) -> Iterator[None]:
-    """Use an empty cache in a folder while the block runs, so that no earlier result is used and none is left."""
+    """Use an empty cache in a folder while the block runs, so that no earlier result is used and none remains."""
     own = {"HCSS_CACHE_DIR": str(folder), "HCSS_CACHE_MB": "10000"}
     before = {name: os.environ.get(name) for name in own}
     os.environ.update(own)
@@ -49,7 +49,7 @@ _SEED = 20_240_420
 
 
 def random_columns(plan: Plan, count: int) -> Array:
-    """Thickness (N, L) at random points of the first frame, clear and cloudy as they come."""
+    """Thickness (N, L) at random points of the first frame, clear and cloudy."""
     random = np.random.default_rng(_SEED)
     samples, time_s = plan.samples_per_pixel, float(plan.frame_times_s[0])
     size = plan.grid.rows * samples, plan.grid.columns * samples
@@ -63,7 +63,7 @@ def random_columns(plan: Plan, count: int) -> Array:
             one = generator.thickness_m(time_s, slice(y, y + 1), slice(x, x + 1)) if whole is None else whole[y:, x:]
             value = float(one[0, 0])
             if value > 0:
-                # Values that single precision puts beyond the limits are clipped, as in the look-up.
+                # Values outside the limits due to single precision are clipped, as in the look-up.
                 columns[point, index] = min(max(value, layer.thickness_min_m), layer.thickness_max_m)
     return columns
 
@@ -74,25 +74,25 @@ def every_nth(plan: Plan, step: int) -> SpectralGrid:
 
 
 def even_wavelengths(plan: Plan, count: int) -> SpectralGrid:
-    """Return a grid of evenly spaced wavelengths, so many per band."""
+    """Return a grid with a number of evenly spaced wavelengths per band."""
     inside = [1e4 / np.linspace(band.lower_um, band.upper_um, count) for band in plan.bands]
     return dense_grid(plan.bands, np.unique(np.concatenate(inside)))
 
 
 def integrate(plan: Plan, grid: SpectralGrid, columns: Array, together: int = 1) -> Array:
-    """Band radiance (N, B) of columns (N, L), one by one or several cloudy ones at once."""
+    """Band radiance (N, B) of columns (N, L), computed one by one or several cloudy ones at once."""
     sun = plan.sun_at(float(plan.frame_times_s[0]))
     return reference_radiance(plan.assembly.model, grid, columns, sun, together)
 
 
 def points_of_scene(plan: Plan) -> int:
-    """Points of all frames that have a column."""
+    """Number of points in all frames for which a column is computed."""
     return plan.frame_times_s.size * plan.grid.rows * plan.grid.columns * plan.samples_per_pixel**2
 
 
 ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
 BRUTE_FORCE = ((1, False), (1, True), (4, True), (16, True))
-"""Brute force: every n-th wavenumber of the provider, and whether the model computes all pixels at once."""
+"""Brute-force variants: every n-th wavenumber of the provider, and whether the model computes all pixels at once."""
 
 _BRUTE = "brute force, every {}, together {}"
 
@@ -104,23 +104,23 @@ class AccuracyResult:
     Attributes
     ----------
     asked : str
-        The accuracy as it was requested: a share of the radiance, or kelvin of its brightness temperature.
+        The requested accuracy: a fraction of the radiance, or kelvin of brightness temperature.
     own : bool
-        Whether it is the scenario's own.
+        Whether it is the accuracy of the scenario.
     accuracy, estimated : float
-        The request as a share of the radiance, and the error estimated while the tables were made.
+        The requested accuracy as a fraction of the radiance, and the error estimated during table compilation.
     achieved : float or None
-        Largest relative error of the checked pixels in any band; None where none could be checked.
+        Largest relative error of the checked pixels in any band; None if none could be checked.
     achieved_K : float or None
-        The same in kelvin, where kelvin were requested.
+        The same in kelvin, if requested in kelvin.
     checked, exceeding : int
-        Pixels of the certificate, and those beyond the accuracy.
+        Number of certificate pixels, and of those that exceed the accuracy.
     seconds : dict of str to float
-        Of each stage, medians over rounds.
+        Median time of each stage over rounds.
     over_raw : dict of str to float
-        Of each whole run, ``stages.RUNS``: its time over that of writing the same bytes raw.
+        For each whole run, ``stages.RUNS``: its time divided by that of raw writing of the same bytes.
     over_brute_force : dict of str to float
-        Of the same: the time of integrating every pixel at every wavenumber over that of the run.
+        For each whole run: the time of integrating every pixel at every wavenumber divided by that of the run.
     """
 
     asked: str
@@ -138,21 +138,21 @@ class AccuracyResult:
 
 @dataclass(frozen=True)
 class BruteForceResult:
-    """Integration of every pixel's spectrum by itself, timed on a few pixels and scaled to all.
+    """Spectral integration of every pixel, timed on a few pixels and scaled to all.
 
     Attributes
     ----------
     every, wavenumbers : int
-        Step through the provider's wavenumbers, and the number of those used.
+        Step in the provider's wavenumbers, and the number of wavenumbers used.
     together : int
-        Pixels that the model has at once.
+        Number of pixels that the model computes at once.
     seconds_per_point : float
     seconds : float
-        All points of the scene, without what the model computes once.
+        Time for all points of the scene, without one-time computations of the model.
     over_raw : float
-        That over writing the cube's bytes raw.
+        This time divided by that of raw writing of the cube's bytes.
     error : float
-        Largest relative error against all wavenumbers in any band of the pixels; 0 for all of them.
+        Largest relative error of any pixel and band against the use of all wavenumbers; 0 for that variant.
     """
 
     every: int
@@ -171,9 +171,9 @@ class BenchResult:
     Attributes
     ----------
     scene : str
-        The scene in a few words.
+        Short description of the scene.
     rounds, points, timed_points : int
-        Rounds; points of all frames; points that brute force was timed on.
+        Number of rounds, of points in all frames, and of points used to time brute force.
     accuracies : tuple of AccuracyResult
     brute_force : tuple of BruteForceResult
     """
@@ -207,21 +207,21 @@ def bench(
     Parameters
     ----------
     accuracies : sequence of float or str, optional
-        Put in place of the scenario's: shares of the radiance, or kelvin such as ``"0.1 K"``. By default
-        ``ACCURACIES`` and the scenario's own.
+        Replace the scenario's accuracy: fractions of the radiance, or kelvin such as ``"0.1 K"``. Default:
+        ``ACCURACIES`` and the scenario's.
     rounds : int
-        Times that everything is run, in turn; tables are compiled, and certificates made, in the first one only.
+        Number of rounds of all measurements; tables and certificates are computed in the first one only.
     pixels : int
-        Pixels of the certificate at each accuracy, and pixels that brute force is timed on.
+        Number of certificate pixels at each accuracy, and of pixels used to time brute force.
     folder : Path, optional
-        Where cubes are written for a moment; by default the folder for temporary files.
+        Folder of temporary cubes; default: the system's folder for temporary files.
     tell : callable, optional
-        Given a few words on what comes next.
+        Called with a short description of the next step.
 
     Raises
     ------
     ScenarioError
-        If the scenario is wrong, computes no radiance, or cannot have one of the accuracies.
+        If the scenario is invalid, computes no radiance, or does not support one of the accuracies.
     """
     say = tell or (lambda text: None)
     with tempfile.TemporaryDirectory(prefix=".hcss-bench-", dir=folder) as name, private_cache(Path(name) / "cache"):
@@ -249,7 +249,7 @@ def _bench(
 ) -> BenchResult:
     times = Rounds()
     say("planning the scene and compiling kernels")
-    # All plans first: an accuracy that the scene cannot have is refused before anything is measured.
+    # All plans first, so that an unsupported accuracy is rejected before any measurement.
     plan, *_ = [make_plan(_at(scenario, accuracy, 0)) for accuracy in accuracies]
     if not plan.needs_radiance:
         message = "none of these needs radiance, so that there is nothing to measure; add radiance"
@@ -265,13 +265,13 @@ def _bench(
         for accuracy in accuracies:
             what = "new tables, stages, whole run, certificate" if number == 0 else "stages and whole run"
             say(f"round {number + 1} of {rounds}, accuracy {_text(accuracy)}: {what}")
-            # Tables and certificates take longest; once they are made they are the same in every round.
+            # Tables and certificates take longest and are the same in every round, so they are made once.
             time_stages(times, _name(accuracy), _at(scenario, accuracy, 0), folder, number == 0)
             raw.append(times.last(_name(accuracy) + RAW))
             if number == 0:
                 checked = _at(scenario, accuracy, pixels)
                 checks[accuracy] = time_certificate(times, _name(accuracy), checked)
-        # The bytes are equally many at all accuracies, and disks have moods.
+        # The number of bytes is the same at all accuracies, and disk speed varies.
         times.add(RAW, statistics.median(raw))
         say(f"round {number + 1} of {rounds}, every pixel by itself")
         for step, together in BRUTE_FORCE:
@@ -321,7 +321,7 @@ def _accuracy(times: Rounds, accuracy: float | str, is_own: bool, check: Certifi
 
 
 def _text(accuracy: float | str) -> str:
-    """Write an accuracy as in a scenario."""
+    """Format an accuracy as in a scenario."""
     return accuracy if isinstance(accuracy, str) else f"{accuracy:g}"
 
 

@@ -1,7 +1,7 @@
-"""Times of the stages of one run, each measured apart through the functions a run is made of.
+"""Times of the stages of a run, measured separately through the functions of the run.
 
-Stages, whole runs and raw writing of the same bytes take turns: a disk and a processor that others use too drift, and
-a ratio within one round does not.
+Stages, whole runs and raw writing of the same bytes alternate: the speed of a shared disk or processor drifts, but
+ratios within one round are stable.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Clock:
 
 
 class _Timed:
-    """A generator that measures the time it takes."""
+    """A generator wrapper that measures its run time."""
 
     def __init__(self, generator: CloudGenerator, clock: Clock) -> None:
         self._generator, self._clock = generator, clock
@@ -62,20 +62,20 @@ class _Timed:
 
 
 def with_timed_clouds(plan: Plan, clock: Clock) -> Plan:
-    """Return a plan that makes the same frames and counts the time of its cloud generators."""
+    """Return a plan that makes the same frames and measures the time of its cloud generators."""
     generators = tuple(_Timed(generator, clock) for generator in plan.assembly.generators)
     return dataclasses.replace(plan, assembly=dataclasses.replace(plan.assembly, generators=generators))
 
 
 def write_raw(path: Path, plane: NDArray[Any], times: int) -> None:
-    """Write an array so many times, one after the other, into a file whose space is reserved before.
+    """Write an array a number of times in sequence to a preallocated file.
 
-    As a cube does, it grows under another name, is flushed to the disk, and replaces an older one in one step.
+    Like a cube, the file is written under another name, flushed to disk, and replaces an older file atomically.
 
     Raises
     ------
     OSError
-        If the disk refuses; no file remains.
+        If writing fails; no file remains.
     """
     draft = path.with_name(f".{path.name}.partial")
     data = np.ascontiguousarray(plane).data.cast("B")
@@ -101,28 +101,28 @@ _T = TypeVar("_T")
 
 
 class Rounds:
-    """Seconds of named things, round by round.
+    """Times in seconds of named tasks, round by round.
 
-    The speed of a machine that others use drifts: things that take turns meet the same machine, and a ratio is that
-    of one round. The result over all rounds is the median.
+    The speed of a shared machine drifts. Alternating tasks run under the same conditions, so ratios are taken within a
+    round; the result is their median over rounds.
     """
 
     def __init__(self) -> None:
         self._seconds: dict[str, list[float]] = {}
 
     def time(self, name: str, call: Callable[[], _T]) -> _T:
-        """Call, and record the seconds as one round of ``name``."""
+        """Call a function and record its time as one round of ``name``."""
         start = time.perf_counter()
         result = call()
         self.add(name, time.perf_counter() - start)
         return result
 
     def add(self, name: str, seconds: float) -> None:
-        """Record seconds that were measured otherwise."""
+        """Record a time that was measured elsewhere."""
         self._seconds.setdefault(name, []).append(seconds)
 
     def last(self, name: str) -> float:
-        """Seconds of its last round."""
+        """Time of the last round, s."""
         return self._seconds[name][-1]
 
     def seconds(self, name: str) -> float:
@@ -130,9 +130,9 @@ class Rounds:
         return statistics.median(self._seconds[name])
 
     def ratio(self, above: str, below: str) -> float:
-        """Median of the time of one over that of another, of the rounds that have both.
+        """Median ratio of two times, over the rounds that have both.
 
-        What takes long may be timed in the first rounds only.
+        Slow tasks may be timed in the first rounds only.
         """
         pairs = zip(self._seconds[above], self._seconds[below], strict=False)
         return statistics.median(one / other for one, other in pairs)
@@ -142,7 +142,7 @@ class Rounds:
         return min(self._seconds[name])
 
     def shortest_ratio(self, above: str, below: str) -> float:
-        """Shortest time of one over that of another, which others on the machine affect least."""
+        """Ratio of the shortest times, which other load on the machine affects least."""
         return self.shortest(above) / self.shortest(below)
 
 
@@ -158,17 +158,17 @@ RAW = "raw write of the same bytes"
 def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, compiled: bool) -> None:
     """Add one round of all stages of a scenario, of its whole run, and of writing its bytes raw.
 
-    The whole run has its tables from an earlier one and makes no certificate; one with new tables takes longer by what
-    compiling them takes beyond finding them.
+    The whole run uses cached tables and makes no certificate; a run with new tables takes longer by the difference
+    between compiling and loading them.
 
     Parameters
     ----------
     prefix : str
-        Put before the names of the stages.
+        Prefix of the stage names.
     folder : Path
         Where cubes are written.
     compiled : bool
-        Whether its tables are compiled; else they are in the cache already.
+        Whether to compile tables; otherwise they are in the cache.
     """
     output = folder / "cube.nc"
     plan = rounds.time(prefix + PLAN, lambda: make_plan(scenario))
@@ -188,7 +188,7 @@ def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, c
 
 
 def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario) -> Certificate:
-    """Make the frames that a certificate checks, add the time of checking them, and return what it found.
+    """Make the frames that a certificate checks, record the time of the check, and return the certificate.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario) -> Certifi
 
 
 def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables) -> Frame:
-    """Make all frames; what is not spent on clouds counts as look-up. Returns the last frame."""
+    """Make all frames; time not spent on clouds counts as look-up. Returns the last frame."""
     clock, frame = Clock(), Frame()
     start = time.perf_counter()
     for each in stream(with_timed_clouds(plan, clock), tables):

@@ -1,4 +1,4 @@
-"""Run time against error: as text for a terminal, and as a picture."""
+"""Run time against error, as text for a terminal and as a figure."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MISSED = "!"
 
 
 def bench_text(result: BenchResult) -> str:
-    """Return a table with a column for each accuracy, and one of brute force."""
+    """Return a table with one column per accuracy, and a table of brute force."""
     return "\n".join(_lines(result))
 
 
@@ -32,8 +32,8 @@ def _lines(result: BenchResult) -> Iterator[str]:
     results = result.accuracies
     yield result.scene
     yield (
-        f"medians of {result.rounds} rounds that take turns (tables and certificates: once); trust ratios, seconds are "
-        "this machine's of now"
+        f"medians of {result.rounds} rounds that alternate (tables and certificates: once); "
+        "compare ratios, because seconds depend on the load of this machine"
     )
     yield ""
     yield from aligned(list(_rows(results)), indent="")
@@ -103,21 +103,21 @@ _MARKERS = "osD^vP"
 
 @dataclass(frozen=True)
 class Curve:
-    """Points of one method for the same cube.
+    """Run times and errors of one method for the same cube.
 
     Attributes
     ----------
     label : str
     cost, error : sequence of float
-        Time over that of writing the bytes raw; largest relative error. Points without error are omitted.
+        Time divided by that of raw writing, and largest relative error. Points without an error are omitted.
     family : int
-        Methods of one family share a colour.
+        Colour group of the method.
     style : {"-", "--", ""}
-        Line through the points; none for peers.
+        Line style through the points; none for independent methods.
     notes : sequence of str
-        Beside each point; empty for none.
+        Label of each point; empty for none.
     notes_left : bool
-        Whether the notes are on the left.
+        Whether the notes are to the left of the points.
     """
 
     label: str
@@ -131,7 +131,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Reference:
-    """A method that others are measured against: it has a time and no error."""
+    """The reference method, which has a time but no error."""
 
     label: str
     cost: float
@@ -174,14 +174,14 @@ def draw_bench(result: BenchResult, path: Path) -> None:
     axes = figure.add_subplot()
     fill_axes(axes, curves, references)
     axes.set_title(textwrap.fill(result.scene, 100), fontsize=9)
-    # Below the axes, where no point can lie.
+    # Below the axes, where it covers no points.
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     with atomic_write(path, HcssError) as draft:
         figure.savefig(draft, dpi=150, format=path.suffix.removeprefix("."))
 
 
 def fill_axes(axes: Axes, curves: Sequence[Curve], references: Sequence[Reference]) -> None:
-    """Draw run time against error into given axes, which become logarithmic."""
+    """Plot run time against error in given axes on logarithmic scales."""
     for curve in curves:
         colour, marker = _COLOURS[curve.family % len(_COLOURS)], _MARKERS[curve.family % len(_MARKERS)]
         axes.plot(
@@ -209,7 +209,7 @@ def fill_axes(axes: Axes, curves: Sequence[Curve], references: Sequence[Referenc
 
 
 def power(value: float) -> str:
-    """Write a power of ten as 1e-3, and other numbers with two digits."""
+    """Format a power of ten as 1e-3, and other numbers with two digits."""
     text = f"{value:.0e}"
     mantissa, exponent = (text if float(text) == value else f"{value:.1e}").split("e")
     return f"{mantissa}e{int(exponent)}"

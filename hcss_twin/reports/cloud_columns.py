@@ -1,8 +1,8 @@
-"""The cloud of one frame of a cube as columns, and as three-dimensional occupancy: the filled share of each voxel.
+"""The cloud of one frame of a cube as columns, and as three-dimensional occupancy (cloud fraction of each voxel).
 
-Each column holds one slab of cloud between its base and its top (eq 7 and Fig 5 of the HCSS paper). Voxels cut that
-slab; a share is the cut length over the height of the voxel, so that the shares times the heights add up to the
-thickness again, for any altitude edges.
+Each column holds one slab of cloud between its base and its top (eq 7 and Fig 5 of the HCSS paper). The fraction of a
+voxel is the length of slab within it divided by its height, so that the sum of fractions times heights is the
+thickness, for any altitude edges.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 NEEDED = ("cloud_thickness", "cloud_top_altitude")
 FRACTION = "cloud_fraction"
 
-# A cube holds altitudes in single precision: up to 1 mm is lost below 16 km, of both top and thickness.
+# A cube stores altitudes in single precision: below 16 km, top and thickness are each rounded by up to 1 mm.
 _ROUNDING_M = 0.01
 _MAX_LEVELS = 100_000
 _EPOCH = np.datetime64("1970-01-01T00:00:00", "ms")
@@ -40,7 +40,7 @@ _EPOCH = np.datetime64("1970-01-01T00:00:00", "ms")
 
 @dataclass(frozen=True)
 class CloudColumns:
-    """Where the cloud of one frame is.
+    """Extent of the cloud in one frame.
 
     Attributes
     ----------
@@ -55,7 +55,8 @@ class CloudColumns:
     base_m, top_m : ndarray (Y, X)
         Altitudes of base and top over the cloudy part of the pixel; NaN where clear.
     fraction : ndarray (Y, X)
-        Cloudy part of the pixel: 0 or 1 where pixels are points, as small as one point in n x n where they are means.
+        Cloud fraction of the pixel: 0 or 1 if pixels are points, a multiple of 1 / (n x n) if they are means over n x n
+        points.
     """
 
     title: str
@@ -123,7 +124,7 @@ def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
 
 
 def _scene(dataset: xr.Dataset) -> tuple[int, int]:
-    """Return points per side of a pixel, and the number of cloud layers, from the scenario in the cube."""
+    """Return the points per pixel side and the number of cloud layers from the scenario in the cube."""
     try:
         scenario = json.loads(str(dataset.attrs.get(SCENARIO_ATTRIBUTE, "")))
     except json.JSONDecodeError:
@@ -168,7 +169,7 @@ def altitude_edges(base_m: float, top_m: float, step_m: float) -> NDArray[np.flo
 def occupancy(
     base_m: NDArray[np.floating], top_m: NDArray[np.floating], altitude_edges_m: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Return the share of each voxel that lies between base and top of its column.
+    """Return the fraction of each voxel that lies between base and top of its column.
 
     Parameters
     ----------
@@ -185,8 +186,8 @@ def occupancy(
     Raises
     ------
     ValueError
-        If shapes do not fit, the edges do not ascend, a base lies above its top, or cloud reaches
-        beyond the edges: cutting it off would lose volume silently.
+        If shapes do not match, the edges do not ascend, a base lies above its top, or cloud extends beyond the edges,
+        where cropping would silently lose volume.
     """
     edges = np.asarray(altitude_edges_m, dtype=np.float64)
     if edges.ndim != 1 or edges.size < 2 or not np.all(np.diff(edges) > 0.0):
@@ -209,7 +210,7 @@ def occupancy(
                 f"to {highest:g} m; allowed: edges that enclose it"
             )
     shares = np.zeros((edges.size - 1, *low.shape), dtype=np.float32)
-    # Clear columns become slabs of no height.
+    # Clear columns become slabs of zero height.
     low, high = np.where(cloudy, low, edges[0]), np.where(cloudy, high, edges[0])
     for level, (lower, upper) in enumerate(pairwise(edges)):
         cut = np.minimum(high, upper) - np.maximum(low, lower)
@@ -225,9 +226,9 @@ def _not_ascending(edges: NDArray[np.float64]) -> str:
 
 
 def write_occupancy(columns: CloudColumns, path: Path, step_m: float) -> tuple[int, int, int]:
-    """Write the share of each voxel that cloud fills (CF-1.11), in levels of ``step_m``.
+    """Write the cloud fraction of each voxel (CF-1.11), in levels of ``step_m``.
 
-    The file has its final name only when it is complete; an older one stays until then.
+    The file is written atomically; an older file is kept until then.
 
     Parameters
     ----------
@@ -268,7 +269,7 @@ def _write(path: Path, columns: CloudColumns, edges: NDArray[np.float64], shares
     with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
 
         def add(name: str, kind: str, dimensions: tuple[str, ...], values: Any, **attributes: str) -> None:
-            # most voxels are 0 or 1: the cheapest level makes the file many times smaller
+            # most voxels are 0 or 1, so the fastest level makes the file many times smaller
             packed: dict[str, Any] = (
                 {"compression": "zlib", "complevel": 1, "shuffle": True} if len(dimensions) == 3 else {}
             )

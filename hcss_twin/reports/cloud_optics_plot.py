@@ -1,4 +1,4 @@
-"""Pictures of cloud optics: efficiencies, single-scattering albedo and phase functions of cloud types."""
+"""Figures of cloud optics: efficiencies, single-scattering albedo and phase functions of cloud types."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ RANGE_UM = (0.3, 14.3)
 PHASE_UM = (3.7, 10.8)
 
 _COLOURS = ("tab:blue", "tab:green", "tab:red")
-# Ice spheres are large: their forward peak has more moments than ship.
+# Ice spheres are large: their forward peak needs more moments than the shipped tables have.
 _MOMENTS = 640
 
 
 @dataclass(frozen=True)
 class Efficiencies:
-    """Of one cloud type by one provider, over wavelength.
+    """Optical properties of one cloud type from one provider, over wavelength.
 
     Attributes
     ----------
@@ -54,13 +54,13 @@ class Efficiencies:
 
 
 def particles(name: str, catalog: Catalog) -> Microphysics:
-    """Return the particles of a cloud type."""
+    """Return the particle properties of a cloud type."""
     cloud_type = load_cloud_type(name, catalog)
     return cloud_type.microphysics.particles(cloud_type.layer.phase)
 
 
 def optics_providers(catalog: Catalog, moments: int | None = None) -> dict[str, Optics]:
-    """Return providers ``bulk`` and ``mie`` (the HCSS paper's spheres) as they are by default.
+    """Return the providers ``bulk`` and ``mie`` (the HCSS paper's spheres) with default parameters.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def cloud_optics_figure(catalog: Catalog, types: Sequence[str] = TYPES) -> Figur
             spectral = (curves.extinction, curves.scattering, curves.absorption, curves.albedo)
             for axis, values in zip(panels.ravel(), spectral, strict=False):
                 axis.plot(wavelength, values, linewidth=1.2, **line)
-            # Only ice spheres need the many moments, and they alone take long.
+            # Only ice spheres need many moments, which are slow.
             full = in_full[kind] if cloud.phase == "ice" else provider
             for axis, at_um in zip(angular, PHASE_UM, strict=True):
                 axis.semilogy(angle, _phase(full, cloud, at_um, angle), linewidth=1.2, **line)

@@ -1,4 +1,4 @@
-"""The volume of a cloud drawn as in Fig 5 of the HCSS paper: a view in space, a section and a profile."""
+"""Figure of a cloud volume as in Fig 5 of the HCSS paper: a 3-D view, a section and a profile."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 NODES_SHOWN = 250
-"""Most columns along the longer side of the view in space; larger frames are thinned, not averaged."""
+"""Maximum number of columns along the longer side of the 3-D view; larger frames are thinned, not averaged."""
 
 _HEIGHT_SHARE = 0.3
 _LEVELS = 60
@@ -27,7 +27,7 @@ _SEA, _BASE = "#3b6a8f", "#8a8f98"
 
 
 def draw_volume(columns: CloudColumns, path: Path) -> Path:
-    """Draw the cloud of one frame into a file, whose ending is the format.
+    """Draw the cloud of one frame to a file; its suffix sets the format.
 
     Raises
     ------
@@ -44,20 +44,20 @@ def draw_volume(columns: CloudColumns, path: Path) -> Path:
 
 
 def volume_figure(columns: CloudColumns) -> Figure:
-    """Draw the cloud of one frame: a view in space, a section and the share of cloud by altitude.
+    """Draw the cloud of one frame: a 3-D view, a section and the cloud fraction by altitude.
 
     Raises
     ------
     CubeError
         If the frame is clear, or is a single row or column.
     """
-    # Without it matplotlib does not know the projection.
+    # This import registers the 3-D projection with matplotlib.
     import mpl_toolkits.mplot3d  # noqa: F401
     from matplotlib.figure import Figure
 
     class Calm(Figure):
-        """At the cloud's edges faces have fewer corners than others; matplotlib projects their unset memory, which may
-        overflow, and masks it afterwards.
+        """Faces at the cloud edges have fewer corners; matplotlib projects the uninitialised ones, which may overflow,
+        and masks them afterwards.
         """
 
         def draw(self, renderer: Any) -> None:
@@ -68,7 +68,7 @@ def volume_figure(columns: CloudColumns) -> Figure:
         raise CubeError(f"frame {columns.frame} has no cloud: there is no volume to draw")
     if min(columns.top_m.shape) < 2:
         raise CubeError(f"a frame of {columns.top_m.shape} pixels has no surface; at least 2 x 2 is needed")
-    # Placed by hand: automatic layouts give the view in space either too much room or too little.
+    # Positioned manually, because automatic layouts give the 3-D view too much or too little space.
     figure = Calm(figsize=(12.0, 10.0))
     _space(figure, figure.add_axes((0.02, 0.29, 0.86, 0.64), projection="3d"), columns)
     section = figure.add_axes((0.07, 0.065, 0.63, 0.185))
@@ -80,16 +80,16 @@ def volume_figure(columns: CloudColumns) -> Figure:
 
 
 def _lowest_drawn(columns: CloudColumns) -> float:
-    """Return 0, the sea, or an altitude a little below the base of a cloud that is far above it."""
+    """Return 0 (the sea), or an altitude slightly below the cloud base if the cloud is far above the sea."""
     base, top = float(np.nanmin(columns.base_m)), float(np.nanmax(columns.top_m))
     return 0.0 if base < top - base else base - 0.1 * (top - base)
 
 
 def _vertical_scale(columns: CloudColumns) -> float:
-    """Return the round factor (..., 0.5, 1, 2, 5, ...) that makes the drawn height a fair part of the width."""
+    """Return the round vertical exaggeration (..., 0.5, 1, 2, 5, ...) that suits the drawn width."""
     width = max(np.ptp(columns.x_m), np.ptp(columns.y_m))
     ideal = _HEIGHT_SHARE * width / (float(np.nanmax(columns.top_m)) - _lowest_drawn(columns))
-    # True proportions where they are not far off.
+    # Keep true proportions if they are nearly suitable.
     if 0.6 <= ideal < 2.0:
         return 1.0
     decade = 10.0 ** math.floor(math.log10(ideal))
@@ -110,12 +110,12 @@ def _space(figure: Any, axis: Any, columns: CloudColumns) -> None:
     colours = colormaps["bone"](0.35 + 0.6 * scale(np.nan_to_num(columns.thickness_m[thin])))
     spacing = float(x[0, 1] - x[0, 0])
     light = LightSource(azdeg=300.0, altdeg=35.0)
-    # Clear columns are dropped from the surface; for the shading they lie at the lowest base.
+    # Clear columns are excluded from the surface; the shading assumes the lowest base there.
     relief = np.where(np.isnan(top), np.nanmin(base), top)
     shaded = light.shade_rgb(
         colours[..., :3], relief, vert_exag=exaggeration, dx=spacing, dy=spacing, blend_mode="soft"
     )
-    # Surfaces that lie above one another from below to above: matplotlib sorts whole surfaces by their centres.
+    # Draw surfaces from bottom to top, because matplotlib sorts whole surfaces by their centres.
     axis.computed_zorder = False
     flat = {"rcount": NODES_SHOWN, "ccount": NODES_SHOWN, "linewidth": 0.0, "antialiased": False, "clip_on": False}
     span_x, span_y = x[0, [0, -1]], y[[0, -1], 0]
@@ -140,14 +140,14 @@ def _space(figure: Any, axis: Any, columns: CloudColumns) -> None:
     thinned = "" if step == 1 else f"; every {ordinal(step)} pixel shown"
     below = "sea (blue)" if lowest == 0.0 else "the sea is not shown"
     figure.text(0.5, 0.925, f"cloud top (shaded), base (grey), {below}; {heights}{thinned}", ha="center", fontsize=10)
-    # the part of the colour map that the surface uses
+    # the range of the colour map used by the surface
     shades = ListedColormap(colormaps["bone"](np.linspace(0.35, 0.95, 256)))
     bar = ScalarMappable(Normalize(0.0, scale.vmax), shades)
     figure.colorbar(bar, cax=figure.add_axes((0.91, 0.42, 0.015, 0.36)), label="cloud thickness (m)")
 
 
 def _section(axis: Axes, columns: CloudColumns) -> None:
-    """Draw base to top along the row in the middle, each pixel as wide as it is."""
+    """Draw base to top along the middle row, with each pixel at its true width."""
     row = columns.top_m.shape[0] // 2
     half = 0.5 * float(columns.x_m[1] - columns.x_m[0])
     x = np.repeat(columns.x_m, 2) + np.tile([-half, half], columns.x_m.size)
@@ -162,10 +162,10 @@ def _section(axis: Axes, columns: CloudColumns) -> None:
 
 
 def _profile(axis: Axes, columns: CloudColumns) -> None:
-    """Draw the share of the frame that is cloud at each altitude."""
+    """Draw the cloud fraction of the frame at each altitude."""
     top = float(np.nanmax(columns.top_m))
     edges = altitude_edges(0.0, top, top / _LEVELS)
-    # Rows at a time: the whole volume of a large frame would not fit into memory.
+    # Process blocks of rows, because the volume of a large frame would not fit into memory.
     sums = np.zeros(edges.size - 1)
     for start in range(0, columns.top_m.shape[0], _ROWS):
         rows = slice(start, start + _ROWS)

@@ -1,4 +1,4 @@
-"""Colours of values: one scale for all frames of a quantity in a band, pictures in its palette, and its colour bar."""
+"""Colour scales: one scale for all frames of a quantity in a band, palette pictures, and the colour bar."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 from hcss_twin.reports.page import Markup, element, joined
 
 LEVELS = 127
-"""Colours of a scale; more cannot be told apart and need a quarter more space. One more stands for no value."""
+"""Number of colours of a scale, plus one for missing values; more would be indistinguishable."""
 
 ENDS_PERCENT = (0.5, 99.5)
-"""Percentiles of the shown pixels that are the ends of a scale."""
+"""Percentiles of the shown pixels at the ends of a scale."""
 
 MISSING = "#9dc3e6"
-"""Colour of pixels without a value: no shade of grey."""
+"""Colour of pixels without a value, distinct from grey."""
 
 _STOPS = 17
 
 
 @dataclass(frozen=True)
 class ColourScale:
-    """Colours between two values; what is beyond has the colour of the end.
+    """Colour scale between two values; values beyond have the colour of the nearer end.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class ColourScale:
     below, above : bool
         Whether pixels lie beyond the ends.
     missing : bool
-        Whether pixels have no value.
+        Whether any pixels have no value.
     colours : str
         Name of the colour map.
     flags : tuple of str
@@ -51,7 +51,7 @@ class ColourScale:
 
     @classmethod
     def of(cls, planes: NDArray[Any], colours: str, flags: tuple[str, ...] = ()) -> ColourScale:
-        """Return the scale of all planes (frame, y, x) of a quantity."""
+        """Return the common scale of all planes (frame, y, x) of a quantity."""
         known = planes[np.isfinite(planes)] if planes.dtype.kind == "f" else planes.ravel()
         missing = known.size < planes.size
         if flags:
@@ -61,7 +61,7 @@ class ColourScale:
         low, high = (float(value) for value in np.percentile(known, ENDS_PERCENT))
         least, most = float(known.min()), float(known.max())
         if not high > low:
-            # nearly all is the same, as the thickness of few clouds: the extremes are what there is to see
+            # nearly constant, such as the thickness of few clouds: use the extremes
             low, high = (least, most) if most > least else (low, low + max(abs(low), 1.0) * 1e-3)
         return cls(low, high, least < low, most > high, missing, colours)
 
@@ -87,7 +87,7 @@ class ColourScale:
         return [(int(red), int(green), int(blue)) for red, green, blue, _ in shades]
 
     def ticks(self) -> list[float]:
-        """Round values within the scale."""
+        """Return round values within the scale."""
         from matplotlib.ticker import MaxNLocator
 
         values = MaxNLocator(nbins=4, steps=[1, 2, 2.5, 5, 10]).tick_values(self.low, self.high)
@@ -95,7 +95,7 @@ class ColourScale:
         return [float(each) for each in values if self.low - slack <= each <= self.high + slack]
 
     def bar(self, units: str) -> Markup:
-        """Return the colour bar with its values in their units; of flags their colours and meanings."""
+        """Return the colour bar with values and units; for flags, their colours and meanings."""
         if self.flags:
             meanings = (
                 joined([element("i", class_="flag", style=f"background:rgb{shade}"), word])
@@ -107,7 +107,7 @@ class ColourScale:
         marks = []
         for value, word in zip(ticks, tick_texts(ticks), strict=True):
             place = 100.0 * (value - self.low) / (self.high - self.low)
-            # the outermost words stay within the width of the bar
+            # keep the outermost labels within the width of the bar
             side = "first" if place < 8 else "last" if place > 92 else None
             marks.append(element("span", word, style=f"left:{place:.2f}%", class_=side))
         notes: list[str] = [f"{self.low:.5g} to {self.high:.5g} {units}".strip()]
@@ -126,7 +126,7 @@ class ColourScale:
 
 
 def tick_texts(values: list[float]) -> list[str]:
-    """Return values with as many decimals as tell them apart."""
+    """Format values with as many decimals as are needed to distinguish them."""
     if len(values) < 2:
         return [f"{value:.5g}" for value in values]
     step = min(abs(b - a) for a, b in pairwise(values))

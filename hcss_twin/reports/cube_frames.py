@@ -1,7 +1,7 @@
-"""The frames that the page of a cube shows: which variables, which frames, how many pixels, and their numbers.
+"""Selection of the frames on a cube page: variables, frames, number of pixels, and statistics.
 
-A page is a file that can be sent, so its pictures have a budget in bytes. A large cube is read in part: some frames,
-and of large frames every n-th row and column; never a large frame as a whole.
+A page must be small enough to send, so its pictures have a budget in bytes. A large cube is read in part: some frames,
+and every n-th row and column of large frames.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
 PLANE = ("time", "y", "x")
 
 CURVES = ("radiance", "brightness_temperature")
-"""Quantities with histogram, spectrum and mean over time; they are shown first."""
+"""Quantities with a histogram, a spectrum and a time series of the mean; they are shown first."""
 
 READ_PIXELS = 1_000_000
-"""Pixels read of a plane; of larger planes every n-th row and column is read."""
+"""Maximum number of pixels read per plane; larger planes are thinned to every n-th row and column."""
 
 READ_BYTES = 6_000_000_000
-"""Bytes that the disk may have to move for all frames shown; at least one frame is."""
+"""Maximum number of bytes read for all frames shown; at least one frame is read."""
 
 WINDOW_PIXELS = 1024
 """Side of the central part of a frame whose spectrum is computed."""
 
 PICTURE_BYTES = 6_400_000
-"""All pictures of frames together; as text in the page they need a third more."""
+"""Budget of all frame pictures in bytes; base64 in the page adds a third."""
 
 FRAMES = 24
 """Frames shown of radiance, or of the first quantity."""
@@ -49,25 +49,25 @@ OTHER_FRAMES = 8
 
 HISTOGRAM_BINS = 120
 
-_PICTURES = 480  # of the first quantity, and of the others: with very many bands there are fewer frames
-_FIRST_SHARE = 0.55  # of the bytes, for the first quantity
+_PICTURES = 480  # first quantity, then the others: fewer frames if there are very many bands
+_FIRST_SHARE = 0.55  # fraction of the bytes for the first quantity
 _UNITS = {"W m-2 sr-1": "W m⁻² sr⁻¹", "s-1": "s⁻¹", "1": ""}
 
 
 @dataclass(frozen=True)
 class ImageQuantity:
-    """A variable of a cube with frames.
+    """A variable of a cube with image frames.
 
     Attributes
     ----------
     name : str
         Of the variable.
     label, units : str
-        As shown; units are empty for plain numbers.
+        Label and units as shown; units are empty for dimensionless values.
     dim : str or None
-        The dimension beside time, y and x: ``band``, ``layer``.
+        The additional dimension besides time, y and x: ``band`` or ``layer``.
     parts : tuple of str
-        Names along it; one empty name without that dimension.
+        Names along this dimension; one empty name without it.
     flags : tuple of str
         Meanings of 0, 1, ... of a variable of flags.
     """
@@ -81,12 +81,12 @@ class ImageQuantity:
 
     @property
     def is_radiation(self) -> bool:
-        """Whether it is what a sensor sees: radiance, a term of it or brightness temperature."""
+        """Whether it is radiance, a term of it or brightness temperature."""
         return self.name in CURVES or self.name.startswith(TERM_PREFIX)
 
 
 def quantities(dataset: xr.Dataset) -> list[ImageQuantity]:
-    """Return all variables with frames: radiance and brightness temperature, terms, then the others."""
+    """Return all variables with frames, ordered: radiance and brightness temperature, terms, others."""
     listed = []
     for key, data in dataset.data_vars.items():
         others = [str(dim) for dim in data.dims if dim not in PLANE]
@@ -104,7 +104,7 @@ def quantities(dataset: xr.Dataset) -> list[ImageQuantity]:
 
 @dataclass(frozen=True)
 class Reader:
-    """Planes of an open cube; ``step`` is 1 but for large frames, of which every so many rows and columns are read."""
+    """Reads planes of an open cube; for large frames only every ``step``-th row and column."""
 
     dataset: xr.Dataset
     step: int
@@ -116,12 +116,12 @@ class Reader:
         return cls(dataset, max(1, math.ceil(math.sqrt(pixels / READ_PIXELS))))
 
     def plane(self, quantity: ImageQuantity, part: int, frame: int) -> NDArray[Any]:
-        """Return one plane (y, x), every ``step``-th row and column of it."""
+        """Return one plane (y, x), thinned to every ``step``-th row and column."""
         every = slice(None, None, self.step)
         return self._read(quantity, part, frame, every, every)
 
     def window(self, quantity: ImageQuantity, part: int, frame: int) -> NDArray[Any]:
-        """Return the centre of one plane with all its pixels, at most ``WINDOW_PIXELS`` squared."""
+        """Return the centre of one plane at full resolution, at most ``WINDOW_PIXELS`` squared."""
         rows, columns = (_middle(self.dataset.sizes[dim]) for dim in ("y", "x"))
         return self._read(quantity, part, frame, rows, columns)
 
@@ -133,7 +133,7 @@ class Reader:
         return plane
 
     def bytes_moved(self, quantity: ImageQuantity) -> int:
-        """Bytes that the disk moves for one frame of all parts: whole tiles, else the rows that are read."""
+        """Number of bytes read for one frame of all parts: whole tiles, else the selected rows."""
         data = self.dataset[quantity.name]
         whole = data.dtype.itemsize * data.size // max(1, data.sizes["time"])
         tiled = bool(data.encoding.get("chunks") or data.encoding.get("chunksizes"))
@@ -146,7 +146,7 @@ def _middle(size: int) -> slice:
 
 
 def spread(count: int, wanted: int) -> list[int]:
-    """Return at most ``wanted`` of the numbers 0 to ``count - 1``, evenly spread, the ends among them."""
+    """Return at most ``wanted`` evenly spaced numbers from 0 to ``count - 1``, including the ends."""
     chosen = np.unique(np.linspace(0, count - 1, min(count, max(1, wanted))).round().astype(int))
     return [int(each) for each in chosen]
 
@@ -169,9 +169,9 @@ class FrameSpectrum:
 
 
 def frame_spectrum(images: Iterable[NDArray[Any]], pixel_size_m: float) -> FrameSpectrum | None:
-    """Return the mean spectrum of images (y, x) of one shape, or None where no image has one.
+    """Return the mean spectrum of images (y, x) of one shape, or None if no image has one.
 
-    Images below 32 x 32 pixels, with missing values, or that are planes have none
+    Images below 32 x 32 pixels, with missing values, or that are exact planes have none
     (:mod:`hcss_twin.analysis.measures.power_spectrum`).
     """
     spectra = []
@@ -189,7 +189,7 @@ def frame_spectrum(images: Iterable[NDArray[Any]], pixel_size_m: float) -> Frame
 
 @dataclass(frozen=True)
 class FrameNumbers:
-    """Mean, lowest and highest value of the pixels of one frame that were read; NaN where none has a value."""
+    """Mean, minimum and maximum of the pixels read from one frame; NaN if none has a value."""
 
     mean: float
     lowest: float
@@ -197,7 +197,7 @@ class FrameNumbers:
 
     @classmethod
     def of(cls, plane: NDArray[Any]) -> FrameNumbers:
-        """Return those of a plane."""
+        """Return the statistics of a plane."""
         known = plane[np.isfinite(plane)] if plane.dtype.kind == "f" else plane.ravel()
         if not known.size:
             return cls(np.nan, np.nan, np.nan)
@@ -220,9 +220,9 @@ class Series:
         A PNG for each frame.
     numbers : tuple of FrameNumbers
     histogram : (counts, edges) or None
-        Of all values that were read, of radiation.
+        Histogram of all values read, for radiation.
     spectrum : FrameSpectrum or None
-        Mean over the frames, of radiation.
+        Mean spectrum over the frames, for radiation.
     """
 
     quantity: ImageQuantity
@@ -237,7 +237,7 @@ class Series:
 
 @dataclass(frozen=True)
 class FrameSelection:
-    """Frames shown of a group of quantities, and the binning of the rows and columns that are read."""
+    """Frames shown for a group of quantities, and the binning of the rows and columns read."""
 
     frames: tuple[int, ...]
     binning: int
@@ -251,7 +251,7 @@ def read_all(reader: Reader, shown: Sequence[ImageQuantity]) -> tuple[list[Serie
     series : list of Series
         Each part of each quantity.
     first, others : FrameSelection
-        Of the first quantity, and of the rest.
+        Selections for the first quantity and for the others.
     """
     groups = [list(shown[:1]), list(shown[1:])]
     left = float(PICTURE_BYTES)
@@ -278,7 +278,7 @@ def _select(reader: Reader, group: Sequence[ImageQuantity], budget: float, most:
     moved = sum(reader.bytes_moved(quantity) for quantity in group)
     affordable = int(READ_BYTES / 2 // max(1, moved))
     frames = spread(reader.dataset.sizes["time"], max(1, min(most, affordable, _PICTURES // parts)))
-    # one plane of each quantity predicts how much space the others will take
+    # the size of the other planes is estimated from one plane of each quantity
     samples = [(quantity, reader.plane(quantity, 0, frames[len(frames) // 2])) for quantity in group]
     binning = 1
     while True:
@@ -317,9 +317,9 @@ def _scale(quantity: ImageQuantity, planes: NDArray[Any]) -> ColourScale:
 
 
 def binned(plane: NDArray[Any], binning: int, flags: bool) -> NDArray[Any]:
-    """Return means over squares of pixels, fewer at the upper edges; of flags every n-th.
+    """Return means over squares of pixels, smaller at the upper edges; flags are subsampled.
 
-    Missing values do not count; a square without any value has none.
+    Missing values are ignored; a square without values is missing.
     """
     if binning == 1:
         return plane
@@ -347,5 +347,5 @@ def _side(series: Sequence[Series]) -> int:
 
 
 def png_size(picture: bytes) -> tuple[int, int]:
-    """Return width and height in pixels, from the header of a PNG."""
+    """Return width and height in pixels from the header of a PNG."""
     return int.from_bytes(picture[16:20], "big"), int.from_bytes(picture[20:24], "big")

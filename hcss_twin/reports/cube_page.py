@@ -1,4 +1,4 @@
-"""The page of a cube: frames, curves, geometry of the scene, certificate, approximations, provenance."""
+"""Report page of a cube: frames, curves, scene geometry, certificate, approximations, provenance."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def cube_page(path: Path) -> Page:
     Raises
     ------
     CubeError
-        If it is no finished cube.
+        If it is not a complete cube.
     """
     with open_cube(path) as dataset:
         attributes = {str(name): value for name, value in dataset.attrs.items()}
@@ -91,7 +91,7 @@ def _subtitle(dataset: xr.Dataset, path: Path) -> str:
 
 
 def _numbers(series: Sequence[Series]) -> Table:
-    """Return mean, lowest and highest value of every quantity in every band, over the shown frames."""
+    """Return the mean, minimum and maximum of every quantity and band over the shown frames."""
     rows = []
     for one in series:
         known = [each for each in one.numbers if not np.isnan(each.mean)]
@@ -111,12 +111,12 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
     Parameters
     ----------
     dataset : Dataset
-        The cube, for its times.
+        The cube, which supplies the times.
     series : sequence of Series
     window : (int, int)
-        Rows and columns of the central part of the frame whose spectrum is drawn.
+        Rows and columns of the central part of the frame used for the spectrum.
     """
-    # kinds of curves below each other, so that those of radiance and temperature are side by side
+    # one row per kind of curve, so that radiance and temperature are side by side
     kinds: list[list[Markup]] = [[], [], []]
     for name in CURVES:
         own = [one for one in series if one.quantity.name == name]
@@ -188,7 +188,7 @@ def _over_time(dataset: xr.Dataset, group: Sequence[Series]) -> Figure:
 
 
 def _sensor(attributes: Mapping[str, Any]) -> Block:
-    """Return what the sensor of a measured cube is; properties it lacks are omitted."""
+    """Return the sensor description of a measured cube; missing properties are omitted."""
     about = json_attribute(attributes, SENSOR_ATTRIBUTE, {})
     pairs: list[tuple[str, str]] = []
     for key, value in about.items():
@@ -215,7 +215,7 @@ def _value(value: object) -> str:
 
 
 def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
-    """Yield the accuracy that was requested, estimated and achieved."""
+    """Yield the requested, estimated and achieved accuracy."""
     requested = attributes.get("hcss_accuracy_requested")
     words = attributes.get("hcss_certificate")
     none = badge("no certificate", "plain" if requested is None else "fair")
@@ -270,14 +270,14 @@ def _error(value: Any) -> str:
 
 
 def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
-    """Yield what was filled in, the approximations with their bounds, and the error of each."""
+    """Yield the defaults used, the approximations with their bounds, and the error of each."""
     filled = json_attribute(attributes, "hcss_filled_in", [])
     if filled:
         rows = [[str(each[key]) for key in ("field", "value", "why")] for each in filled]
         yield Table(["filled in", "value", "why"], rows, "Values that the scenario does not give.", text_columns=3)
     skipped = json_attribute(attributes, "hcss_skipped", [])
     if skipped:
-        # unknown bounds come after the known ones, and before those that are nothing
+        # unknown bounds come after known ones and before zero bounds
         ranked = sorted(skipped, key=lambda each: -(1e-300 if each.get("bound") is None else each["bound"]))
         rows = [[str(each["what"]), bound_text(each.get("bound")), str(each["why"])] for each in ranked]
         caption = (

@@ -1,6 +1,6 @@
-"""The frames of a cube to step through: a slider of time, switches of bands and quantities.
+"""Viewer for the frames of a cube: a time slider, and buttons for bands and quantities.
 
-Without a script the page shows the first frame of every band of the first quantity.
+Without JavaScript the page shows the first frame of every band of the first quantity.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 COARSE_PIXELS = 300
-"""Pictures with a smaller longest side are drawn with visible pixels."""
+"""Pictures whose longest side is smaller are drawn with visible pixels."""
 
 
 def viewer(reader: Reader, series: Sequence[Series], first: FrameSelection, others: FrameSelection) -> Markup:
@@ -74,7 +74,7 @@ def viewer(reader: Reader, series: Sequence[Series], first: FrameSelection, othe
 
 
 def _sky(dataset: xr.Dataset, address: str, alternative: str, coarse: bool) -> Markup:
-    """Return a picture with a scale bar: the largest of 1, 2 and 5 times a power of ten within a quarter of it."""
+    """Return a picture with a scale bar: the largest 1, 2 or 5 times a power of ten up to a quarter of its width."""
     width_m = _side(dataset, "x")
     decade = 10.0 ** math.floor(math.log10(width_m / 4.0))
     length_m = max(factor * decade for factor in (1, 2, 5) if factor * decade <= width_m / 4.0 * (1 + 1e-9))
@@ -89,7 +89,7 @@ def _sky(dataset: xr.Dataset, address: str, alternative: str, coarse: bool) -> M
 
 
 def _side(dataset: xr.Dataset, dim: str) -> float:
-    """Length of the image along a dimension, m; a single pixel has that of the other side, or one metre."""
+    """Length of the image along a dimension, m; for a single pixel that of the other dimension, or one metre."""
     for name in (dim, "x", "y"):
         if dataset.sizes[name] > 1:
             return abs(float(dataset[name][1] - dataset[name][0])) * dataset.sizes[dim]
@@ -113,7 +113,7 @@ def _still(dataset: xr.Dataset, one: Series) -> Markup:
 
 
 def _selection_text(reader: Reader, first: FrameSelection, others: FrameSelection, series: Sequence[Series]) -> str:
-    """Say which frames and pixels are shown."""
+    """Describe which frames and pixels are shown."""
     count = reader.dataset.sizes["time"]
     every = f"every {ordinal(reader.step)} row and column"
     shown = []
@@ -133,7 +133,7 @@ def _selection_text(reader: Reader, first: FrameSelection, others: FrameSelectio
 
 
 def viewer_script(dataset: xr.Dataset, series: Sequence[Series]) -> str:
-    """Return the script of the viewer with all pictures, and nothing from elsewhere."""
+    """Return the self-contained viewer script with all pictures."""
     frames = sorted({frame for one in series for frame in one.frames})
     groups = [list(group) for _, group in groupby(series, key=lambda one: one.quantity)]
     view = {
@@ -152,7 +152,7 @@ def viewer_script(dataset: xr.Dataset, series: Sequence[Series]) -> str:
             for group in groups
         ],
     }
-    # "</" would end the script, whatever text it is part of
+    # "</" would end the script element, even within a string
     data = json.dumps(view, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/").replace("<!", "<\\!")
     return f"const VIEW = {data};\n{resource('viewer.js')}"
 
@@ -160,7 +160,7 @@ def viewer_script(dataset: xr.Dataset, series: Sequence[Series]) -> str:
 def _part(one: Series, in_page: bool) -> dict[str, Any]:
     pictures = [base64.b64encode(picture).decode("ascii") for picture in one.pictures]
     if in_page:
-        pictures[0] = ""  # it is in the page already, for those without a script
+        pictures[0] = ""  # it is in the page already, for browsers without JavaScript
     return {
         "name": one.part,
         "bar": one.scale.bar(one.quantity.units),

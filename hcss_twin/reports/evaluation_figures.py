@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 REAL, SIMULATED = "#222222", "#d1495b"
 PIXELS_SHOWN = 700
-"""Longest side of a drawn image in pixels; larger ones are thinned for drawing only."""
+"""Longest side of a drawn image in pixels; larger images are thinned for drawing only."""
 
 _STYLES = (("real", REAL, "o-"), ("simulated", SIMULATED, "^--"))
 _SMALL = 8
 
 
 def draw_values(evaluation: Evaluation, side: Side) -> Figure:
-    """Draw the values of a side's frame on the grey scale that both sides share; cloud is bright."""
+    """Draw the values of a side's frame on a grey scale common to both sides; cloud is bright."""
     low, high = float(evaluation.edges[0]), float(evaluation.edges[-1])
     label = axis_label(evaluation.quantity, evaluation.unit)
     bright = side.bright_is_cloud or evaluation.quantity.startswith("grey level")
@@ -35,7 +35,7 @@ def draw_values(evaluation: Evaluation, side: Side) -> Figure:
 
 
 def draw_levels(side: Side) -> Figure:
-    """Draw the grey levels that eqs 21 to 23 see."""
+    """Draw the grey levels used in eqs 21 to 23."""
     level = np.where(side.pictured.known, side.pictured.level, np.nan)
     return _image(level, side, "gray", (0.0, 255.0), "grey level: 0 clear, 1 to 255 cloud")
 
@@ -71,7 +71,7 @@ def _image(values: NDArray[Any], side: Side, colours: str, limits: tuple[float, 
 
 
 def draw_pairs(side: Side, most: float) -> Figure:
-    """Draw the 2-D histogram of horizontal neighbours on a logarithmic scale to ``most``, a share of all pairs."""
+    """Draw the 2-D histogram of horizontal neighbours on a log scale up to ``most``, a fraction of all pairs."""
     from matplotlib import colormaps
     from matplotlib.colors import LogNorm
 
@@ -98,7 +98,7 @@ def draw_pairs(side: Side, most: float) -> Figure:
 
 
 def draw_histograms(evaluation: Evaluation) -> tuple[Figure, Figure]:
-    """Draw the histograms of values, and their sums up to each value."""
+    """Draw the histograms and cumulative histograms of values."""
     name = axis_label(evaluation.quantity, evaluation.unit)
     width = float(evaluation.edges[1] - evaluation.edges[0])
     counted, summed = new_figure(5.4, 3.8), new_figure(5.4, 3.8)
@@ -117,7 +117,7 @@ def draw_histograms(evaluation: Evaluation) -> tuple[Figure, Figure]:
 
 
 def draw_spectra(evaluation: Evaluation) -> list[Figure]:
-    """Draw the radial spectra by pixel, and by kilometre where both sizes are known and differ."""
+    """Draw the radial spectra per pixel, and per kilometre if both pixel sizes are known and differ."""
     sides = [side for side in (evaluation.real, evaluation.sim) if side.spectrum is not None]
     if not sides:
         return []
@@ -144,7 +144,7 @@ def draw_spectra(evaluation: Evaluation) -> list[Figure]:
 
 
 def draw_directions(evaluation: Evaluation) -> Figure | None:
-    """Draw power by direction, 1 where all are alike; None where neither side has any."""
+    """Draw relative power by direction (1: isotropic); None if neither side has a spectrum."""
     sides = (evaluation.real, evaluation.sim)
     if all(side.spectrum is None or np.isnan(side.spectrum.by_direction).any() for side in sides):
         return None
@@ -156,7 +156,7 @@ def draw_directions(evaluation: Evaluation) -> Figure | None:
         if side.spectrum is None:
             continue
         angle = np.radians(side.spectrum.direction_deg)
-        # A wave and its opposite are one.
+        # Opposite wave directions are equivalent.
         around = np.concatenate([angle, angle + math.pi, angle[:1]])
         power = np.concatenate([side.spectrum.by_direction] * 2 + [side.spectrum.by_direction[:1]])
         axes.plot(around, power, style, color=colour, ms=3, lw=1.2, label=label)
@@ -168,7 +168,7 @@ def draw_directions(evaluation: Evaluation) -> Figure | None:
 
 
 def draw_correlation(evaluation: Evaluation) -> Figure | None:
-    """Draw the correlation over time; None where no side has several frames."""
+    """Draw the correlation over time; None if neither side has several frames."""
     sides = [side.temporal for side in (evaluation.real, evaluation.sim)]
     if all(each is None for each in sides):
         return None
@@ -188,7 +188,7 @@ def draw_correlation(evaluation: Evaluation) -> Figure | None:
 
 
 def draw_frames(evaluation: Evaluation) -> Iterator[tuple[str, Figure]]:
-    """Yield the measures of eq 24 and the coverage of every frame, each with its name."""
+    """Yield plots of the metrics of eq 24 and the coverage for every frame, each with its name."""
     measures = (
         ("EV (bit)", "entropy"),
         ("Den", "density"),

@@ -1,4 +1,4 @@
-"""The page of a comparison with a real image."""
+"""Report page of a comparison with a real image."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from hcss_twin.reports.tables import Table, number
 from hcss_twin.version import __version__
 
 _ERRORS = (("EV", "entropy"), ("Den", "density"), ("DP", "diagonal_peak"), ("FD", "fractal_dimension"))
-_LISTED = 4  # of the largest relative differences, in the summary
+_LISTED = 4  # number of largest relative differences in the summary
 _LONGEST_NAME = 34
 
 _PRINTED_RMSE = (
@@ -54,7 +54,7 @@ def evaluation_page(evaluation: Evaluation) -> Page:
 
 
 def _short(name: str) -> str:
-    """Return a name that a telephone can show in one line; the whole is at the end of the page."""
+    """Return a name short enough for one line on a phone; the full name is at the end of the page."""
     return name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 3]}..."
 
 
@@ -88,7 +88,7 @@ def _share(value: float) -> str:
 
 
 def _largest(evaluation: Evaluation) -> str:
-    """Name the largest relative differences of the measures that can be compared."""
+    """Describe the largest relative differences of comparable metrics."""
     known = [
         each
         for each in evaluation.metrics

@@ -1,4 +1,4 @@
-"""A comparison with a real image as text for a terminal; its rows, which the page shows too."""
+"""Comparison with a real image as text for a terminal; the page shows the same rows."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _DISTANCES = (
     ("wasserstein_centred", "W1 of the histograms about their means: difference of shape", True),
     ("kolmogorov_smirnov", "Kolmogorov-Smirnov: greatest difference of the cumulative histograms", False),
 )
-"""Attribute, meaning, and whether it has the unit of the values."""
+"""Attribute, meaning, and whether its unit is that of the values."""
 
 
 def evaluation_text(evaluation: Evaluation) -> str:
-    """Return a comparison as a table, with what was compared above and its limits below."""
+    """Return a comparison as a table, with the compared data above and the limitations below."""
     return "\n".join(_lines(evaluation))
 
 
@@ -64,19 +64,19 @@ def side_text(side: Side) -> str:
 
 
 def cloud_text(side: Side) -> str:
-    """Say which pixels count as cloud."""
+    """Describe which pixels count as cloud."""
     if side.method == "truth":
         return side.mask
     return f"what is {'bright' if side.bright_is_cloud else 'dark'}, by {side.mask}"
 
 
 def metric_groups(evaluation: Evaluation) -> list[str]:
-    """Return the headings of the measures in their order."""
+    """Return the headings of the metrics in order."""
     return list(dict.fromkeys(each.group for each in evaluation.metrics))
 
 
 def metric_rows(evaluation: Evaluation, group: str) -> list[list[str]]:
-    """Return name, both values, difference and relative difference of the measures of a group."""
+    """Return name, both values, difference and relative difference of each metric in a group."""
     return [
         [
             marked(each.name, each.comparable) + (f" ({each.unit})" if each.unit not in ("", "1") else ""),
@@ -91,7 +91,7 @@ def metric_rows(evaluation: Evaluation, group: str) -> list[list[str]]:
 
 
 def _value(metric: Metric, value: float, spread: float) -> str:
-    """Return a mean, its standard deviation over frames unless it is 0, and a mark where the value is impossible."""
+    """Return a mean, its standard deviation over frames unless 0, and a mark if the value is out of range."""
     text = f"{value:.4g} ± {spread:.2g}" if spread > 0.0 else number(value)
     if metric.limits is None or not metric.is_out_of_range(value):
         return text
@@ -109,12 +109,12 @@ def distances(evaluation: Evaluation) -> Table:
 
 
 def marked(name: str, comparable: bool) -> str:
-    """Return the name, marked where the two sides cannot be compared."""
+    """Return the name, marked if the two sides are not comparable."""
     return name if comparable else f"{name} ~"
 
 
 def rmse_text(evaluation: Evaluation, mode: str) -> str:
-    """Return the RMSE in one of the definitions."""
+    """Return the RMSE in one definition."""
     errors = next(each for name, each in evaluation.errors.items() if name == mode)
     if not errors:
         return "none: a divisor is 0"
@@ -125,10 +125,10 @@ def rmse_text(evaluation: Evaluation, mode: str) -> str:
 
 
 def signed(value: float) -> str:
-    """Return a difference with its sign; a plain 0 where there is none."""
+    """Return a signed difference; a plain 0 if there is none."""
     return number(value) if math.isnan(value) or value == 0.0 else f"{value:+.3g}"
 
 
 def percent(value: float) -> str:
-    """Return a share as percent with its sign."""
+    """Return a fraction as a signed percentage."""
     return "" if math.isnan(value) else "0 %" if value == 0.0 else f"{100 * value:+.1f} %"

@@ -1,4 +1,4 @@
-"""Figures of matplotlib within a page: how they look, and their bytes as addresses."""
+"""Matplotlib figures within a page: their style, and their embedding as data URLs."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ WIDTH_IN = 4.7
 LETTERS = 9
 
 DRAWN_BANDS = 8
-"""Bands in one figure; tables have all."""
+"""Maximum number of bands in a figure; tables list all."""
 
 
 def new_figure(width_in: float, height_in: float) -> Figure:
-    """Return an empty figure whose parts are placed automatically; matplotlib is imported here, when it is needed."""
+    """Return an empty figure with automatic layout; matplotlib is imported here, when needed."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
 def panels(count: int, height_in: float = 1.5) -> tuple[Figure, list[Axes]]:
-    """Return a figure of panels below each other, readable on a phone."""
+    """Return a figure of stacked panels, readable on a phone."""
     figure = new_figure(WIDTH_IN, max(2.6, height_in * count + 0.5))
     axes = list(figure.subplots(count, 1, squeeze=False)[:, 0])
     for axis in axes:
@@ -38,7 +38,7 @@ def panels(count: int, height_in: float = 1.5) -> tuple[Figure, list[Axes]]:
 
 
 def plain(axis: Any) -> None:
-    """Give axes the letters and lines of all figures."""
+    """Apply the common font sizes and line styles to axes."""
     axis.tick_params(labelsize=LETTERS - 1)
     axis.spines[["top", "right"]].set_visible(False)
     axis.grid(color="#e3e8ed", linewidth=0.6)
@@ -51,7 +51,7 @@ def axis_label(text: str, units: str) -> str:
 
 
 def data_address(content: bytes, media_type: str = "image/png") -> str:
-    """Return bytes as an address that holds them."""
+    """Return bytes as a data URL."""
     return f"data:{media_type};base64,{base64.b64encode(content).decode('ascii')}"
 
 
@@ -89,9 +89,9 @@ def picture(content: Figure | bytes, alternative: str, caption: str = "") -> Mar
     content : Figure or bytes
         A figure of matplotlib, or the bytes of a PNG file.
     alternative : str
-        What there is to see, for those who cannot see it.
+        Alternative text for screen readers.
     caption : str, optional
-        Below it.
+        Caption below the picture.
     """
     png = content if isinstance(content, bytes) else png_of(content)
     return _figure(data_address(png), alternative, caption)

@@ -1,7 +1,7 @@
-"""One HTML file that holds a whole report: no network, no other files.
+"""A report as one self-contained HTML file, without network access or other files.
 
-A page is data: sections with a title, and in each of them blocks. A block is text, a
-:class:`~hcss_twin.reports.tables.Table`, or markup made by the functions here. :func:`page_text` alone renders it.
+A page is data: sections with a title and blocks. A block is text, a :class:`~hcss_twin.reports.tables.Table`, or markup
+made by the functions here. :func:`page_text` alone renders it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hcss_twin.reports.tables import Table
 
 
 class Markup(str):
-    """Text that is HTML already; every other string is escaped where it enters a page."""
+    """Text that is already HTML; all other strings are escaped when added to a page."""
 
     __slots__ = ()
 
@@ -32,14 +32,14 @@ _VOID = {"br", "img", "input"}
 
 
 def markup(block: Block) -> Markup:
-    """Return a block as HTML: tables rendered, text escaped unless it is markup already."""
+    """Return a block as HTML: render tables, and escape text unless it is markup already."""
     if isinstance(block, Table):
         return _table(block)
     return block if isinstance(block, Markup) else Markup(escape(block))
 
 
 def joined(parts: Iterable[Block], between: str = "") -> Markup:
-    """Return blocks one after the other as HTML, with escaped text between them."""
+    """Return concatenated blocks as HTML, with text escaped."""
     return Markup(markup(between).join(markup(part) for part in parts))
 
 
@@ -52,7 +52,7 @@ def element(name: str, *content: Block, **attributes: str | None) -> Markup:
     content : str or Table
         Escaped unless it is markup.
     attributes : str or None
-        Underscores become hyphens, ``class_`` loses its own; None omits the attribute.
+        Underscores become hyphens, the one of ``class_`` is removed; None omits the attribute.
     """
     written = "".join(
         f' {key.rstrip("_").replace("_", "-")}="{escape(value, quote=True)}"'
@@ -69,12 +69,12 @@ def paragraph(text: Block) -> Markup:
 
 
 def note(text: str, tone: Tone = "plain") -> Markup:
-    """Return a paragraph that is set off; ``tone`` colours its edge."""
+    """Return a highlighted paragraph; ``tone`` sets the colour of its edge."""
     return element("p", text, class_=f"note {tone}")
 
 
 def badge(text: str, tone: Tone = "plain") -> Markup:
-    """Return a short verdict in a colour; the text says the same as the colour."""
+    """Return a short coloured verdict; the text carries the same meaning as the colour."""
     return element("span", text, class_=f"badge {tone}")
 
 
@@ -89,22 +89,22 @@ def facts(pairs: Iterable[tuple[str, str]]) -> Markup:
 
 
 def folded(summary: str, *content: Block) -> Markup:
-    """Return content that is shown when its summary is clicked, and always on paper."""
+    """Return content that is shown when its summary is clicked, and always in print."""
     return element("details", element("summary", summary), *content)
 
 
 def preformatted(text: str) -> Markup:
-    """Return text with its line ends and blanks."""
+    """Return preformatted text."""
     return element("div", element("pre", text), class_="scroll")
 
 
 def beside(*content: Block) -> Markup:
-    """Return blocks side by side where the screen is wide enough."""
+    """Return blocks side by side if the screen is wide enough."""
     return element("div", *content, class_="beside")
 
 
 def _table(table: Table) -> Markup:
-    """Return a table that scrolls by itself where the screen is narrow; rows with numbers do not wrap."""
+    """Return a table that scrolls separately on narrow screens; rows with numbers do not wrap."""
     head = element("tr", *(element("th", name, scope="col") for name in table.header))
     body = (
         element(
@@ -123,14 +123,14 @@ def _table(table: Table) -> Markup:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and the blocks below it; text that is no markup is escaped."""
+    """A heading and the blocks below it; text is escaped unless it is markup."""
 
     title: str
     content: Sequence[Block]
 
     @property
     def anchor(self) -> str:
-        """Name of the section in addresses."""
+        """Anchor of the section in links."""
         return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
 
 
@@ -142,9 +142,9 @@ class Page:
     ----------
     title, subtitle : str
     sections : sequence of Section
-        Listed at the top, with links, where there are more than two.
+        Sections; a list of links at the top if there are more than two.
     scripts : sequence of str
-        JavaScript at the end of the page, for the parts that move; the page can be read without.
+        Optional JavaScript at the end of the page, for interactive parts.
     """
 
     title: str
@@ -189,7 +189,7 @@ def page_text(page: Page) -> str:
 
 
 def write_page(path: Path, page: Page) -> None:
-    """Write a page; the file appears when it is whole.
+    """Write a page atomically.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A plan as text for a terminal: the scene, the output, and the approximations with their bounds, on one screen."""
+"""A plan as text for a terminal, on one screen: the scene, the output, and the approximations with their bounds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Rows = Iterator[tuple[str, str]]
 
 
 def plan_text(plan: Plan) -> str:
-    """Describe what a scene needs, the values filled in, and its approximations."""
+    """Describe the inputs of a scene, the defaults used, and its approximations."""
     title = plan.scenario.title or plan.scenario.origin
     return "\n".join([title, *(labelled(label, text, _LABEL, 0 if label else _BOUND) for label, text in _rows(plan))])
 
@@ -135,7 +135,7 @@ def _radiation(plan: Plan) -> Rows:
 
 
 def _named(entry: Entry) -> str:
-    """Name a provider, and its package if that is not this one."""
+    """Return the name of a provider, with its package if that is not this one."""
     return entry.name if entry.distribution == OWN_DISTRIBUTION else f"{entry.name} [{entry.origin}]"
 
 
@@ -160,7 +160,7 @@ def _output(plan: Plan) -> Rows:
 
 
 def _budget(plan: Plan) -> str:
-    """Return the share of the accuracy that each approximation of the scene may use."""
+    """Return the fraction of the accuracy allotted to each approximation of the scene."""
     cloudy = plan.assembly.cloudy_layers
     over_time = plan.sun_matters and plan.frame_times_s.size > 1
     used = {
@@ -180,7 +180,7 @@ def _budget(plan: Plan) -> str:
 
 def approximations(plan: Plan) -> Rows:
     """Yield bound and text of each approximation, the largest first, the first clause of what ``--json`` says."""
-    # of several layers the omissions name the layer, too
+    # with several layers the omissions name the layer, too
     of_generators = {
         (what if len(plan.layers) == 1 else f"{layer.name}: {what}"): what
         for layer, generator in zip(plan.layers, plan.assembly.generators, strict=True)

@@ -1,4 +1,4 @@
-"""Figures of a posterior: corner plot, traces, priors beside posteriors, parameters of images, predicted variogram."""
+"""Figures of a posterior: corner plot, traces, priors and posteriors, parameters of images, predicted variogram."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 MASSES = (0.9, 0.5)
-"""Shares of the draws within the contour lines."""
+"""Fractions of the draws within the contour lines."""
 
 QUANTILES = (0.05, 0.5, 0.95)
-"""Lines in the histograms."""
+"""Quantiles marked in the histograms."""
 
 DRAWN_WALKERS = 24
 DRAWN_IMAGES = 6
@@ -64,15 +64,15 @@ def prior_density(name: str, text: str, values: Array) -> Array | None:
     Parameters
     ----------
     name : str
-        Of the parameter: ``H``, ``mean_H``, ``spread_H``, ...; an unknown one has no limits.
+        Name of the parameter: ``H``, ``mean_H``, ``spread_H``, ...; an unknown one has no limits.
     text : str
-        As :meth:`hcss_twin.analysis.uncertainty.parameter_space.Prior.parse` reads it.
+        Prior in the format of :meth:`hcss_twin.analysis.uncertainty.parameter_space.Prior.parse`.
     values : ndarray (n,)
 
     Returns
     -------
     ndarray (n,) or None
-        None where the text is no prior.
+        None if the text is not a prior.
     """
     low, high = -math.inf, math.inf
     kind = KINDS.get(name.removeprefix("mean_"))
@@ -87,7 +87,7 @@ def prior_density(name: str, text: str, values: Array) -> Array | None:
 
 
 def corner_plot(draws: Mapping[str, Array]) -> Figure:
-    """Draw all parameters against each other.
+    """Draw a corner plot of all parameters.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def corner_plot(draws: Mapping[str, Array]) -> Figure:
 
 
 def _range(values: Array) -> tuple[float, float]:
-    """Return where all but a thousandth of the draws lies, and a margin."""
+    """Return the range of all but a thousandth of the draws, with a margin."""
     low, high = (float(each) for each in np.quantile(values, (0.0005, 0.9995)))
     margin = 0.04 * (high - low) or max(abs(low), 1.0) * 1e-3
     return low - margin, high + margin
@@ -142,7 +142,7 @@ def _density(axis: Axes, x: Array, y: Array, limits_x: tuple[float, float], limi
     counts, edges_x, edges_y = np.histogram2d(x, y, _BINS, range=(limits_x, limits_y))
     extent = (*limits_x, *limits_y)
     axis.imshow(counts.T, origin="lower", extent=extent, aspect="auto", cmap="Blues", interpolation="nearest")
-    # single draws are noise: lines are those of the smoothed density
+    # single draws are noisy, so the contours use the smoothed density
     smooth = gaussian_filter(counts.T, 1.2)
     centres = [0.5 * (edges[1:] + edges[:-1]) for edges in (edges_x, edges_y)]
     levels = mass_levels(smooth, MASSES)
@@ -152,7 +152,7 @@ def _density(axis: Axes, x: Array, y: Array, limits_x: tuple[float, float], limi
 
 
 def mass_levels(density: Array, masses: tuple[float, ...]) -> list[float]:
-    """Return the densities above which lie these shares of the whole, ascending; equal ones once."""
+    """Return the density levels that enclose these fractions, ascending and without duplicates."""
     ordered = np.sort(density.ravel())[::-1]
     share = np.cumsum(ordered) / ordered.sum()
     return sorted({float(ordered[min(int(np.searchsorted(share, mass)), share.size - 1)]) for mass in masses})
@@ -163,7 +163,7 @@ def traces(values: Mapping[str, Array]) -> Figure:
     figure, axes = panels(len(values), 1.25)
     for axis, (name, chains) in zip(axes, values.items(), strict=True):
         step = max(1, -(-chains.shape[0] // DRAWN_WALKERS))
-        # a picture within the drawing: thousands of corners would be far larger as lines
+        # rasterised, because lines with thousands of vertices would be far larger
         axis.plot(chains[::step].T, lw=0.5, alpha=0.6, rasterized=True)
         axis.set_ylabel(name, fontsize=LETTERS)
         axis.set_xlim(0, max(1, chains.shape[1] - 1))
@@ -190,7 +190,7 @@ def prior_and_posterior(name: str, draws: Array, prior: str) -> Figure:
 
 
 def of_images(name: str, draws: Array) -> Figure:
-    """Draw median and 90 % interval of a parameter of each image; draws are (chain, draw, image)."""
+    """Draw the median and 90 % interval of a parameter for each image; draws are (chain, draw, image)."""
     flat = draws.reshape(-1, draws.shape[2])
     low, middle, high = np.quantile(flat, QUANTILES, axis=0)
     count = flat.shape[1]
@@ -207,7 +207,7 @@ def of_images(name: str, draws: Array) -> Figure:
 
 
 def variogram(variogram: Variogram, image: int) -> Figure:
-    """Draw the observed variogram over the one that the posterior predicts, along each axis."""
+    """Draw the observed and the predicted variogram along each axis."""
     figure, axes = panels(len(variogram.axes), 2.2)
     outer = (0, len(variogram.quantiles) - 1)
     for number, (axis, name) in enumerate(zip(axes, variogram.axes, strict=True)):
@@ -232,7 +232,7 @@ def variogram(variogram: Variogram, image: int) -> Figure:
             lw=1.0,
             label="observed",
         )
-        if lag.size and lag.min() > 0 and predicted.min() > 0.0:  # powers of the lag are straight lines
+        if lag.size and lag.min() > 0 and predicted.min() > 0.0:  # power laws of the lag are straight lines
             axis.set_xscale("log")
             axis.set_yscale("log")
         axis.set_title(f"along {name}", fontsize=LETTERS, loc="left")

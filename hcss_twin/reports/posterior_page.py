@@ -1,4 +1,4 @@
-"""The page of a posterior: parameters, corner plot, traces and convergence, priors, prediction, provenance."""
+"""Report page of a posterior: parameters, corner plot, traces and convergence, priors, prediction, provenance."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hcss_twin.reports.provenance import json_attribute, names_in, provenance
 from hcss_twin.reports.tables import Table
 
 CORNER_PARAMETERS = 8
-"""Most parameters in a corner plot: more would be too small to read."""
+"""Maximum number of parameters in a corner plot; more would be too small to read."""
 
 _DIAGNOSTICS = {"autocorrelation_time_steps": ".4g", "effective_sample_size": ".5g", "split_r_hat": ".4f"}
 _SHOWN = {"title", "inputs", "priors", "converged", "Conventions", VERSION_ATTRIBUTE}
@@ -28,7 +28,7 @@ _SHOWN = {"title", "inputs", "priors", "converged", "Conventions", VERSION_ATTRI
 
 @dataclass(frozen=True)
 class PosteriorContents:
-    """A posterior with everything in its file that the page shows beside the draws.
+    """A posterior with all contents of its file that the page shows.
 
     Attributes
     ----------
@@ -46,15 +46,15 @@ class PosteriorContents:
     variogram: Variogram | None
 
     def parameters(self, dimensions: int) -> dict[str, Array]:
-        """Return parameters that are one number (chain, draw) or, with 3 dimensions, one of each image."""
+        """Return scalar parameters (chain, draw) or, with 3 dimensions, those with a value for each image."""
         return {name: draws for name, draws in self.posterior.chains.items() if draws.ndim == dimensions}
 
     def meaning(self, name: str) -> str:
-        """Return what a parameter is."""
+        """Return the description of a parameter."""
         return str(self.attributes[name].get("long_name", name))
 
     def prior(self, name: str) -> str:
-        """Return the prior of a parameter as it was given, or an empty text."""
+        """Return the prior of a parameter as given, or an empty string."""
         return str(self.attributes[name].get("prior", ""))
 
 
@@ -64,7 +64,7 @@ def read_contents(path: Path) -> PosteriorContents:
     Raises
     ------
     PosteriorError
-        If it is none, has not converged or is damaged.
+        If it is not a posterior, has not converged or is damaged.
     """
     import netCDF4
 
@@ -83,7 +83,7 @@ def _attributes(variable: Any) -> dict[str, Any]:
 
 
 def _texts(variable: Any) -> list[str]:
-    """Return labels, whether they are stored as text or as letters."""
+    """Return labels, stored as strings or as character arrays."""
     values = np.asarray(variable[...])
     if values.dtype.kind == "S" and values.ndim > 1 and values.dtype.itemsize == 1:
         return [b"".join(row).decode() for row in values]
@@ -113,7 +113,7 @@ def posterior_page(path: Path) -> Page:
     Raises
     ------
     PosteriorError
-        If it is none, has not converged or is damaged.
+        If it is not a posterior, has not converged or is damaged.
     """
     contents = read_contents(path)
     shape = next(iter(contents.posterior.chains.values())).shape

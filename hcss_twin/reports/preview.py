@@ -1,4 +1,4 @@
-"""Pictures as files: contact sheets and animations of cubes, cloud images beside simulations, database entries."""
+"""Picture files: contact sheets and animations of cubes, matched cloud images, database entries."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
 
 
 PIXELS_SHOWN = 800
-"""Longest side of a drawn frame; larger frames are thinned, which keeps extremes of the shown pixels exact."""
+"""Longest side of a drawn frame; larger frames are thinned, which keeps the values of the shown pixels exact."""
 
 FRAME_DURATION_MS = 250
 
 DRAWN = ("radiance", "brightness_temperature", "cloud_thickness", "cloud_mask")
-"""Drawn if nothing is named: the first that a cube holds."""
+"""Default variable: the first of these in the cube."""
 
 LABEL_PIXELS = 12
-"""Size of the letters above each frame of an animation."""
+"""Font size of the title of each frame in an animation."""
 
 _FRAMES_ANIMATED = 200
 _FORBIDDEN = re.compile(r"[^A-Za-z0-9.]+")
@@ -53,7 +53,7 @@ def draw_preview(
     animation: bool = True,
     variable: str | None = None,
 ) -> list[Path]:
-    """Draw a variable of a cube: each band or cloud layer of it, if it has any.
+    """Draw a variable of a cube, each band or cloud layer separately.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def draw_preview(
     animation : bool
         Also write a GIF of all frames (at most 200) per band.
     variable : str, optional
-        By default radiance, or the first of ``DRAWN`` that the cube holds.
+        Default: radiance, or the first of ``DRAWN`` in the cube.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def draw_preview(
         suffix = {"radiance": "", "brightness_temperature": "kelvin"}.get(name, name)
         for part, data in _parts(dataset[name]):
             stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", each) for each in (part, suffix) if each)])
-            if any(path.stem == stem for path in written):  # names that differ only in what a file may not hold
+            if any(path.stem == stem for path in written):  # names equal but for characters not allowed in file names
                 stem += f"_{len(written)}"
             written.append(folder / f"{stem}.png")
             _contact_sheet(dataset, data, part or name, frames, written[-1])
@@ -116,7 +116,7 @@ def _variable(dataset: xr.Dataset, requested: str | None) -> str:
 
 
 def _parts(data: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Yield each band or layer by its name, as (time, y, x); the whole without a name where there are none."""
+    """Yield each band or layer (time, y, x) with its name; without these dimensions, the whole with an empty name."""
     others = [dim for dim in data.dims if dim not in ("time", "y", "x")]
     if not others:
         yield "", data
@@ -144,7 +144,7 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     shown = _thin(data.isel(time=chosen)).load()
     columns = min(4, chosen.size)
     rows = -(-chosen.size // columns)
-    # One frame gets a large panel; many share the width of a page.
+    # A single frame gets a large panel; many frames share the page width.
     panel = 5.5 if chosen.size == 1 else 3.0
     height = panel * min(max(data.sizes["y"] / data.sizes["x"], 0.3), 3.0)
     figure = new_figure(panel * columns + 1.6, (height + 0.3) * rows + 0.9)
@@ -180,7 +180,7 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
 
 
 def time_label(time: np.datetime64 | NDArray[Any], start: np.datetime64) -> str:
-    """Write the time since the first frame, to the microsecond."""
+    """Format the time since the first frame, to the microsecond."""
     seconds = (time - start) / np.timedelta64(1, "ns") * 1e-9
     text = f"{float(seconds):.6f}".rstrip("0").rstrip(".")
     return f"t = {text} s"
@@ -215,14 +215,14 @@ PANEL_PIXELS = 1024
 _PANEL_INCHES = 5.2
 _IN_TITLE = 7  # quantities: those of eq 24, coverage and the two other dimensions
 
-# Of the image and of the simulation, which differ by the marker, too.
+# Line styles of the image and the simulation, which also differ in their markers.
 _IMAGE, _SIMULATED = "#222222", "#d1495b"
 
 _COLOURS, _COLOUR_COUNT = "tab20", 20
 
 
 def draw_match(match: Match, path: Path) -> None:
-    """Draw the image, the simulation whose RMSE is the median, and both semivariances into a PNG file.
+    """Draw the image, the simulation with the median RMSE, and both semivariances to a PNG file.
 
     Raises
     ------
@@ -244,7 +244,7 @@ def draw_match(match: Match, path: Path) -> None:
 
 
 def draw_dimension(match: DimensionMatch, panels: Sequence[tuple[str, CloudImage]], path: Path) -> None:
-    """Draw images with their titles, one of them with a wanted dimension, into a PNG file.
+    """Draw images with titles, one of them with the requested dimension, to a PNG file.
 
     Raises
     ------
@@ -289,7 +289,7 @@ def _save(figure: Figure, path: Path) -> None:
 
 
 def draw_entry(entry: CloudEntry, name: str, path: Path) -> None:
-    """Draw an entry of the cloud database: image, outline of its mask, and single clouds, into a PNG file.
+    """Draw an entry of the cloud database (image, mask outline, single clouds) to a PNG file.
 
     Raises
     ------

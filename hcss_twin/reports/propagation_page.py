@@ -1,4 +1,4 @@
-"""The page of a propagation: the spread of radiance over draws, and the input it depends on most."""
+"""Report page of a propagation: the spread of radiance over draws, and its main causes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 DRAWN_INPUTS = 10
 DRAWN_CLASSES = 5
-"""Classes in one figure; tables have all."""
+"""Maximum number of classes in a figure; tables list all."""
 
 _MARKS = "#b3261e"
 _COLOURS = ("#9aa5b1", "#3d8fc6", "#e0a03a", "#6b9e4f", "#8a4f9e")
@@ -40,7 +40,7 @@ def propagation_page(path: Path) -> Page:
     Raises
     ------
     PropagationError
-        If it is none, or is damaged.
+        If it is not a propagation or is damaged.
     """
     contents = read_contents(path)
     sections = [
@@ -99,16 +99,16 @@ def _draws_of_band(contents: PropagationContents, name: str, band: int) -> Figur
 def _distributions(
     columns: Iterable[tuple[str, Array, Iterable[float]]], label: str, counted: str = "scenes"
 ) -> Figure:
-    """Draw histograms of draws below each other.
+    """Draw stacked histograms of draws.
 
     Parameters
     ----------
     columns : iterable of (str, ndarray (n,), iterable of float)
         Name, values of all draws (NaN do not count), and quantiles to be marked.
     label : str
-        Of the values, below all panels; panels have scales of their own.
+        Axis label of the values, below all panels; panels have separate scales.
     counted : str
-        What there is a value of.
+        What each value represents.
     """
     columns = list(columns)
     figure, axes = panels(len(columns), 1.15)
@@ -121,7 +121,7 @@ def _distributions(
             axis.set_xticks([])
             axis.set_yticks([])
             continue
-        # where nothing varies but by rounding the bar has a width of its own
+        # if only rounding varies, the bar has a fixed width
         level, width = float(known.mean()), float(np.ptp(known))
         least = 1e-6 * max(abs(level), 1e-12)
         ends = (known.min(), known.max()) if width > least else (level - 500 * least, level + 500 * least)
@@ -185,7 +185,7 @@ def _shares(contents: PropagationContents) -> Iterator[Block]:
 
 
 def _shares_of_band(contents: PropagationContents, name: str, band: int) -> Figure:
-    """Draw the share of each source in the variance, by class: bars are first-order, diamonds total shares."""
+    """Draw each source's share of the variance by class: bars are first-order, diamonds total shares."""
     data, names = contents.dataset, contents.labels("source")
     classes = contents.labels("class")[:DRAWN_CLASSES]
     sources = [place for place in range(len(names)) if contents.orders(place)]

@@ -1,4 +1,4 @@
-"""Tables of a propagation, for its page and the terminal: spread, quantiles, shares of the variance, inputs."""
+"""Tables of a propagation for the page and the terminal: spread, quantiles, shares of the variance, inputs."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ RADIATION = ("brightness_temperature", "radiance")
 STATISTICS = ("mean", "standard_deviation", "quantile", "first_order", "total")
 
 SHOWN = tuple(QUANTILES.index(each) for each in (0.05, 0.5, 0.95))
-"""Places of the quantiles in the main tables and drawings."""
+"""Indices of the quantiles shown in the main tables and figures."""
 
 LISTED_DRAWS = 200
-"""Draws in the table of draws; the file has all."""
+"""Maximum number of rows in the table of draws; the file has all."""
 
 MAX_DECIMALS = 8
-"""Numbers that need more are written with an exponent."""
+"""Maximum number of digits; longer numbers are written with an exponent."""
 
 _ORDERS = {"first_order": "first-order", "total": "total"}
 _MOMENTS = ["scenes", "mean", "standard deviation", *(f"{100 * QUANTILES[place]:g} %" for place in SHOWN)]
@@ -68,7 +68,7 @@ class PropagationContents:
         return [name for name in _ORDERS if str(self.dataset[f"{name}_estimator"].values[source]) != "none"]
 
     def pair(self, name: str, at: tuple[int, ...]) -> tuple[float, float]:
-        """Return a statistic and its standard error at one place."""
+        """Return a statistic and its standard error at one index."""
         return float(self.dataset[name].values[at]), float(self.dataset[f"{name}_error"].values[at])
 
     def label(self, name: str) -> str:
@@ -82,7 +82,7 @@ def read_contents(path: Path) -> PropagationContents:
     Raises
     ------
     PropagationError
-        If it is none, or is damaged.
+        If it is not a propagation or is damaged.
     """
     with open_propagation(path) as opened:
         missing = [name for name in _NEEDED if name not in opened.variables]
@@ -97,13 +97,13 @@ def read_contents(path: Path) -> PropagationContents:
 def with_error(value: float, error: float) -> str:
     """Return ``280.65 ± 0.11``: the error with two digits, the value with as many decimals.
 
-    Without an error greater than 0 the value has five digits and no error; what is no number is ``-``.
+    Without an error greater than 0, the value has five digits and no error; NaN becomes ``-``.
     """
     if not (math.isfinite(value) and math.isfinite(error) and error > 0.0):
         return number(value, 5)
     decimals = max(0, 1 - math.floor(math.log10(error)))
     if decimals > MAX_DECIMALS:
-        # the last digit of the value is at the place of that of the error
+        # the value has the same last decimal place as the error
         size = math.floor(math.log10(abs(value))) if value else 0
         digits = max(0, min(15, size - math.floor(math.log10(error)) + 1))
         return f"{value:.{digits}e} ± {error:.1e}"
@@ -120,14 +120,14 @@ def _moments(contents: PropagationContents, name: str, at: tuple[int, ...]) -> l
     """Return scenes, mean, standard deviation and some quantiles of an output, with their errors."""
     mean, deviation = contents.pair(f"{name}_mean", at), contents.pair(f"{name}_standard_deviation", at)
     shown = [contents.pair(f"{name}_quantile", (place, *at)) for place in SHOWN]
-    if deviation[0] <= SAME * abs(mean[0]):  # of rounding
+    if deviation[0] <= SAME * abs(mean[0]):  # rounding
         mean, deviation, shown = (mean[0], 0.0), (0.0, 0.0), [(value, 0.0) for value, _ in shown]
     count = int(contents.dataset[f"{name}_scenes"].values[at])
     return [str(count), *(with_error(*each) for each in (mean, deviation, *shown))]
 
 
 def spread(contents: PropagationContents, name: str, band: int) -> Table:
-    """Return mean, standard deviation and quantiles over draws by class, and the deviation of single pixels."""
+    """Return mean, standard deviation and quantiles over draws by class, and the pixel standard deviation."""
     pixels = contents.dataset[f"{name}_pixel_standard_deviation"].values[band]
     rows = [
         [kind, *_moments(contents, name, (band, place)), number(float(pixels[place]), 5)]
@@ -179,7 +179,7 @@ def fractions(contents: PropagationContents) -> Table:
 def shares(
     contents: PropagationContents, name: str, columns: Sequence[str], part: tuple[int, ...], caption: str
 ) -> Table:
-    """Return the shares of every source in the variance of an output; ``part`` is its band where it has one."""
+    """Return every source's share of the variance of an output; ``part`` is its band, if any."""
     data = contents.dataset
     rows = []
     for place, source in enumerate(contents.labels("source")):
@@ -199,7 +199,7 @@ def inputs(contents: PropagationContents) -> Table:
         numbers = (draws.mean(), draws.min(), np.median(draws), draws.max())
         mean, *rest = (_value(name, float(each)) for each in numbers)
         source = _distribution(distributions[name]) if name in distributions else "posterior"
-        # the deviation of an instant is a number of seconds
+        # the standard deviation of a time is in seconds
         rows.append([name, source, mean, f"{draws.std(ddof=1):.5g}", *rest])
     header = ["input", "drawn from", "mean", "standard deviation", "lowest", "median", "highest"]
     return Table(header, rows, "Of the draws, SI.", text_columns=2)
@@ -233,7 +233,7 @@ def draws(contents: PropagationContents) -> Table:
 
 
 def _distribution(given: Any) -> str:
-    """Write a distribution as it can be given: its name and parameters."""
+    """Format a distribution as in the input: its name and parameters."""
     if not isinstance(given, dict):
         return str(given)
     rest = (f"{str(key).replace('_', ' ')} {value}" for key, value in given.items() if key != "distribution")
@@ -241,7 +241,7 @@ def _distribution(given: Any) -> str:
 
 
 def _value(name: str, value: float, digits: int = 6) -> str:
-    """Write the value of an input; instants as such."""
+    """Format the value of an input; times as dates."""
     if is_instant(name):
         return datetime.fromtimestamp(value, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
     return f"{value:.{digits}g}"
@@ -253,7 +253,7 @@ def is_instant(name: str) -> bool:
 
 
 def propagation_text(propagation: Propagation) -> str:
-    """Describe the spread of radiance, and which input it depends on."""
+    """Describe the spread of radiance and the inputs that cause it."""
     return "\n".join(_lines(propagation))
 
 
@@ -297,7 +297,7 @@ def _independent(data: xr.Dataset) -> Iterator[str]:
 
 
 def propagation_values(propagation: Propagation) -> Mapping[str, Any]:
-    """Return the same for ``--json``: nested by output, band, class and source; null where there is no number."""
+    """Return the summary for ``--json``, nested by output, band, class and source; NaN becomes null."""
     data, path = propagation.dataset, propagation.path
     estimators = [data[name].values for name in ("source", "first_order_estimator", "total_estimator")]
     return {

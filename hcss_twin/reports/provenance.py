@@ -1,4 +1,4 @@
-"""Where a file comes from, so that it can be made again: blocks that all reports share."""
+"""Provenance of a file, for reproducing it: blocks for all reports."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _T = TypeVar("_T", list[Any], dict[str, Any])
 
 
 def json_attribute(attributes: Mapping[str, Any], name: str, default: _T) -> _T:
-    """Return an attribute that holds JSON; the default where it is absent, no JSON or of another type."""
+    """Return a parsed JSON attribute; the default if it is absent, invalid or of another type."""
     try:
         value: _T = json.loads(str(attributes[name]))
     except (KeyError, ValueError):
@@ -25,7 +25,7 @@ def json_attribute(attributes: Mapping[str, Any], name: str, default: _T) -> _T:
 
 
 def certificate_badge(certificate: object, prefix: str = "") -> Markup | None:
-    """Return the verdict of a certificate, its first words; None without one."""
+    """Return the verdict of a certificate (its first words); None without a certificate."""
     for verdict, tone in _VERDICTS.items():
         if str(certificate or "").startswith(verdict):
             return badge(f"{prefix}{verdict.lower()}", tone)
@@ -48,9 +48,9 @@ def provenance(
     file : str
         Its name and size.
     keys : mapping of str to str
-        Labels of attributes shown first, by their names.
+        Attribute names and labels of the entries shown first.
     inputs : sequence of (str, str)
-        Files that were read, with their SHA-256.
+        Input files with their SHA-256.
     shown : callable
         Whether an attribute is shown elsewhere on the page.
     """
@@ -87,10 +87,10 @@ def origin(attributes: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def scenario(text: object, use: str = "") -> Markup:
-    """Return the scenario of a file, folded."""
+    """Return the scenario of a file in a collapsible block."""
     return folded(f"The scenario with every default filled in{use}", preformatted(str(text)))
 
 
 def names_in(names: Collection[str], *prefixes: str) -> Callable[[str], bool]:
-    """Return whether an attribute is one of some names, or begins with one of some prefixes."""
+    """Return whether an attribute has one of the names or prefixes."""
     return lambda name: name in names or name.startswith(prefixes)

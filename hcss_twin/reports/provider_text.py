@@ -1,4 +1,4 @@
-"""One provider in words: where it comes from and the parameters a scenario may give it."""
+"""Description of a provider: its origin and its scenario parameters."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def described(registry: Registry, name: str) -> list[dict[str, Any]]:
 
 
 def provider_text(provider: dict[str, Any]) -> str:
-    """Return what :func:`described` says of one provider, for a screen."""
+    """Format one provider from :func:`described` for a terminal."""
     parameters = provider["parameters"]
     section = provider["selected_by"].partition(".")[0]
     lines = [

@@ -18,18 +18,18 @@ ALLOWED = (
 )
 
 PAGES = {
-    MARK: "sweep_page",  # first, because the dataset of a sweep has the mark of its cubes, too
+    MARK: "sweep_page",  # first, because the dataset of a sweep also has the marker attribute of cubes
     "hcss_posterior_version": "posterior_page",
     "hcss_propagation_version": "propagation_page",
     FORMAT_ATTRIBUTE: "cube_page",
 }
-"""Page of each kind of file, by the global attribute that marks it: module and function have one name."""
+"""Page of each file type by its marker attribute; the module and its function have the same name."""
 
 
 def report(
     source: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, *, replace: bool = False
 ) -> Path:
-    """Write one HTML file about a cube, a sweep, a posterior or a propagation; it needs no network and no other files.
+    """Write a self-contained HTML report of a cube, a sweep, a posterior or a propagation.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def report(
     Raises
     ------
     HcssError
-        If there is no report of the source, the file exists, or it cannot be written.
+        If the source has no report, the file exists, or it cannot be written.
     """
     path = Path(source)
     name = _page_of(path)
@@ -58,7 +58,7 @@ def report(
         raise HcssError(f"cannot write {target}: it is what the report is about; allowed: another name with -o")
     if target.exists() and not replace:
         raise HcssError(f"{target} exists; allowed: another name with -o, or --force")
-    # imported when needed, because pages draw
+    # imported when needed, because pages import matplotlib
     page = getattr(import_module(f"hcss_twin.reports.{name}"), name)
     write_page(target, page(path))
     return target
@@ -69,7 +69,7 @@ def _page_of(path: Path) -> str:
     if not path.exists():
         raise HcssError(f"cannot report on {path}: there is no such file; {ALLOWED}")
     if path.is_dir():
-        # imported here because it imports all of the scenario, which a file does not need
+        # imported here because it imports the whole scenario package, which a file does not need
         from hcss_twin.sweeps.folder import INDEX
 
         if is_zarr(path):
@@ -99,6 +99,6 @@ def _why_not(path: Path) -> str:
 
 
 def _beside(path: Path) -> Path:
-    """Return the default name of a report; a point in the name of a folder begins no suffix."""
+    """Return the default name of a report; a dot in a folder name does not start a suffix."""
     named = path if path.name not in ("", "..") else path.resolve()
     return named.with_name(f"{named.name if named.is_dir() and not is_zarr(named) else named.stem}.html")

@@ -1,4 +1,4 @@
-"""The scene of a cube: a side view with true zenith angles, a compass with true bearings, and its facts in words."""
+"""Scene geometry of a cube: a side view with true zenith angles, a compass with true bearings, and a description."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class SceneGeometry:
     wind_from : float or None
         Bearing from which the wind that carries the clouds blows.
     footprint_moves_m : float
-        Toward the east, from the first frame to the last.
+        Eastward displacement from the first frame to the last, m.
     """
 
     view_zenith: float
@@ -54,7 +54,7 @@ class SceneGeometry:
 
 
 def geometry_of(dataset: xr.Dataset) -> SceneGeometry | None:
-    """Return the angles of a cube, or None where it does not hold them."""
+    """Return the angles of a cube, or None if it lacks them."""
     names = ("sensor_zenith_angle", "sensor_azimuth_angle", "solar_zenith_angle", "solar_azimuth_angle")
     if any(name not in dataset.coords for name in names):
         return None
@@ -81,8 +81,7 @@ def _scenario_section(dataset: xr.Dataset, name: str) -> Mapping[str, Any]:
 def layers_of(dataset: xr.Dataset) -> Layers:
     """Return name, base and top of the cloud layers, from the lowest.
 
-    Altitudes are those of the cube, of its scenario, or of a cloud type of the catalog whose file still has the hash
-    that the cube records.
+    Altitudes come from the cube, its scenario, or a catalog cloud type whose file still has the recorded hash.
     """
     if "layer_base" in dataset.coords:
         names, bases, tops = (dataset[name].to_numpy() for name in ("layer", "layer_base", "layer_top"))
@@ -112,7 +111,7 @@ def _type_altitudes(name: str, hashes: Mapping[str, str]) -> tuple[float | None,
 
 
 def scene_blocks(dataset: xr.Dataset) -> Iterator[Block]:
-    """Yield the drawings and the facts of the scene."""
+    """Yield the drawings and the description of the scene."""
     scene = geometry_of(dataset)
     if scene is not None:
         caption = (
@@ -132,7 +131,7 @@ def scene_blocks(dataset: xr.Dataset) -> Iterator[Block]:
 
 
 def side_view(scene: SceneGeometry) -> Markup:
-    """Return sea, clouds, lines of sight and of the sun, with true zenith angles; altitudes are not to scale.
+    """Return a drawing of sea, clouds, line of sight and sun with true zenith angles; altitudes are not to scale.
 
     The sensor is on the right; so is the sun where the two bearings differ by less than 90 degrees.
     """
@@ -170,7 +169,7 @@ def _clouds(layers: Layers, sea: float) -> Iterator[Markup]:
 def _ray(
     target: Place2, zenith: float, length: float, colour: str, name: str, key: str, to_the_right: bool = True
 ) -> list[Markup]:
-    """Return a line at an angle from the zenith, with its name and angle at the far end; the sun's comes from there."""
+    """Return a line at an angle from the zenith, labelled at the far end; the sun's arrow starts there."""
     side = 1.0 if to_the_right else -1.0
     end = _at(target, length, side * zenith)
     dash = None if zenith < 90.0 else "4 4"
@@ -179,7 +178,7 @@ def _ray(
         parts = [*_arrow(end, target, colour, key, dash), disc]
     else:
         parts = _arrow(target, end, colour, key, dash)
-    # the label stays within the drawing, beside the end of the line
+    # keep the label within the drawing, next to the end of the line
     anchor, x, y = "start" if to_the_right else "end", end[0] + side * 14, end[1] + 5
     if x > 350 if to_the_right else x < 110:
         anchor, x, y = ("end", 456.0, end[1] - 14) if to_the_right else ("start", 4.0, end[1] - 14)
@@ -187,7 +186,7 @@ def _ray(
 
 
 def plan_view(scene: SceneGeometry) -> Markup:
-    """Return the bearings toward sensor and sun, and how wind and footprint move, with north at the top."""
+    """Return a compass with the bearings of sensor and sun and the motion of wind and footprint, north at the top."""
     centre, radius = (230.0, 160.0), 118.0
     parts = [_shape("circle", cx=centre[0], cy=centre[1], r=radius, fill="#f4f7fa", stroke=_SOFT, stroke_width=1.2)]
     for bearing in range(0, 360, 30):
@@ -254,7 +253,7 @@ def _line(
 
 
 def _text(place: Place2, text: str, colour: str, anchor: str = "start") -> Markup:
-    # white around the letters makes them readable on lines
+    # a white outline keeps the text readable on lines
     halo = {"stroke": "#fff", "stroke_width": "3", "paint_order": "stroke", "stroke_linejoin": "round"}
     return element("text", text, x=f"{place[0]:.1f}", y=f"{place[1]:.1f}", fill=colour, text_anchor=anchor, **halo)
 

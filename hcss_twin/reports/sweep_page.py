@@ -1,4 +1,4 @@
-"""The page of a sweep: its axes, means against each axis, pictures, points, failures, provenance."""
+"""Report page of a sweep: axes, means against each axis, pictures, points, failures, provenance."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 
 LISTED = 200
-"""Points in the table; the index has all."""
+"""Maximum number of points in the table; the index has all."""
 
 _VALUES_LISTED = 12
 
 
 def sweep_page(path: Path) -> Page:
-    """Return the page of a sweep: of its folder, or of its dataset.
+    """Return the page of a sweep from its folder or its dataset.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def _scatter(
     sweep: Sweep, summaries: Sequence[PointSummary], key: str, quantity: ImageQuantity, parts: Sequence[str]
 ) -> Figure:
     values = _distinct(sweep, key)
-    # the seed has no order: nothing lies between two of its values
+    # seeds are unordered, so no line connects their values
     numeric = key != "seed" and all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
     place = {json.dumps(value): float(value) if numeric else float(number) for number, value in enumerate(values)}
     figure, axes = panels(len(parts))

@@ -1,4 +1,4 @@
-"""The points of a sweep, from its folder or from its dataset, and what is read of their cubes for the page."""
+"""The points of a sweep, from its folder or dataset, and the data read from their cubes for the page."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ class PointEntry:
     state : str
         ``done``, ``failed``, ``pending``, or ``missing`` where its cube was removed.
     error : str or None
-        Why it failed, where that is known.
+        Reason for a failure, if known.
     cube : callable or None
-        Opens its cube in a ``with`` block; None where there is none.
+        Opens its cube in a ``with`` block; None if there is no cube.
     """
 
     number: int
@@ -63,10 +63,10 @@ class Sweep:
     keys : tuple of str
         The swept keys.
     combine : str
-        How values are combined: ``product`` or ``zip``.
+        Combination of values: ``product`` or ``zip``.
     points : tuple of PointEntry
     about : mapping
-        Other facts of the whole sweep, by name.
+        Other properties of the sweep, by name.
     """
 
     title: str
@@ -85,7 +85,7 @@ def opened(path: Path) -> Iterator[Sweep]:
     SweepError
         If the index of the folder cannot be read.
     CubeError
-        If a file is no dataset of a sweep.
+        If a file is not a dataset of a sweep.
     """
     if path.is_dir():
         yield _of_folder(path)
@@ -153,7 +153,7 @@ def _of_dataset(dataset: xr.Dataset, path: Path) -> Sweep:
 @contextmanager
 def _cube_of(dataset: xr.Dataset, where: dict[str, int]) -> Iterator[xr.Dataset]:
     cube = dataset.isel(where)
-    # what differs between points is a variable of the dataset, and a global attribute of a cube
+    # a property that differs between points is a variable in the dataset, but a global attribute in a cube
     own = {
         f"hcss_{str(name).removeprefix('point_')}": cube[name].item()
         for name in cube.coords
@@ -163,7 +163,7 @@ def _cube_of(dataset: xr.Dataset, where: dict[str, int]) -> Iterator[xr.Dataset]
 
 
 def _errors_beside(path: Path, digest: str) -> dict[int, str]:
-    """Return the errors of points by number, where the folder of the dataset is that of its sweep."""
+    """Return the errors of points by number, if the dataset is in the folder of its sweep."""
     try:
         index = _index(path.parent / INDEX)
     except SweepError:
@@ -180,13 +180,13 @@ def _plain(value: Any) -> Any:
 
 
 READ_POINTS = 400
-"""Points whose cubes are read, evenly spread."""
+"""Maximum number of points whose cubes are read, evenly spread."""
 
 READ_FRAMES = 4
-"""Frames read of each of them, evenly spread."""
+"""Maximum number of frames read from each cube, evenly spread."""
 
 PICTURES = 8
-"""Pictures of each band, of points evenly spread."""
+"""Maximum number of pictures per band, from evenly spread points."""
 
 PICTURE_SIDE = 240
 """Longest side of a picture in pixels."""
@@ -214,22 +214,22 @@ class Look:
 
 @dataclass(frozen=True)
 class SweepSummary:
-    """What was read of a sweep.
+    """Data read from a sweep.
 
     Attributes
     ----------
     points : sequence of PointSummary
-        Of the points that were read.
+        Summaries of the points read.
     looks : sequence of Look
-        Of each band of radiance, or of the first quantity.
+        Pictures for each band of radiance, or of the first quantity.
     columns : mapping of (quantity, band) to ImageQuantity
-        What there are means of.
+        Quantities and bands with means.
     step : int
-        Every so many rows and columns were read.
+        Step of the rows and columns read.
     frames : int
-        Most frames of a point that were read.
+        Largest number of frames read from a point.
     unreadable : sequence of (PointEntry, str)
-        Points whose cube cannot be read, and why.
+        Points with unreadable cubes, and the reasons.
     """
 
     points: Sequence[PointSummary]

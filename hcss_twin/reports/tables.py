@@ -1,4 +1,4 @@
-"""Tables, labelled lines and numbers as text: what the pages show as HTML and the terminal as aligned columns."""
+"""Tables, labelled lines and numbers as text, shown as HTML on pages and as aligned columns on the terminal."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class Table:
     ----------
     header : sequence of str
     rows : sequence of sequence of str
-        As many cells as the header, else ValueError. The caller formats the numbers.
+        Each row must have as many cells as the header, else ValueError. The caller formats the numbers.
     caption : str
     text_columns : int
-        Number of columns, from the left, that hold text. The others hold numbers and are aligned to the right.
+        Number of text columns from the left. The others hold numbers and are right-aligned.
     """
 
     header: Sequence[str]
@@ -43,9 +43,9 @@ class Table:
 
 
 def aligned(rows: Sequence[Sequence[str]], text_columns: int = 1, indent: str = "  ") -> Iterator[str]:
-    """Yield rows as lines whose columns are aligned: text to the left, numbers to the right.
+    """Yield rows as lines with aligned columns: text left, numbers right.
 
-    A row of one cell is a heading: it stands without indent and does not widen its column.
+    A row of one cell is a heading: it is not indented and does not widen its column.
     """
     columns = max((len(row) for row in rows), default=0)
     widths = [max(len(row[column]) for row in rows if 1 < len(row) > column) for column in range(columns)]
@@ -61,17 +61,17 @@ def aligned(rows: Sequence[Sequence[str]], text_columns: int = 1, indent: str = 
 
 
 def labelled(label: str, text: str, size: int, hanging: int = 0) -> str:
-    """Return text beside its label, wrapped at 120 characters.
+    """Return text after its label, wrapped at 120 characters.
 
     Parameters
     ----------
     label : str
-        Empty in lines that continue the label above.
+        Empty for lines that belong to the label above.
     text : str
     size : int
         Characters reserved for the label.
     hanging : int
-        Characters by which the second and later lines are indented further.
+        Extra indent of the second and later lines, characters.
     """
     start = f"  {label:<{size}}"
     after = " " * (len(start) + hanging)
@@ -81,12 +81,12 @@ def labelled(label: str, text: str, size: int, hanging: int = 0) -> str:
 
 
 def number(value: float | None, digits: int = 4, missing: str = "-") -> str:
-    """Return a number with significant digits, or ``missing`` for None and what is not finite."""
+    """Return a number with significant digits, or ``missing`` for None and non-finite values."""
     return missing if value is None or not math.isfinite(value) else f"{value + 0.0:.{digits}g}"
 
 
 def bound_text(bound: float | None) -> str:
-    """Return the largest share of the radiance that omitted physics can have: a percentage, or a factor from 1 on."""
+    """Return the bound of omitted physics relative to the radiance: a percentage, or a factor from 1 on."""
     if bound is None:
         return "unknown"
     if bound == 0.0:

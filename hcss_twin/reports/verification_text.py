@@ -1,4 +1,4 @@
-"""The check of a cube against its recomputation as text for a terminal."""
+"""Verification of a cube against its recomputation, as text for a terminal."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Rows = Iterator[tuple[str, str]]
 
 
 def verification_text(check: Verification) -> str:
-    """Describe the result, where differences begin, and their possible causes."""
+    """Describe the result, the location of the first differences, and their possible causes."""
     rows = (labelled(label, text, 12) for label, text in _rows(check))
     return "\n".join([f"{check.cube}: {_verdict(check)}", *rows])
 
@@ -62,7 +62,7 @@ def _verdict(check: Verification) -> str:
             if any(each.beyond for each in check.variables):
                 return f"different; {largest} ({frames})"
             compared = check.frames_checked and any(each.values for each in check.variables)
-            common = "what both have is equal" if compared else "nothing to compare"
+            common = "common variables are equal" if compared else "nothing to compare"
             return f"different from what its scenario makes; {common} ({frames})"
         case Verdict.NOT_RECOMPUTED:
             return "cannot be recomputed"

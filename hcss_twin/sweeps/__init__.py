@@ -1,1 +1,1 @@
-"""Many scenes from one file: the points of a sweep, computed here or on a cluster, resumable."""
+"""Many scenes from one file: the points of a sweep, computed locally or on a cluster, with resume."""

@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import choose_from, shown
 
 DIGITS = 12
-"""Significant digits of computed values, so that 0.1 to 0.9 in steps of 0.2 has 0.3 and not 0.30000000000000004."""
+"""Significant digits of computed values, so that 0.1 to 0.9 in steps of 0.2 contains 0.3, not 0.30000000000000004."""
 
 _WITH_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(\S+)\s*")
 
 
 @dataclass(frozen=True)
 class Span:
-    """Two or more given values as plain numbers; ``value`` turns a number into what a scenario takes.
+    """Two or more given values as plain numbers; ``value`` converts a number to a scenario value.
 
-    That is a number, text with the unit, or an instant.
+    A scenario value is a number, text with a unit, or a date and time.
     """
 
     numbers: tuple[float, ...]
@@ -35,9 +35,9 @@ class Span:
 
 
 def span_of(*given: Any) -> Span:
-    """Read values that belong together: all numbers, all with the same unit, or all instants with a zone.
+    """Parse related values: all numbers, all with the same unit, or all dates and times with a zone.
 
-    Raises ValueError with what is wrong, if they are none of these.
+    Raises ValueError with the reason if they are none of these.
     """
     instants = tuple(map(_read_instant, given))
     if all(isinstance(each, datetime) for each in instants):
@@ -58,7 +58,7 @@ def span_of(*given: Any) -> Span:
 
 
 def _read_instant(value: Any) -> Any:
-    """Read ISO 8601 text, as JSON has it; leave everything else as it is."""
+    """Parse ISO 8601 text (from JSON); return everything else unchanged."""
     if isinstance(value, str) and "T" in value:
         with suppress(ValueError):
             return datetime.fromisoformat(value)
@@ -84,7 +84,7 @@ def _instants(given: tuple[Any, ...]) -> Span:
 
 
 MAX_VALUES = 100_000
-"""Values that one key can take."""
+"""Maximum number of values of one key."""
 
 FORMS = (
     "a list of values, {from, to, steps} with scale = 'linear' or 'log', "
@@ -104,16 +104,16 @@ _OPTIONAL = ("scale", "first", "seed")
 
 @dataclass(frozen=True)
 class SweptAxis:
-    """A key of a scenario and the values that it takes, as a scenario file would have them."""
+    """A scenario key and its values, in the form of a scenario file."""
 
     key: str
     values: tuple[Any, ...]
 
 
 def axis_of(key: str, given: Any) -> SweptAxis:
-    """Read what stands behind a key of ``[sweep]``.
+    """Parse the value of a key in ``[sweep]``.
 
-    Raises ValueError with what is wrong, what is allowed and the closest choice.
+    Raises ValueError with the reason, the allowed values and the closest choice.
     """
     if isinstance(given, list | tuple):
         values = tuple(given)
@@ -146,7 +146,7 @@ def _range(given: Mapping[str, Any]) -> tuple[Any, ...]:
         numbers = np.exp(math.log(low) + share * (math.log(high) - math.log(low)))
     else:
         numbers = low + share * (high - low)
-    # The ends are those that were typed.
+    # The ends keep the text that the user gave.
     inner = [span.value(float(number)) for number in numbers[1:-1]]
     return (given["from"], *inner, given["to"])
 
@@ -157,7 +157,7 @@ def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
     optional = ("from", "to") if name == "normal" else ()
     _check_names(given, ("distribution", *parameters, "samples", "seed"), optional)
     samples = _whole(given, "samples", 1, MAX_VALUES)
-    # Axes with the same seed must not rise and fall together.
+    # Axes with the same seed must not be correlated.
     own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big")
     seed = np.random.SeedSequence(_whole(given, "seed", 0, 2**63 - 1, 0), spawn_key=(own,))
     share = np.random.default_rng(seed).random(samples)
@@ -168,7 +168,7 @@ def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def _quantiles(name: str, of: Mapping[str, float], share: NDArray[np.float64], span: Span) -> NDArray[np.float64]:
-    """Values (N,) below which the shares (N,) of a distribution lie."""
+    """Quantiles (N,) of a distribution for probabilities (N,)."""
     low, high = of.get("from", -math.inf), of.get("to", math.inf)
     if not low < high:
         raise ValueError(f"from {low:g} to {high:g}: allowed: from below to")

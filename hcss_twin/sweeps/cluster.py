@@ -1,6 +1,6 @@
-"""Points computed by Dask: on processes of this machine, or on a cluster that is there already.
+"""Compute points with Dask: in processes on this machine, or on an existing cluster.
 
-Import it where Dask is installed only.
+Import this module only if Dask is installed.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.sweeps.points import PointOutcome, PointTask, Schedule, compute
 
 IN_HAND = 2
-"""Points that a worker has: one that it computes and one that it need not wait for."""
+"""Points assigned to a worker: one that it computes and one queued."""
 
 _DIED_TWICE = "its worker process died, and so did the next that tried: out of memory, or killed"
 _CONNECT_S = 10
@@ -37,45 +37,46 @@ _ADDRESS = re.compile(r"(?:t(?:cp|ls)://)?([^:/\[\]]+|\[[^\]/]+\]):([0-9]{1,5})"
 
 
 class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
-    """What the points of one process share; they take turns, because the netCDF library is not thread safe.
+    """State shared by the points of one process; points run one at a time, because the netCDF library is not thread
+    safe.
 
-    ``is_ours`` says whether the process was started for the sweep: Ctrl-C in a terminal reaches it too, but it is ended
-    by the process that started it.
+    ``is_ours`` states whether the process was started for the sweep. Such a process ignores Ctrl-C, because the process
+    that started it ends it.
     """
 
     name = "hcss-point-worker"
-    # Sweeps that meet on a cluster take turns, too: who comes first brings it, and it stays.
+    # Concurrent sweeps on a cluster take turns, too: the first one installs this plugin, and it stays.
     idempotent = True
 
     def __init__(self, is_ours: bool) -> None:
         self._is_ours = is_ours
 
     def setup(self, worker: Worker) -> None:
-        """Make what the threads of a worker share."""
+        """Create the state shared by the threads of a worker."""
         self.turn, self.cache = Lock(), ResultCache()
         if self._is_ours:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def compute_on_worker(task: PointTask) -> PointOutcome:
-    """Compute a point when its turn has come."""
+    """Compute a point when it is its turn."""
     here = get_worker().plugins[PointWorker.name]
     with here.turn:
         return compute(task, here.cache)
 
 
 class Cluster:
-    """Workers that share the folder of the sweep; ``is_ours`` if they were started for it.
+    """Workers that share the folder of the sweep; ``is_ours`` is true if they were started for it.
 
-    Each computes one point while one waits. A worker that dies takes both along: they are tried once more when the
-    others are done, each alone on its worker, so that only the one that kills its worker has failed.
+    Each worker computes one point while another is queued. If a worker dies, both are lost; they are retried at the
+    end, each alone on a worker, so that only a point that kills its worker fails.
     """
 
     def __init__(self, client: Any, is_ours: bool) -> None:
         self._client, self._is_ours = client, is_ours
 
     def compute(self, schedule: Schedule[PointTask]) -> Iterator[PointOutcome]:
-        """Yield the outcome of each point, in the order in which they are finished."""
+        """Yield the outcome of each point in order of completion."""
         self._client.register_plugin(PointWorker(self._is_ours))
         under_way: dict[Any, tuple[int, PointTask]] = {}
         suspects: list[tuple[int, PointTask]] = []
@@ -107,18 +108,18 @@ class Cluster:
                 schedule.finished(index, outcome.error is None)
                 yield outcome
         finally:
-            with suppress(OSError, TimeoutError):  # of a scheduler that is gone
+            with suppress(OSError, TimeoutError):  # the scheduler is gone
                 self._client.cancel(list(under_way), force=True)
 
     def _submit(self, task: PointTask) -> Any:
-        # Another sweep on the same cluster, and another try, have the same number.
+        # Another sweep on the cluster, or a retry, may have the same number.
         key = f"hcss-point-{secrets.token_hex(4)}-{task.point}"
         return self._client.submit(compute_on_worker, task, pure=False, key=key)
 
     def require_alike(self, folder: Path) -> None:
-        """Check that every worker has our versions and sees the folder.
+        """Check that every worker has the same versions and access to the folder.
 
-        Raises SweepError if one has not.
+        Raises SweepError if a worker fails the check.
         """
         mine = versions()
         for address, theirs in self._client.run(versions).items():
@@ -137,8 +138,8 @@ class Cluster:
 
 _OF_OUR_PROCESSES = {
     "distributed.scheduler.allowed-failures": 0,
-    # Dask's own has workers give back every freed 64 kB, which many arrays then ask the system for again, and
-    # watches what they do a hundred times a second.
+    # Dask's defaults make workers return every freed 64 kB to the system, which is slow for many arrays, and profile
+    # them a hundred times a second.
     "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1},
     "distributed.worker.profile.enabled": False,
 }
@@ -146,7 +147,7 @@ _OF_OUR_PROCESSES = {
 
 @contextmanager
 def local_cluster(workers: int) -> Iterator[Cluster]:
-    """Start processes on this machine, one thread each, and end them with the block.
+    """Start single-threaded processes on this machine, and end them with the block.
 
     Raises SweepError if the processes do not start.
     """
@@ -160,7 +161,7 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
                         threads_per_worker=1,
                         processes=True,
                         memory_limit=0,
-                        # None means Dask's usual port, with a warning where another cluster holds it.
+                        # None means Dask's default port, with a warning if another cluster uses it.
                         dashboard_address="127.0.0.1:0",
                         silence_logs=logging.CRITICAL,
                     )
@@ -175,9 +176,9 @@ def local_cluster(workers: int) -> Iterator[Cluster]:
 
 @contextmanager
 def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
-    """Use the workers of a scheduler, which stay as they are.
+    """Use the workers of an existing scheduler, and leave them running.
 
-    Raises SweepError if nobody answers at the address, or the workers cannot do the work.
+    Raises SweepError if no scheduler answers at the address, or the workers are unsuitable.
     """
     _require_answer(scheduler)
     try:
@@ -191,7 +192,7 @@ def remote_cluster(scheduler: str, folder: Path) -> Iterator[Cluster]:
 
 
 def _require_answer(scheduler: str) -> None:
-    """Find out that nobody listens before Dask tries again and again."""
+    """Check that a scheduler is listening, before Dask retries repeatedly."""
     address = _ADDRESS.fullmatch(scheduler)
     if address is None:
         raise SweepError(
@@ -207,7 +208,7 @@ def _require_answer(scheduler: str) -> None:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Ignore Ctrl-C while processes start, which could be ended neither by it nor by us; they inherit that."""
+    """Ignore Ctrl-C while processes start, because they could not be ended cleanly; they inherit this setting."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -219,7 +220,7 @@ def _undisturbed() -> Iterator[None]:
 
 
 def _outcome(future: Any, task: PointTask) -> PointOutcome | None:
-    """Return what came of a point; None if its worker died."""
+    """Return the outcome of a point; None if its worker died."""
     if future.status in ("cancelled", "lost"):
         raise SweepError("the connection to the Dask scheduler is lost; run the sweep again to go on where it was")
     error = future.exception()

@@ -1,4 +1,4 @@
-"""One dataset of all points: the swept keys as dimensions in front of those of a cube."""
+"""One dataset of all points, with the swept keys as leading dimensions before those of a cube."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ MARK = "hcss_sweep"
 
 
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Open the dataset of a sweep; values are read from the file when they are used.
+    """Open the dataset of a sweep; values are loaded from the file on use.
 
     Swept keys, bands and cloud layers are selected by value or name: ``open_sweep(path).radiance.sel(view_zenith=30,
     band="mwir")``. Close the dataset after use.
 
-    Raises CubeError if the file is missing or is no dataset of a sweep.
+    Raises CubeError if the file is missing or not a dataset of a sweep.
     """
     import xarray as xr
 
@@ -65,9 +65,9 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> None:
-    """Check, before anything is computed, that a dataset may be written here.
+    """Check before the computation that the dataset can be written here.
 
-    Raises SweepError if the file is something else than the dataset of this sweep, or there is no folder for it.
+    Raises SweepError if another file has this name, or its folder does not exist.
     """
     own = path.absolute().parent == folder.absolute()
     if own and (path.name in (INDEX, LOG) or is_cube_name(path.name)):
@@ -88,11 +88,11 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
 
 
 def write_dataset(path: Path, design: Design, digest: str, folder: Path, records: Sequence[PointRecord]) -> None:
-    """Write the dataset from the cubes, one frame in memory at a time; it appears when it is complete.
+    """Write the dataset from the cubes, with one frame in memory at a time; the file appears when it is complete.
 
-    Points without a cube are missing values: NaN, or ``_FillValue`` of whole numbers.
+    Points without a cube have missing values: NaN, or ``_FillValue`` for integers.
 
-    Raises SweepError if no point has a cube, cubes do not have the same variables, or the disk refuses.
+    Raises SweepError if no point has a cube, cubes do not have the same variables, or the file cannot be written.
     """
     cubes = {record.point: folder / record.file for record in records if record.file is not None}
     if not cubes:
@@ -182,7 +182,7 @@ class _Writer:
     def _define_variable(self, name: str, variable: Any) -> None:
         found = self._found
         if name == GRID_MAPPING and found.moves:
-            return  # a plane for each place cannot be expressed in CF: latitude and longitude are there
+            return  # CF cannot express a plane for each location; latitude and longitude are available
         is_data = "grid_mapping" in variable.ncattrs()
         attributes = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
         if found.moves:
@@ -208,7 +208,7 @@ class _Writer:
             copy[...] = variable[...]
 
     def _define_times(self, variable: Any) -> None:
-        """Keep the time after the start of a point apart from its instants."""
+        """Separate the time since the start of a point from its absolute times."""
         elapsed = self._target.createVariable(ELAPSED_TIME, "f8", ("time",), fill_value=False)
         elapsed.setncatts(_ELAPSED_ATTRIBUTES)
         elapsed[:] = variable[:]
@@ -242,7 +242,7 @@ class _Writer:
 
 
 def _nothing(kind: Any) -> Any:
-    """Value that stands for none."""
+    """Value that represents a missing one."""
     if kind is str:
         return ""
     return np.nan if np.dtype(kind).kind == "f" else _MISSING_INTEGER
@@ -255,16 +255,16 @@ def _of_point(attribute: str) -> str:
 def dimension_of(key: str) -> str:
     """Return the name of the dimension of a swept key: ``view_zenith`` of ``view.zenith``.
 
-    A cube has a ``time`` of its own, so that the scenario's becomes ``start_time``.
+    A cube already has a dimension ``time``, so the scenario's becomes ``start_time``.
     """
     return "start_time" if key == "time" else re.sub(r"\W", "_", key, flags=re.ASCII)
 
 
 FRAME_TIME = "frame_time"
-"""Instant of each frame of each point, where points do not start together."""
+"""Variable with the absolute time of each frame of each point, used if points start at different times."""
 
 ELAPSED_TIME = "elapsed_time"
-"""Time along the dimension ``time`` then, which has no coordinate of its own."""
+"""Variable with the time along the dimension ``time`` in that case, in which the dimension has no coordinate."""
 
 _EPOCH = "seconds since 1970-01-01 00:00:00"
 
@@ -272,7 +272,7 @@ _EPOCH = "seconds since 1970-01-01 00:00:00"
 def swept_coordinate(key: str, values: Sequence[Any]) -> tuple[list[Any], Any, dict[str, Any]]:
     """Return the values along a dimension, their type and their attributes.
 
-    Numbers stay numbers, instants become seconds since 1970, text stays text and everything else becomes JSON.
+    Numbers and text are unchanged, dates and times become seconds since 1970, and everything else becomes JSON.
     """
     attributes: dict[str, Any] = {
         "long_name": f"swept key {key}",
@@ -309,22 +309,22 @@ _FRAME_TIME_ATTRIBUTES = {
 
 
 def seconds_since_epoch(units: str) -> float:
-    """Return the start that the units of a cube's time name, in seconds since 1970."""
+    """Return the reference time in a cube's time units, in seconds since 1970."""
     start = datetime.fromisoformat(units.removeprefix("seconds since "))
     return start.replace(tzinfo=UTC).timestamp()
 
 
 NOT_COMPARED = frozenset({"date_created", "history", "id", FORMAT_ATTRIBUTE})
-"""Global attributes of a cube that its dataset does not take over."""
+"""Global attributes of a cube that are not copied to the dataset."""
 
 
 @dataclass(frozen=True)
 class Differences:
-    """What a dataset needs its own dimensions for.
+    """Differences between cubes that need the dimensions of the dataset.
 
-    These are global attributes whose values differ, with the type of a variable that holds them, and coordinates whose
-    values differ; ``starts`` says whether first frames are at different instants, ``moves`` whether images lie at
-    different places.
+    These are global attributes with different values (and the type of the variable for them) and coordinates with
+    different values; ``starts`` states whether the first frames are at different times, ``moves`` whether the images
+    are at different locations.
     """
 
     attributes: Mapping[str, Any]

@@ -1,4 +1,4 @@
-"""The content of a sweep file: a scenario, the swept keys, and how their values are combined."""
+"""Contents of a sweep file: a scenario, the swept keys, and the combination of their values."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
 from hcss_twin.sweeps.axis import FORMS, SweptAxis, axis_of
 
 FOLDERS = ("sweeps", "scenarios")
-"""Of the catalog, in which names are looked up."""
+"""Catalog folders in which names are looked up."""
 
 MAX_POINTS = 100_000
 _COMBINATIONS = ("product", "zip")
@@ -26,21 +26,21 @@ _OPTIONS = ("combine", "dataset")
 
 @dataclass(frozen=True)
 class Design:
-    """A sweep, with its keys checked but not its points.
+    """A sweep with checked keys; its points are not checked yet.
 
     Attributes
     ----------
     scenario, overrides : mapping
         Keys of the scenario file without ``[sweep]``, and keys replaced in all points.
     base : Path
-        Folder from which relative paths lead.
+        Base folder of relative paths.
     axes : tuple of SweptAxis
-        In the order of the file.
+        Swept axes, in file order.
     combine : str
         ``product``: every value of each key with every value of the others, the last key changing fastest; ``zip``: the
         first values of all keys, then the second, and so on.
     dataset : str or None
-        Name of the file that is to hold all points.
+        Name of the file for all points.
     """
 
     scenario: Mapping[str, Any]
@@ -53,7 +53,7 @@ class Design:
 
     @property
     def title(self) -> str:
-        """Title of the scenario, as it was given."""
+        """Title of the scenario, as given."""
         title = self.scenario.get("title", "")
         return title if isinstance(title, str) else ""
 
@@ -85,8 +85,8 @@ class Design:
         """Read a sweep: a shipped sweep or scenario by name, a ``.toml`` or ``.json`` file, its keys, or a scenario.
 
         ``overrides`` (dotted key to value) are the same in all points; ``over`` has swept keys and their values as in
-        ``[sweep]``, whose keys of the same name they replace. Raises ScenarioError with everything that is wrong with
-        the section; points are not checked.
+        ``[sweep]``, whose keys of the same name they replace. Raises ScenarioError with all errors of the section;
+        points are not checked.
         """
         raw, base, origin = read_keys(source, "sweep", FOLDERS)
         return cls._checked(raw, dict(overrides or {}), dict(over or {}), base, origin)
@@ -131,7 +131,7 @@ _ALLOWED = f'allowed: keys of a scenario, for example "view.zenith", each with {
 
 
 def _is_nested(table: Mapping[str, Any]) -> bool:
-    # Ranges, distributions and ensembles hold single values.
+    # Ranges, distributions and ensembles contain scalar values.
     return all(isinstance(each, list | tuple | Mapping) for each in table.values())
 
 
@@ -171,7 +171,7 @@ def read_keys(
 ) -> tuple[dict[str, Any], Path, str]:
     """Return the keys of a scenario or sweep, the folder from which its relative paths lead, and its name for messages.
 
-    ``folders`` of the catalog are those in which a name is looked up. Raises ScenarioError if there are no keys.
+    Names are looked up in ``folders`` of the catalog. Raises ScenarioError if there are no keys.
     """
     raw: Any
     if isinstance(source, Scenario):
@@ -193,7 +193,7 @@ def key_problems(
     overrides: Iterable[str] = (),
     options: Sequence[str] = (),
 ) -> Iterator[Problem]:
-    """Yield the keys of ``[sweep]`` or ``[uncertain]`` that overlap each other or an override, or are unknown."""
+    """Yield an error for each unknown or overlapping key of ``[sweep]`` or ``[uncertain]``."""
     for place, key in enumerate(keys):
         for other in keys[:place]:
             if keys_overlap(key, other):
@@ -210,7 +210,7 @@ def key_problems(
 
 
 def keys_overlap(one: str, other: str) -> bool:
-    """Whether two keys are the same, or one is part of the other."""
+    """Whether two keys are equal or one contains the other."""
     a, b = (f"{'.'.join(key_parts(key))}." for key in (one, other))
     return a.startswith(b) or b.startswith(a)
 

@@ -1,4 +1,4 @@
-"""The folder of a sweep: its cubes, what is known of each point, and which sweep it belongs to."""
+"""The folder of a sweep: its cubes, the record of each point, and the identity of the sweep."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ PointState = Literal["pending", "done", "failed"]
 
 @dataclass(frozen=True)
 class PointRecord:
-    """One row of the index: the number of a point, its state, and its swept keys with values as JSON has them.
+    """One row of the index: the number of a point, its state, and its swept keys with their JSON values.
 
-    ``file``, ``bytes`` and ``sha256`` are of the cube in the sweep's folder; one whose certificate failed stays there.
-    ``seconds`` is the time to compute the point, ``error`` why it failed.
+    ``file``, ``bytes`` and ``sha256`` describe the cube in the sweep's folder, where a cube with a failed certificate
+    remains. ``seconds`` is the time to compute the point, ``error`` the reason for a failure.
     """
 
     point: int
@@ -38,7 +38,7 @@ class PointRecord:
 
     @property
     def is_settled(self) -> bool:
-        """Whether computing it again would give the same: it is done, or its cube misses its accuracy."""
+        """Whether the point needs no recomputation: it is done, or its cube misses the requested accuracy."""
         return self.state != "pending" and self.file is not None
 
     def as_dict(self) -> dict[str, Any]:
@@ -46,7 +46,7 @@ class PointRecord:
         return {**asdict(self), "values": dict(self.values)}
 
     def with_outcome(self, outcome: PointOutcome) -> PointRecord:
-        """Return it with what came of computing it."""
+        """Return the record updated with the outcome of the computation."""
         return replace(self, state="failed" if outcome.error else "done", **asdict(outcome))
 
 
@@ -54,29 +54,29 @@ INDEX = "index.json"
 LOG = "points.jsonl"
 
 FORMAT = 1
-"""Of the index; raised when its fields change their meaning."""
+"""Version of the index, increased when the meaning of a field changes."""
 
 _INDEX_EVERY_S = 2.0
-"""The log has every point at once; the index, which is written whole, follows."""
+"""Each point is logged immediately; the index, which is rewritten as a whole, follows."""
 
 
 def cube_name(point: int, count: int) -> str:
-    """Return the name of a point's cube; names sort like points."""
+    """Return the file name of a point's cube; names sort by point number."""
     return f"point-{point:0{max(4, len(str(count - 1)))}d}.nc"
 
 
 def is_cube_name(name: str) -> bool:
-    """Whether a point may have a file of this name."""
+    """Whether this can be the file name of a point."""
     return name.startswith("point-")
 
 
 class SweepFolder:
     """The records of all points of a sweep, on disk and in memory.
 
-    The log gets a line when a point is computed, and is never rewritten. The index is written as a whole, under a
-    hidden name first; after a kill it may be a few points behind the log, which counts. A cube that is finished and has
-    the scenario of its point counts as done even where the log does not know it. ``digest`` is a hash of what the sweep
-    computes, ``about`` is what the index says of the sweep as a whole.
+    A line is appended to the log for each computed point, and the log is never rewritten. The index is written
+    atomically; after a kill it may lag behind the log, which takes precedence. A complete cube with the scenario of its
+    point counts as done even if it is missing from the log. ``digest`` is a hash of what the sweep computes, ``about``
+    the index entries on the sweep as a whole.
     """
 
     def __init__(self, path: Path, digest: str, about: Mapping[str, Any], points: Sequence[SweepPoint]) -> None:
@@ -87,11 +87,11 @@ class SweepFolder:
 
     @contextmanager
     def open(self, versions: Mapping[str, str], force: bool) -> Iterator[None]:
-        """Claim the folder for this sweep while the block runs, and read what is known of it.
+        """Lock the folder for this sweep while the block runs, and read its records.
 
-        The versions of what contributes to the numbers must be those of an earlier run. ``force`` removes what an
-        earlier sweep, or this one, left there. Raises SweepError if the folder holds another sweep or something else,
-        another process is writing to it, or it cannot be written.
+        All versions that affect the numbers must be those of the earlier run. ``force`` removes what an earlier sweep,
+        or this one, left there. Raises SweepError if the folder holds another sweep or something else, another process
+        is writing to it, or it cannot be written.
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
@@ -115,12 +115,12 @@ class SweepFolder:
                 yield
             finally:
                 self._remove_drafts()
-                # An interrupt may come between a cube and its line in the log.
+                # An interrupt may occur between writing a cube and its log line.
                 self._adopt_cubes()
                 self.write_index()
 
     def note(self, outcome: PointOutcome) -> PointRecord:
-        """Take note of a computed point."""
+        """Record a computed point."""
         record = self.records[outcome.point].with_outcome(outcome)
         self.records[outcome.point] = record
         try:
@@ -133,7 +133,7 @@ class SweepFolder:
         return record
 
     def write_index(self) -> None:
-        """Write the index; raises SweepError where the disk refuses."""
+        """Write the index; raises SweepError if that fails."""
         states = [record.state for record in self.records]
         text = json.dumps(
             {
@@ -192,7 +192,7 @@ class SweepFolder:
             )
 
     def _remove(self, known: Mapping[str, Any]) -> None:
-        """Remove what a sweep wrote, and nothing else."""
+        """Remove the files written by a sweep, and no others."""
         count = len(known["points"])
         for name in (LOG, *(cube_name(number, count) for number in range(count)), INDEX):
             with contextlib.suppress(FileNotFoundError):
@@ -200,7 +200,7 @@ class SweepFolder:
         self._remove_drafts()
 
     def _remove_drafts(self) -> None:
-        """Remove what a killed worker left half written."""
+        """Remove incomplete files of killed workers."""
         for path in self.path.glob(".*.partial"):
             with contextlib.suppress(FileNotFoundError):
                 path.unlink()
@@ -210,14 +210,14 @@ class SweepFolder:
         if not path.exists():
             return
         text = path.read_text(encoding="utf-8")
-        if text and not text.endswith("\n"):  # cut off by a kill
+        if text and not text.endswith("\n"):  # truncated by a kill
             with path.open("a", encoding="utf-8") as file:
                 file.write("\n")
         for line in text.splitlines():
             try:
                 record = PointRecord(**json.loads(line))
             except (ValueError, TypeError):
-                continue  # its cube is looked at
+                continue  # its cube is checked
             if 0 <= record.point < len(self.records):
                 self.records[record.point] = record
         for number, record in enumerate(self.records):
@@ -226,7 +226,7 @@ class SweepFolder:
                 self.records[number] = PointRecord(number, record.values)
 
     def _adopt_cubes(self) -> None:
-        """Count cubes as done that were finished when the sweep was killed, before the log had them."""
+        """Mark cubes as done that were complete but not yet logged when the sweep was killed."""
         for point, record in zip(self._points, self.records, strict=True):
             path = self.path / cube_name(point.number, len(self._points))
             if record.file is None and path.is_file() and _is_cube_of(path, point):
@@ -254,7 +254,7 @@ def _certificate_error(path: Path) -> str | None:
 
 @contextmanager
 def _claimed(folder: Path) -> Iterator[None]:
-    """Keep other processes out; the system ends the claim with the process, however that ends."""
+    """Lock the folder against other processes; the system releases the lock when the process ends for any reason."""
     try:
         import fcntl
     except ImportError:  # no such locks on Windows

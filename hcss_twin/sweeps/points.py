@@ -1,4 +1,4 @@
-"""The points of a sweep: made and checked, ordered so that tables are compiled once, and computed."""
+"""The points of a sweep: create and check them, order them so that tables are compiled once, and compute them."""
 
 from __future__ import annotations
 
@@ -28,10 +28,9 @@ _MAX_RANGES = 5
 
 @dataclass(frozen=True)
 class SweepPoint:
-    """One scenario of a sweep, with its number from 0 in the order of the design.
+    """One scenario of a sweep, numbered from 0 in the order of the design.
 
-    ``values`` are the swept keys with their values as the scenario has them: SI numbers, text, or what JSON has for
-    others.
+    ``values`` are the swept keys with their values in the scenario: SI numbers, text, or JSON values.
     """
 
     number: int
@@ -40,7 +39,7 @@ class SweepPoint:
 
 
 def points_of(design: Design) -> tuple[SweepPoint, ...]:
-    """Make and check every point; ScenarioError has all problems, each once, with the points that have it."""
+    """Create and check all points; ScenarioError lists each problem once, with its points."""
     points: list[SweepPoint] = []
     wrong: dict[Problem, list[int]] = {}
     typed: list[Mapping[str, Any]] = []
@@ -63,7 +62,7 @@ def points_of(design: Design) -> tuple[SweepPoint, ...]:
 
 
 def value_at(plain: Mapping[str, Any], key: str) -> Any:
-    """Return the value at a dotted key of a scenario in its JSON form; None where there is none."""
+    """Return the value at a dotted key of a scenario in JSON form; None if missing."""
     value: Any = plain
     for part in key_parts(key):
         if isinstance(value, list):
@@ -85,7 +84,7 @@ def digest_of(points: Iterable[SweepPoint]) -> str:
 def _described(wrong: Mapping[Problem, list[int]], typed: list[Mapping[str, Any]]) -> Iterator[Problem]:
     for problem, numbers in wrong.items():
         if len(numbers) == len(typed):
-            yield problem  # of the scenario itself, whatever is swept
+            yield problem  # of the scenario alone, without swept keys
             continue
         shared = [
             f"{key} = {shown(value)}"
@@ -97,7 +96,7 @@ def _described(wrong: Mapping[Problem, list[int]], typed: list[Mapping[str, Any]
 
 
 def ranges(numbers: Iterable[int]) -> str:
-    """Write increasing numbers as ``0, 3 to 7, 9``, and not more than a few of them."""
+    """Format increasing numbers as ``0, 3 to 7, 9``, shortened if there are many."""
     texts = []
     for _, group in groupby(enumerate(numbers), key=lambda each: each[1] - each[0]):
         members = [number for _, number in group]
@@ -107,11 +106,11 @@ def ranges(numbers: Iterable[int]) -> str:
 
 
 OF_ALL_POINTS = ("image.rows", "image.columns", "image.pixel_size", "frames", "bands", "output.variables")
-"""Keys that points of one dataset have in common, because its dimensions and coordinates come from them."""
+"""Keys that must be equal for all points of a dataset, because they define its dimensions and coordinates."""
 
 
 def require_one_layout(design: Design, points: Sequence[SweepPoint]) -> None:
-    """Check that all points fit into one dataset; ScenarioError names the key that separates them."""
+    """Check that all points fit into one dataset; ScenarioError names the key that prevents it."""
     if design.combine != "product":
         message = "a dataset needs a dimension for each key; allowed: combine = 'product', or no dataset"
         raise ScenarioError([Problem(f"{SWEEP}.combine", message)], design.origin)
@@ -127,13 +126,13 @@ def require_one_layout(design: Design, points: Sequence[SweepPoint]) -> None:
 _T = TypeVar("_T")
 
 _OF_THE_FIELD = ("coverage", "coverage_mode", "edge_taper", "generator", "parameters")
-"""Keys of a cloud layer that say where clouds are, which tables do not know; whether there are any they do."""
+"""Keys that place the clouds of a layer. Radiance tables depend only on whether there are any."""
 
 
 def shared_tables(scenario: Scenario) -> str:
-    """Return a name that points with the same tables have in common.
+    """Return a name that is equal for points with the same tables.
 
-    It uses the scenario only and decides nothing but the order of points: each table has a key of its own.
+    It depends on the scenario only and affects only the order of points, because each table has its own cache key.
     """
     plain = json.loads(scenario.to_json())
     drawn = scenario.sea.waves != "averaged" or scenario.slant.shadows
@@ -147,9 +146,9 @@ def shared_tables(scenario: Scenario) -> str:
 
 
 class Schedule(Generic[_T]):
-    """Things to do, in the order given, but the first of each group before its others.
+    """Queue in the given order, in which the first item of each group precedes the rest of the group.
 
-    ``group_of`` names the group of a thing; of ``open_groups`` none needs to go first.
+    ``group_of`` returns the group of an item; no item of ``open_groups`` has to go first.
     """
 
     def __init__(self, things: Sequence[_T], group_of: Callable[[_T], str], open_groups: Iterable[str] = ()) -> None:
@@ -166,14 +165,14 @@ class Schedule(Generic[_T]):
                 self._waiting[group].append(index)
 
     def next(self) -> tuple[int, _T] | None:
-        """Return the next thing that can be done now, with its index; None if none can."""
+        """Return the next available item with its index; None if there is none."""
         if not self._ready:
             return None
         index = heapq.heappop(self._ready)
         return index, self._things[index]
 
     def finished(self, index: int, succeeded: bool) -> None:
-        """Record that a thing was done: its group follows, or, if it failed, the next of its group goes first."""
+        """Record that an item is done: release its group, or, after a failure, let the group's next item go first."""
         group = self._groups[index]
         waiting = self._waiting.get(group, [])
         if succeeded:
@@ -186,7 +185,7 @@ class Schedule(Generic[_T]):
 
 @dataclass(frozen=True)
 class PointOutcome:
-    """What came of computing one point; fields as in :class:`PointRecord`."""
+    """Outcome of computing one point; fields as in :class:`PointRecord`."""
 
     point: int
     file: str | None = None
@@ -203,15 +202,14 @@ def sha256_of(path: Path) -> str:
 
 
 DATE = "SOURCE_DATE_EPOCH"
-"""Environment variable that fixes the date of creation, and with it every byte of a cube."""
+"""Environment variable that sets the creation date, so that cubes are reproducible byte for byte."""
 
 
 @dataclass(frozen=True)
 class PointTask:
-    """What a worker needs to know; it is sent to other processes and machines.
+    """Task description for a worker; it is sent to other processes and machines.
 
-    ``path`` is the absolute path of the cube, ``date`` the ``SOURCE_DATE_EPOCH`` of the process that the sweep was
-    started in.
+    ``path`` is the absolute path of the cube, ``date`` the ``SOURCE_DATE_EPOCH`` of the process that started the sweep.
     """
 
     point: int
@@ -221,7 +219,7 @@ class PointTask:
 
 
 def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
-    """Compute a point and write its cube; whatever is wrong with the point becomes its error, interrupts excepted.
+    """Compute a point and write its cube; all exceptions except interrupts are recorded as its error.
 
     The points of one process share ``cache``.
     """
@@ -234,18 +232,18 @@ def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
         failed = [f"certificate {each.lines[0]}" for each in certificates if not each.passed]
         size, digest = path.stat().st_size, sha256_of(path)
         outcome = PointOutcome(task.point, path.name, size, digest, error=failed[-1] if failed else None)
-    except ScenarioError as cause:  # what only the plan finds out
+    except ScenarioError as cause:  # problems that only planning detects
         outcome = replace(outcome, error="; ".join(map(str, cause.problems)))
     except HcssError as cause:
         outcome = replace(outcome, error=str(cause))
-    except Exception as cause:  # a fault of one point must not end the others
+    except Exception as cause:  # the failure of one point must not stop the others
         outcome = replace(outcome, error=f"{type(cause).__name__}: {cause}")
     return replace(outcome, seconds=round(time.perf_counter() - start, 4))
 
 
 @contextmanager
 def _date(fixed: str | None) -> Iterator[None]:
-    """Let the process have the date of creation that the sweep was started with."""
+    """Give the process the creation date of the sweep."""
     before = os.environ.get(DATE)
     if fixed is not None:
         os.environ[DATE] = fixed

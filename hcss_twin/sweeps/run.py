@@ -1,4 +1,4 @@
-"""A sweep from its file to a folder of cubes."""
+"""Run a sweep: from its file to a folder of cubes."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
 @dataclass(frozen=True)
 class SweepResult:
-    """What a sweep left in its folder.
+    """Result of a sweep in its folder.
 
-    ``points`` are all of them, in the order of their numbers; ``computed`` are the numbers of those that this run
-    computed; ``dataset`` is the file that holds all points, if there is one.
+    ``points`` are all points by number; ``computed`` are the numbers of the points computed in this run; ``dataset`` is
+    the file with all points, if there is one.
     """
 
     folder: Path
@@ -45,13 +45,13 @@ class SweepResult:
 
     @property
     def failed(self) -> tuple[PointRecord, ...]:
-        """Points without a cube, or with one that misses its accuracy."""
+        """Points without a cube, or with a cube that misses the requested accuracy."""
         return tuple(record for record in self.points if record.state == "failed")
 
     def cube(self, point: int) -> Path:
         """Return the path of a point's cube.
 
-        Raises SweepError if the point failed without one.
+        Raises SweepError if the point has no cube.
         """
         record = self.points[point]
         if record.file is None:
@@ -59,7 +59,7 @@ class SweepResult:
         return self.folder / record.file
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for ``--json``."""
+        """Return JSON-compatible values for ``--json``."""
         return {
             "folder": str(self.folder),
             "index": str(self.folder / INDEX),
@@ -83,39 +83,39 @@ def sweep(
     force: bool = False,
     progress: Progress | None = None,
 ) -> SweepResult:
-    """Compute the cubes of all points of a sweep that a folder does not have yet.
+    """Compute the cubes of all points of a sweep that are missing in a folder.
 
     Parameters
     ----------
     source : str, Path, mapping or Scenario
-        Name of a shipped sweep or scenario, a file, its keys, or a scenario.
+        Name of a shipped sweep or scenario, a file, a mapping of its keys, or a scenario.
     folder : path
-        Where the cubes and their index go: new, empty, or one that this sweep was begun in.
+        Folder for the cubes and their index: new, empty, or that of an earlier run of this sweep.
     over : mapping, optional
         Swept keys and their values, as in ``[sweep]``.
     overrides : mapping, optional
         Dotted key to value, the same in all points.
     workers : int
-        Processes on this machine; 1 computes in this one. A script that asks for more needs the usual ``if __name__ ==
+        Processes on this machine; 1 computes in the current process. With more, a script needs ``if __name__ ==
         "__main__":``.
     scheduler : str, optional
-        Address of a Dask scheduler, whose workers compute instead; they must share the folder.
+        Address of a Dask scheduler whose workers are used instead; they must share the folder.
     dataset : path, optional
-        One NetCDF file of all points, with the swept keys as its first dimensions.
+        NetCDF file to write with all points, with the swept keys as leading dimensions.
     force : bool
-        Remove what an earlier sweep left in the folder.
+        Remove the results of an earlier sweep in the folder.
     progress : callable, optional
-        Wraps the iterable of points as they are finished, given their number.
+        Wraps the iterable of finished points; called with it and the number of points.
 
     Returns
     -------
     SweepResult
-        Points that failed are in it with their errors; they raise nothing.
+        It lists failed points with their errors; they do not raise.
 
     Raises
     ------
     ScenarioError
-        With the problems of all points, before any is computed.
+        With the problems of all points, before the computation.
     SweepError
         If the folder or the workers cannot be used, or the dataset cannot be written.
     """
@@ -145,7 +145,7 @@ def sweep(
     with sweep_folder.open(versions(), force):
         missing = [point for point in points if not sweep_folder.records[point.number].is_settled]
         schedule = _schedule(sweep_folder, points, missing)
-        # Closed before the folder is, so that no worker still writes to it then.
+        # Closed before the folder, so that no worker writes to it any more.
         with closing(_outcomes(schedule, workers, scheduler, path, len(missing))) as outcomes:
             for outcome in outcomes if progress is None else progress(outcomes, len(missing)):
                 sweep_folder.note(outcome)
@@ -169,7 +169,7 @@ def _schedule(folder: SweepFolder, points: Iterable[SweepPoint], missing: list[S
 def _outcomes(
     schedule: Schedule[PointTask], workers: int, scheduler: str | None, folder: Path, count: int
 ) -> Generator[PointOutcome]:
-    """Yield outcomes as points are finished, from wherever they are computed."""
+    """Yield the outcomes of points in order of completion, local or from the cluster."""
     if count == 0:
         return
     if scheduler is None and min(workers, count) == 1:

@@ -1,1 +1,1 @@
-"""A real image or sequence beside a simulated one."""
+"""Comparison of a real image or sequence with a simulated one."""

@@ -1,4 +1,4 @@
-"""A cube as footage: one variable and band, with the brightness temperature of its radiance."""
+"""Frames of a cube for comparison: one variable and band, with the brightness temperature of its radiance."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 
 def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Array], Array]:
-    """Return what turns radiance of a band (rows, columns) into kelvin; NaN where no black body has it.
+    """Return the conversion of band radiance (rows, columns) to brightness temperature (K), NaN where none exists.
 
     Raises
     ------
     CubeError
-        If the cube carries no scenario with this band.
+        If the cube's scenario is missing or lacks this band.
     CatalogError
-        If a file of the band's response is missing.
+        If the file of the band's spectral response is missing.
     """
     recorded = Recorded.of(dict(dataset.attrs), str(path))
     catalog = Catalog(base=recorded.base)
@@ -50,7 +50,7 @@ def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Arra
     return kelvin
 
 
-# Beyond this wavelength cloud is taken for the cold part, as in images.
+# Beyond this wavelength clouds are assumed to be colder than the sea, as in images.
 _THERMAL_UM = 3.0
 _TEMPERATURE, _RADIANCE, _MASK = "brightness_temperature", "radiance", "cloud_mask"
 
@@ -58,11 +58,11 @@ _TEMPERATURE, _RADIANCE, _MASK = "brightness_temperature", "radiance", "cloud_ma
 def cube_footage(
     title: str, dataset: xr.Dataset, path: Path, choice: EvaluationChoice, like: Footage | None
 ) -> Footage:
-    """Choose one variable and band of a cube, which stays open as long as frames are read.
+    """Select one variable and band of a cube, which must stay open while frames are read.
 
-    ``title`` (REAL or SIM) and ``path`` are for messages. Where no band is asked for, the one with the wavelength of
-    ``like``, the other side, is chosen. Raises CubeError if the cube lacks the variable, band or frame, and ImageError
-    if a choice does not fit it.
+    ``title`` (REAL or SIM) and ``path`` are used in messages. Without a requested band, the band at the wavelength of
+    ``like``, the other side, is selected. Raises CubeError if the cube lacks the variable, band or frame, and
+    ImageError if an option does not apply to it.
     """
     variable = choice.variable
     if variable is None and _TEMPERATURE in dataset:
@@ -113,7 +113,7 @@ def cube_footage(
 
 
 def _band_like(title: str, selection: Selection, path: Path, like: Footage | None, notes: list[str]) -> str:
-    """Return the only band, or the one that has the wavelength of the other file."""
+    """Return the only band, or the one at the wavelength of the other file."""
     names = [plane.name for plane in selection.planes]
     if len(names) == 1:
         return names[0]
@@ -158,7 +158,7 @@ def _method(choice: EvaluationChoice, variable: str, has_truth: bool, path: Path
 def _kelvin(
     dataset: xr.Dataset, path: Path, selection: Selection, plane: Plane, notes: list[str]
 ) -> Callable[[Array], Array] | None:
-    """Return how the variable becomes brightness temperature; None where it cannot."""
+    """Return the conversion of the variable to brightness temperature; None if there is none."""
     if is_kelvin(selection.units):
         return lambda values: values
     if selection.variable != _RADIANCE:
@@ -178,7 +178,7 @@ def _bright(
     truth: Callable[[int], NDArray[np.bool_]] | None,
     notes: list[str],
 ) -> bool:
-    """Whether large values are cloud: by the option, else by the cube's own mask, else by wavelength."""
+    """Whether large values are cloud: from the option, else from the cube's mask, else from the wavelength."""
     if choice.cloud_is != "auto":
         return choice.cloud_is == "bright"
     if truth is not None and not variable.startswith("cloud_"):

@@ -50,21 +50,21 @@ def evaluate(
 ) -> Evaluation:
     """Compare a simulated image, sequence or cube with a real one.
 
-    Both sides are converted to one quantity: brightness temperature where both have it, else a unit that both share,
-    else grey levels of cloud. Nothing is resampled: where shapes differ, the central part that both have is compared,
-    and measures that depend on the size of pixels are marked where sizes differ.
+    Both sides are converted to one quantity: brightness temperature if both have it, else a common unit, else grey
+    levels of cloud. Nothing is resampled: if the shapes differ, the central part common to both is compared; if the
+    pixel sizes differ, measures that depend on pixel size are marked.
 
     Parameters
     ----------
     real, sim : path or sequence of paths
-        An image (NetCDF, GOES ABI among them, GeoTIFF, picture, ``.npy``, ``.npz``), several of one sequence, or a
+        An image (NetCDF including GOES ABI, GeoTIFF, picture, ``.npy``, ``.npz``), several images of one sequence, or a
         cube.
     real_choice, sim_choice : EvaluationChoice, optional
-        Variable, band, frames, and what is cloud.
+        Variable, band, frames and cloud detection of each side.
     whole : bool
-        Compare whole frames although their shapes differ.
+        Compare whole frames even if their shapes differ.
     progress : callable, optional
-        Wraps the iterable of frames of a side, given their number.
+        Wraps the iterable of a side's frames; called with the iterable and the number of frames.
 
     Returns
     -------
@@ -75,9 +75,9 @@ def evaluate(
     CatalogError
         If a file is not a usable image.
     CubeError
-        If a cube cannot be read or lacks what is asked for.
+        If a cube cannot be read or lacks the requested data.
     ImageError
-        If a choice does not fit its file, an image is too small, or has no measurable cloud.
+        If an option does not apply to its file, or an image is too small or has no measurable cloud.
     """
     choices = (real_choice or EvaluationChoice(), sim_choice or EvaluationChoice())
     with ExitStack() as stack:

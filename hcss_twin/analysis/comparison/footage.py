@@ -1,4 +1,4 @@
-"""Frames of one quantity, from an image, several images or a cube; and the options by which they are chosen."""
+"""Frames of one quantity from an image, several images or a cube, and the options that select them."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ Method = Literal["auto", "otsu", "local", "coverage", "valid", "truth"]
 
 @dataclass(frozen=True)
 class EvaluationChoice:
-    """Which part of an image or a cube is compared, and what in it is cloud.
+    """Selection of the compared data and of the cloud detection.
 
     Attributes
     ----------
     variable : str or None
-        Variable of a NetCDF or ``.npz`` file or of a cube, or number of a GeoTIFF's band.
+        Variable of a NetCDF file, ``.npz`` file or cube, or band number of a GeoTIFF.
     band : str or None
-        Name of a cube's band.
+        Name of a band of a cube.
     frames : tuple of int
-        Numbers of a cube's frames from 0; none: all.
+        Frame numbers of a cube, counted from 0; empty: all.
     method : {"auto", "otsu", "local", "coverage", "valid", "truth"}
-        How cloudy pixels are found. ``valid`` takes every pixel that has a value, ``truth`` a cube's own cloud mask;
-        ``auto`` is ``valid`` for cloud-top products, ``truth`` for a cube's variables of clouds, ``otsu`` for all else.
+        Cloud detection method. ``valid``: every pixel with a value; ``truth``: the cube's cloud mask; ``auto``:
+        ``valid`` for cloud-top products, ``truth`` for cloud variables of a cube, ``otsu`` for everything else.
     cloud_is : {"auto", "bright", "dark"}
         Which values are cloud.
     coverage : float or None
-        For method ``coverage``: cloudy fraction.
+        Cloudy fraction for method ``coverage``.
     window_pixels : int or None
-        For method ``local``: side of the surroundings.
+        Side of the window for method ``local``.
     pixel_size_m : float or None
-        Side of a pixel, in place of what the file tells.
+        Pixel size; overrides that in the file.
     """
 
     variable: str | None = None
@@ -51,7 +51,7 @@ class EvaluationChoice:
     pixel_size_m: float | None = None
 
     def check(self) -> None:
-        """Raise ImageOptionError for options that contradict each other: none is ignored."""
+        """Raise ImageOptionError for contradictory options; none is ignored."""
         if (self.coverage is None) is (self.method == "coverage"):
             raise ImageOptionError("coverage: goes with the method 'coverage', and only with it")
         if self.coverage is not None and not 0.0 < self.coverage <= 1.0:
@@ -74,24 +74,24 @@ class Footage:
     name : str
         Of the file.
     quantity, units, band : str
-        What the values are; units and the spectral band in words are empty where the file does not say.
+        Physical quantity, its units and a description of the spectral band; empty if the file does not state them.
     wavelength_um : float or None
-        About the middle of the band.
+        Approximate centre of the band.
     is_nominal : bool
-        Whether the pixel size is that below a geostationary satellite.
+        Whether the pixel size is the nominal one at the sub-satellite point.
     labels : tuple of str
-        Of the frames: time, number or file.
+        Label of each frame: time, number or file name.
     seconds : tuple of float or None
-        Times of the frames after the first; None where they are not known.
+        Frame times relative to the first frame; None if unknown.
     method : str
-        How cloud is found, ``auto`` resolved.
+        Cloud detection method, with ``auto`` resolved.
     notes : tuple of str
-        What was chosen and why.
+        Selections made and the reasons for them.
     values, truth : callable
-        Number of a frame to its values (rows, columns), NaN where missing, and to its cloud mask where the file has
-        one.
+        Functions of the frame number that return its values (rows, columns), NaN where missing, and its cloud mask if
+        the file has one.
     kelvin : callable or None
-        Values to brightness temperatures, where that is possible; NaN where there is none.
+        Converts values to brightness temperatures, NaN where there is none; None if no conversion exists.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Opening of the two files of a comparison; one image, or several of one scene, as footage."""
+"""Open the files of a comparison: an image, several images of one scene, or a cube."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _WAVELENGTH = re.compile(r"([0-9.]+) um")
 
 
 def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
-    """Read one image, or several that are frames of a sequence in the order given.
+    """Read one image, or the images of a sequence in the given order.
 
     Raises
     ------
     CatalogError
         If a file is not a usable image.
     ImageError
-        If a choice belongs to cubes, or images differ in shape, unit or pixel size.
+        If an option applies to cubes only, or images differ in shape, unit or pixel size.
     """
     for name, given in (("band", choice.band), ("frames", choice.frames)):
         if given:
@@ -93,7 +93,7 @@ def _northward(image: SatelliteImage) -> Array:
 
 
 def _require_alike(first_path: Path, first: SatelliteImage, path: Path, image: SatelliteImage) -> None:
-    """Refuse a sequence whose frames are not of one kind."""
+    """Reject a sequence whose images differ in shape, unit or pixel size."""
     for what, one, other in (
         ("shape", first.values.shape, image.values.shape),
         ("unit", first.units, image.units),
@@ -107,7 +107,7 @@ def _require_alike(first_path: Path, first: SatelliteImage, path: Path, image: S
 
 
 def _seconds(images: Sequence[SatelliteImage]) -> tuple[float, ...] | None:
-    """Return times after the first image; None where a file tells no time or they do not ascend."""
+    """Return times relative to the first image; None if a file has no time or the times do not ascend."""
     try:
         times = [datetime.fromisoformat(image.date) for image in images]
     except ValueError:
@@ -124,11 +124,11 @@ def open_footage(
     stack: ExitStack,
     like: Footage | None,
 ) -> Footage:
-    """Open an image, several images or a cube, which ``stack`` closes.
+    """Open an image, several images or a cube; ``stack`` closes the cube.
 
-    ``title`` is REAL or SIM, for messages; ``like`` is what it will be compared with. Raises CatalogError if there is
-    no such file or it is not a usable image, CubeError if a cube cannot be read or lacks what is asked for, and
-    ImageError if a choice does not fit the file.
+    ``title`` (REAL or SIM) is used in messages; ``like`` is the other side. Raises CatalogError if the file does not
+    exist or is not a usable image, CubeError if a cube cannot be read or lacks the requested data, and ImageError if an
+    option does not apply to the file.
     """
     choice.check()
     paths = [Path(source)] if isinstance(source, str | os.PathLike) else [Path(each) for each in source]
@@ -149,7 +149,7 @@ def open_footage(
 
 
 def is_cube(path: Path) -> bool:
-    """Whether a file is one of our cubes, finished or not."""
+    """Whether a file is a cube of this package, complete or not."""
     if is_zarr(path) and path.is_dir():
         return True
     try:

@@ -1,4 +1,4 @@
-"""The metrics of a comparison: each is a measure of single frames, averaged over the frames of each side."""
+"""Metrics of a comparison: measures of single frames, averaged over the frames of each side."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _ANY: Dependence = "any"
 
 @dataclass(frozen=True)
 class _FrameMeasure:
-    """A metric that every frame has for itself."""
+    """A metric that is computed for each frame."""
 
     group: str
     name: str
@@ -89,12 +89,12 @@ _FRAME_MEASURES = (
     _FrameMeasure(
         FOUR,
         "equal",
-        "share of equal neighbours: DP without the number of pixels",
+        "fraction of equal neighbours: DP normalised by pixel count",
         lambda frame: frame.measures.equal_neighbours,
         "1",
         _CORRECTED,
     ),
-    _FrameMeasure(FOUR, "FD", "boxes that fill the body of the cloud (eq 6)", _shape("fractal_dimension")),
+    _FrameMeasure(FOUR, "FD", "box counting of the cloud body (eq 6)", _shape("fractal_dimension")),
     _FrameMeasure(CLOUDS, "coverage", "cloudy part of the pixels", _shape("coverage"), scale=_ANY),
     _FrameMeasure(
         CLOUDS,
@@ -131,7 +131,7 @@ _FRAME_MEASURES = (
 
 
 def _value_measures(unit: str) -> tuple[_FrameMeasure, ...]:
-    # Kelvin has a zero, but nothing here is near it.
+    # Differences relative to an absolute temperature say little.
     return (
         _FrameMeasure(
             VALUES, "mean", "of all pixels", lambda frame: frame.measures.mean, unit, scale=_ANY, is_ratio=unit != "K"
@@ -156,10 +156,10 @@ def build_metrics(
     same_pixels: bool,
     same_count: bool,
 ) -> tuple[Metric, ...]:
-    """Return all metrics of the real and the simulated side, in the order in which reports list them.
+    """Return all metrics of both sides in the order of the reports.
 
-    ``unit`` is that of the values; ``same_pixels`` says whether both sides are known to have pixels of one size,
-    ``same_count`` whether both have as many pixels.
+    ``unit`` is the unit of the values; ``same_pixels`` states whether both sides are known to have the same pixel size,
+    ``same_count`` whether they have the same number of pixels.
     """
     comparable = {_ANY: True, _PIXEL: same_pixels, _PIXELS: same_pixels and same_count}
 
@@ -233,7 +233,7 @@ def _directions(
     spectra: tuple[PowerSpectrum | None, PowerSpectrum | None],
     same_pixels: bool,
 ) -> list[Metric]:
-    """Return strength and direction of the anisotropy of the mean spectra."""
+    """Return the strength and direction of the anisotropy in the mean spectra."""
     if spectra[0] is None or spectra[1] is None or math.isnan(spectra[0].degree + spectra[1].degree):
         return []
     spreads = [
@@ -262,8 +262,7 @@ def _directions(
         ),
         Metric(
             name="long axis",
-            meaning="direction along which things are long, from x (east) toward y (north); means nothing where a is "
-            "what chance gives",
+            meaning="direction of elongation, from x (east) toward y (north); meaningless if a is at the chance level",
             unit="deg",
             definition="both",
             group=DIRECTIONS,

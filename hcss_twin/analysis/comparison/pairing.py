@@ -1,4 +1,4 @@
-"""What both sides of a comparison have in common: quantity, part and number of pixels; and which frames are paired."""
+"""Common quantity, part and pixel count of both sides of a comparison, and the pairing of frames."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from hcss_twin.analysis.measures.image_measures import DistributionDistance, dis
 from hcss_twin.analysis.measures.morphology import Mode, Morphology, MorphologyErrors, eq_24
 from hcss_twin.core.errors import ImageError
 
-# Relative difference of pixel sizes that still counts as one size, as of the readers of images.
+# Largest relative difference of pixel sizes that count as equal, as in the image readers.
 _SAME_SIZE = 0.01
 
-# Relative difference of numbers of pixels that DP is not to feel.
+# Largest relative difference of pixel counts that is negligible for DP.
 _SAME_COUNT = 1e-3
 
-# Relative difference of wavelengths above which temperatures are not of one kind.
+# Relative difference of wavelengths above which brightness temperatures are not comparable.
 _SAME_BAND = 0.1
 
 
 def common_quantity(real: Footage, sim: Footage, notes: list[str]) -> tuple[str, str, ComparedAs]:
-    """Return what both sides are compared in, its unit, and its kind."""
+    """Return the compared quantity, its unit and its kind."""
     if real.kelvin is not None and sim.kelvin is not None:
         wavelengths = (real.wavelength_um, sim.wavelength_um)
         if None not in wavelengths and abs(math.log((wavelengths[1] or 1) / (wavelengths[0] or 1))) > _SAME_BAND:
@@ -48,7 +48,7 @@ def common_quantity(real: Footage, sim: Footage, notes: list[str]) -> tuple[str,
 def common_parts(
     real: Footage, sim: Footage, whole: bool, notes: list[str]
 ) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """Return rows and columns of both sides that are compared."""
+    """Return the compared rows and columns of both sides."""
     for title, each in (("REAL", real), ("SIM", sim)):
         if min(each.shape) < SMALLEST_SIDE:
             raise ImageError(
@@ -83,7 +83,7 @@ def common_parts(
 
 
 def same_pixel_size(real: Footage, sim: Footage) -> bool:
-    """Whether both sides are known to have pixels of one size."""
+    """Whether both sides are known to have the same pixel size."""
     one, other = real.pixel_size_m, sim.pixel_size_m
     return one is not None and other is not None and abs(one - other) <= _SAME_SIZE * max(one, other)
 
@@ -96,7 +96,7 @@ def _centre(shape: tuple[int, int], part: tuple[int, int]) -> tuple[slice, slice
 def same_number(
     sides: tuple[ComparedSide, ComparedSide], measured: tuple[SideMeasures, SideMeasures], notes: list[str]
 ) -> bool:
-    """Whether both sides have as many pixels with values; where shapes are alike and gaps are not, say so."""
+    """Whether both sides have the same number of valid pixels; adds a note if only the missing pixels differ."""
     known = [
         side.shape[0] * side.shape[1] - float(np.mean([frame.missing for frame in each.frames]))
         for side, each in zip(sides, measured, strict=True)
@@ -112,7 +112,7 @@ def same_number(
 
 
 def pair_frames(real: SideMeasures, sim: SideMeasures) -> tuple[list[int | None], str]:
-    """Return the real frame each simulated one is compared with, None for the mean of all; and say so."""
+    """Return the real frame paired with each simulated one (None: the mean of all), and describe the pairing."""
     count = len(sim.frames)
     if len(real.frames) == 1:
         if count == 1:
@@ -131,7 +131,7 @@ def pair_frames(real: SideMeasures, sim: SideMeasures) -> tuple[list[int | None]
 def errors_of_frames(
     real: SideMeasures, sim: SideMeasures, partners: list[int | None], mode: Mode, notes: list[str]
 ) -> tuple[MorphologyErrors, ...]:
-    """Return eq 24 for each simulated frame; none, and why in ``notes``, where it divides by 0."""
+    """Return eq 24 for each simulated frame; if it divides by 0, return none and add the reason to ``notes``."""
     mean = _mean_morphology([frame.measures.morphology for frame in real.frames])
     try:
         return tuple(
@@ -153,7 +153,7 @@ def _mean_morphology(shapes: Sequence[Morphology]) -> Morphology:
 def distances_of_frames(
     sides: tuple[ComparedSide, ComparedSide], measured: tuple[SideMeasures, SideMeasures], partners: list[int | None]
 ) -> tuple[DistributionDistance, ...]:
-    """Return the distance of each simulated frame's values from those of its partner, or of all real frames."""
+    """Return the distance between the values of each simulated frame and those of its partner or of all real frames."""
     distances = []
     last: tuple[int | None, NDArray[np.floating]] = (None, measured[0].values)
     for number, partner in zip(measured[1].numbers, partners, strict=True):
@@ -164,7 +164,7 @@ def distances_of_frames(
 
 
 def typical_frame(errors: Sequence[MorphologyErrors], count: int) -> int:
-    """Return the simulated frame with the median RMSE, the lower of two; the first where there is none."""
+    """Return the simulated frame with the (lower) median RMSE; the first frame if there is no RMSE."""
     if not errors:
         return 0
     order = np.argsort([each.rmse for each in errors], kind="stable")

@@ -1,4 +1,4 @@
-"""Results of a comparison: what was measured of each side, the metrics of both, and their JSON document."""
+"""Results of a comparison: measures of each side, metrics of both, and their JSON form."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from hcss_twin.core.json_numbers import json_list, json_number
 
 @dataclass(frozen=True)
 class FrameResult:
-    """One frame of one side.
+    """Measures of one frame of one side.
 
     Attributes
     ----------
     seconds : float
-        After the first frame; NaN where times are not known.
+        Time after the first frame; NaN if unknown.
     missing : int
-        Pixels of which it is not known whether they are cloudy.
+        Number of pixels that are neither known cloudy nor known clear.
     truth_coverage : float
-        Cloudy part by the file's own mask; NaN where it has none.
+        Cloud fraction from the file's own mask; NaN if it has none.
     """
 
     label: str
@@ -39,7 +39,7 @@ class FrameResult:
 
 @dataclass(frozen=True)
 class Pictured:
-    """The frame that is drawn, rows northward.
+    """The frame shown in the report, rows northward.
 
     Attributes
     ----------
@@ -60,22 +60,22 @@ class Pictured:
 
 @dataclass(frozen=True)
 class Side:
-    """The real or the simulated side.
+    """Measures of the real or the simulated side.
 
     Attributes
     ----------
     name, kind, quantity, units, band : str
         Of the file.
     shape, part : tuple of int
-        Rows and columns of the file, and of what was compared.
+        Rows and columns of the file and of the compared part.
     method, mask : str
-        How cloud was found, and in words; ``bright_is_cloud`` refers to the compared values.
+        Cloud detection method and its description; ``bright_is_cloud`` refers to the compared values.
     left_out : sequence of (str, str)
-        Frames that could not be measured, and why.
+        Excluded frames and the reasons.
     histogram : ndarray (bins,)
-        Share of all compared pixels of all frames in each bin of :attr:`Evaluation.edges`.
+        Fraction of all compared pixels in each bin of :attr:`Evaluation.edges`.
     spectrum, temporal : PowerSpectrum, TemporalAutocorrelation or None
-        Mean spectrum over frames; correlation over time where there are two frames or more.
+        Mean spectrum over frames, and correlation over time if there are two frames or more.
     """
 
     name: str
@@ -99,12 +99,12 @@ class Side:
 
     @property
     def pictured_coverage(self) -> float:
-        """Cloudy part of the known pixels of the pictured frame."""
+        """Cloud fraction of the known pixels of the pictured frame."""
         return int(np.count_nonzero(self.pictured.level)) / int(np.count_nonzero(self.pictured.known))
 
 
 def side_document(side: Side) -> dict[str, Any]:
-    """Return all of a side but its picture, for JSON."""
+    """Return the side without its picture, for JSON."""
     spectrum, temporal = side.spectrum, side.temporal
     return {
         **{key: getattr(side, key) for key in ("name", "kind", "quantity", "units", "band", "method", "mask")},
@@ -162,31 +162,31 @@ TERMS: dict[Mode, dict[str, str]] = {
     "as-printed": {"EV": "EV", "Den": "Den, printed", "DP": "DP, printed", "FD": "FD"},
     "corrected": {"EV": "EV", "Den": "Den", "DP": "DP", "FD": "FD"},
 }
-"""Terms of eq 24 in each definition, and the metrics that they are of."""
+"""Terms of eq 24 in each definition, and the corresponding metrics."""
 
 Dependence = Literal["any", "pixel size", "pixel size and number of pixels"]
 
 
 @dataclass(frozen=True)
 class Metric:
-    """One measure of both sides.
+    """One metric of both sides.
 
     Attributes
     ----------
     definition : {"as-printed", "corrected", "both"}
-        Which of the two definitions it belongs to.
+        Definition of eqs 21 to 24 to which the metric belongs.
     group : str
-        Its heading in reports.
+        Heading in reports.
     real, sim, real_spread, sim_spread : float
-        Means over frames and standard deviations; spreads of single frames are 0, of none NaN.
+        Means and standard deviations over frames; the spread is 0 for one frame and NaN for none.
     difference : float
-        sim - real; directions modulo half a turn.
+        sim - real; directions modulo 180 degrees.
     scale, comparable
-        What it depends on besides what is seen, and whether both sides have that in common.
+        Image property on which the metric depends (such as pixel size), and whether both sides share it.
     is_ratio : bool
-        Whether a difference relative to the real value means something.
+        Whether a difference relative to the real value is meaningful.
     limits : (float, float) or None
-        Least and greatest possible value; an estimator may exceed them.
+        Theoretical minimum and maximum; an estimator may exceed them.
     """
 
     name: str
@@ -205,12 +205,12 @@ class Metric:
     limits: tuple[float, float] | None = None
 
     def is_out_of_range(self, value: float) -> bool:
-        """Whether a value is beyond the limits; NaN is not."""
+        """Whether a value is outside the limits; NaN is not."""
         return self.limits is not None and (value < self.limits[0] or value > self.limits[1])
 
     @property
     def relative(self) -> float:
-        """Difference over the real value; NaN where that says nothing."""
+        """Difference divided by the real value; NaN where that is meaningless."""
         if not self.is_ratio:
             return math.nan
         if self.difference == 0.0:
@@ -220,24 +220,24 @@ class Metric:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A simulated image or sequence judged against a real one.
+    """Result of comparing a simulated image or sequence with a real one.
 
     Attributes
     ----------
     quantity, unit : str
-        What both sides' values were compared in: brightness temperature (K), a common unit, or grey levels ("").
+        Compared quantity: brightness temperature (K), one in a common unit, or grey levels ("").
     pairing : str
-        Which frame was compared with which, in words.
+        Description of the pairing of frames.
     errors : dict of str to sequence of MorphologyErrors
-        Eq 24 for each simulated frame, "as-printed" and "corrected"; empty where a value divided by is 0.
+        Eq 24 for each simulated frame, "as-printed" and "corrected"; empty if a divisor is 0.
     distributions : sequence of DistributionDistance
-        Of each simulated frame from what it is compared with.
+        Distance of each simulated frame from its reference.
     spectral_distance_db : float
         Root mean square difference of the mean spectra.
     edges : ndarray (bins + 1,)
-        Of both histograms, in the unit.
+        Bin edges of both histograms, in the compared unit.
     notes : sequence of str
-        What limits the comparison.
+        Limitations of the comparison.
     """
 
     real: Side
@@ -263,21 +263,21 @@ class Evaluation:
         raise KeyError(name)
 
     def rmse(self, mode: Mode) -> float:
-        """Return the mean over frames of eq 24's RMSE, as a fraction; NaN where it cannot be had."""
+        """Return the mean over frames of eq 24's RMSE, as a fraction; NaN if undefined."""
         errors = self.errors[mode]
         return float(np.mean([each.rmse for each in errors])) if errors else math.nan
 
     def rmse_compares(self, mode: Mode) -> bool:
-        """Whether both sides have in common all that the terms of eq 24's RMSE depend on."""
+        """Whether all terms of eq 24's RMSE are comparable between the sides."""
         names = TERMS[mode].values()
         return all(each.comparable for each in self.metrics if each.name in names)
 
     def distance(self, name: str) -> float:
-        """Return the mean over frames of a distance of distributions, by its attribute's name."""
+        """Return the mean over frames of a distance between distributions, selected by attribute name."""
         return float(np.mean([getattr(each, name) for each in self.distributions]))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all of it but the pictures, for JSON: numbers that do not exist are None."""
+        """Return everything but the pictures, for JSON; undefined numbers are None."""
         return {
             "quantity": self.quantity,
             "unit": self.unit,

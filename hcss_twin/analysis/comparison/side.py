@@ -1,4 +1,4 @@
-"""One side of a comparison: its frames brought to the compared quantity and part, clouds found, and measured."""
+"""One side of a comparison: convert its frames, detect clouds and measure them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LEVELS = (1.0, 255.0)
 MEANINGS: dict[Method, str] = {
     "otsu": "Otsu's threshold of the frame's own histogram",
     "local": "the mean of the surroundings, between the sea's limit and Otsu's threshold",
-    "coverage": "the cloudiest pixels, as many as --coverage asks for",
+    "coverage": "the cloudiest pixels, up to the fraction --coverage",
     "valid": "every pixel with a value",
     "truth": "the cube's own cloud mask",
 }
@@ -35,10 +35,10 @@ def grey_clouds(
 ) -> NDArray[np.float32]:
     """Return the grey levels of a frame (rows, columns): 0 clear or missing, 1 to 255 cloudy, not rounded.
 
-    Eq 7 of the HCSS paper: linear from the threshold (the least cloudy value, where the mask is no threshold) to the
-    99.9th percentile of the cloudy pixels. ``values`` (rows, columns) are NaN where missing, ``bright`` says whether
-    large ones are cloud, ``method`` is not ``auto``, and ``truth`` is the mask of method ``truth``. Raises ImageError
-    if there is no contrast or no cloud.
+    Eq 7 of the HCSS paper: linear from the threshold (from the least cloudy value if the mask is not a threshold) to
+    the 99.9th percentile of the cloudy pixels. ``values`` (rows, columns) are NaN where missing, ``bright`` states
+    whether large values are cloud, ``method`` is not ``auto``, and ``truth`` is the mask for method ``truth``. Raises
+    ImageError if there is no contrast or no cloud.
     """
     known = ~np.isnan(values)
     if not known.any():
@@ -73,17 +73,17 @@ Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 ComparedAs = Literal["kelvin", "unit", "grey levels"]
 
 MAX_VALUES = 2**25
-"""Values held for histograms and the correlation over time; of more, every n-th row and column."""
+"""Values kept for histograms and temporal correlation; larger sequences are thinned to every n-th row and column."""
 
-# Relative range of values below which nothing stands out from the error of the radiance tables.
+# Relative range of values below which contrast cannot be distinguished from the error of the radiance tables.
 _INVISIBLE = 1e-3
 
 
 @dataclass(frozen=True)
 class FrameArrays:
-    """One frame (rows, columns): values, NaN where there is none; grey levels, 0 clear or missing, 1 to 255 cloudy.
+    """One frame (rows, columns): values, NaN where missing, and grey levels, 0 clear or missing, 1 to 255 cloudy.
 
-    ``known`` says whether a pixel is known to be cloudy or clear.
+    ``known`` is true where a pixel is known to be cloudy or clear.
     """
 
     values: Array
@@ -93,9 +93,9 @@ class FrameArrays:
 
 @dataclass(frozen=True)
 class ComparedSide:
-    """How frames of one side are converted to the compared quantity and cut to the compared part (rows, columns).
+    """Converts frames of one side to the compared quantity and crops them to the compared part (rows, columns).
 
-    ``title`` is REAL or SIM, for messages.
+    ``title`` (REAL or SIM) is used in messages.
     """
 
     title: str
@@ -106,12 +106,12 @@ class ComparedSide:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of the part."""
+        """Rows and columns of the compared part."""
         rows, columns = self.part
         return rows.stop - rows.start, columns.stop - columns.start
 
     def frame(self, number: int) -> FrameArrays:
-        """Return the part of a frame; clouds are found in the whole frame.
+        """Return the compared part of a frame; clouds are detected in the whole frame.
 
         Raises ImageError if there is no contrast or no cloud.
         """
@@ -128,7 +128,7 @@ class ComparedSide:
                 "method, or a file cut to where there is some"
             )
         part = values[self.part]
-        # Products of cloud have no value where it is clear: nothing is missing there.
+        # Cloud products have no value in clear pixels, which are not missing.
         known = np.ones(part.shape, np.bool_) if footage.method == "valid" else ~np.isnan(part)
         if self.quantity == "grey levels":
             part = np.where(known, level.astype(np.float64), np.nan)
@@ -137,7 +137,7 @@ class ComparedSide:
 
 @dataclass(frozen=True)
 class SideMeasures:
-    """Measures of the frames of one side, with their numbers; labels of the others, and why they were excluded.
+    """Measures of the frames of one side with their numbers; labels of excluded frames with the reasons.
 
     ``values`` (T, rows, columns) holds the values, thinned by ``step`` along both axes.
     """
@@ -150,7 +150,7 @@ class SideMeasures:
 
 
 def measure_side(side: ComparedSide, progress: Progress | None = None) -> SideMeasures:
-    """Measure all frames of a side; those without measurable clouds are left out and listed with the reason.
+    """Measure all frames of a side; frames without measurable clouds are excluded and listed with the reason.
 
     Raises ImageError if no frame can be measured.
     """
@@ -187,7 +187,7 @@ def measure_side(side: ComparedSide, progress: Progress | None = None) -> SideMe
 
 
 def _without_contrast(side: ComparedSide) -> str:
-    """Say that clouds cannot be seen in the variable or band of a cube, if that is so; else return nothing."""
+    """Return a message if clouds are invisible in the variable or band of a cube, else an empty string."""
     footage = side.footage
     if footage.kind != "cube":
         return ""
@@ -209,7 +209,7 @@ def _without_contrast(side: ComparedSide) -> str:
 
 
 def correlation_over_time(measured: SideMeasures, notes: list[str]) -> TemporalAutocorrelation | None:
-    """Return the autocorrelation of a side with several frames; None, and why in ``notes``, where it has none."""
+    """Return the temporal autocorrelation of a side; None, with the reason in ``notes``, if undefined."""
     if len(measured.frames) < 2:
         return None
     if measured.left_out:
@@ -241,7 +241,7 @@ def correlation_over_time(measured: SideMeasures, notes: list[str]) -> TemporalA
 
 
 def pictured(side: ComparedSide, number: int) -> Pictured:
-    """Return a frame to be drawn, with its 2-D histogram as ``morphology`` counts it."""
+    """Return a frame for the report with its 2-D histogram, counted as in ``morphology``."""
     frame = side.frame(number)
     level = frame.level
     cloudy = level > 0.0

@@ -1,1 +1,1 @@
-"""Cloud parameters from a measured image: Algorithm 1 of the HCSS paper."""
+"""Estimate cloud parameters from a measured image: Algorithm 1 of the HCSS paper."""

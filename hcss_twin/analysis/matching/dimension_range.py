@@ -1,4 +1,4 @@
-"""Algorithm 1 of the HCSS paper as printed: parameters whose fractal dimension lies in a given range."""
+"""Algorithm 1 of the HCSS paper as printed: find parameters that give a fractal dimension in a requested range."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 Dimension = Literal["fractal", "surface"]
 
-# Changes of L that are tried, the smallest first, and Hurst exponents at each.
+# Factors of L to try, the smallest change first, and Hurst exponents for each.
 _FACTORS = (1.0, 2.0, 0.5, 4.0, 0.25)
 _HURST = (0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
 
-# Between two Hurst exponents with the wanted dimension between theirs.
+# Bisection steps between two Hurst exponents that bracket the target dimension.
 _BISECTIONS = 6
 _APART = 1000
 
 
 @dataclass(frozen=True)
 class DimensionMatch:
-    """Parameters with the wanted dimension.
+    """Parameters that give the requested dimension.
 
     Attributes
     ----------
     parameters : FractalParameters
-        Complete, rounded as they are written.
+        Complete, and rounded as in the written file.
     dimension : {"fractal", "surface"}
         Attribute of :class:`hcss_twin.analysis.measures.morphology.Morphology` without ``_dimension``.
     dimensions, seeds : tuple
-        Of the fresh simulations; the search has not used these seeds.
+        Dimensions and seeds of the validation simulations; the search has not used these seeds.
     changed : str
-        What was changed of the parameters it started with.
+        Description of the changes to the start parameters.
     """
 
     parameters: FractalParameters
@@ -53,7 +53,7 @@ class DimensionMatch:
 
     @property
     def inside(self) -> float:
-        """Part of the fresh simulations whose dimension lies in the range."""
+        """Fraction of the validation simulations with a dimension in the range."""
         low, high = self.wanted
         return float(np.mean([low <= value <= high for value in self.dimensions]))
 
@@ -66,23 +66,23 @@ def match_dimension(
     dimension: Dimension = "fractal",
     seed: int = 0,
 ) -> DimensionMatch:
-    """Change H, and L only if that is not enough, until the mean dimension lies in a range within 2 to 3.
+    """Adjust H, and L only if H is not enough, until the mean dimension lies in a range within 2 to 3.
 
-    A dimension need not be monotonic in H: the body's is not. Therefore H is scanned first, and among the solutions the
-    one nearest to the start, which is complete, is taken. Where the scan crosses the middle of the range, that is the
-    target. Raises ImageError if there is no such range or no mean lies in it; the message gives what was reached.
+    A dimension may be non-monotonic in H, as the body dimension is. H is therefore scanned first, and the solution
+    nearest to the (complete) start parameters is selected. The target is the middle of the range if the scan crosses
+    it. Raises ImageError if the range is invalid or no mean lies in it; the message gives the values that were reached.
 
     Parameters
     ----------
     coverage : float
-        Fraction of cloudy pixels, on which the body's dimension depends most.
+        Fraction of cloudy pixels, the main control of the body dimension.
     like : CloudImage
-        Size and pixels; its levels do not matter.
+        Image with the size and pixel size to simulate; its grey levels are not used.
     dimension : {"fractal", "surface"}
-        That of the tables of the paper, or that of the grey levels' variogram.
+        The dimension in the paper's tables, or that from the variogram of grey levels.
     seed : int
-        The search uses this seed and the five after it; the mean over ten from 1000 later on must lie in the range as
-        well.
+        The search uses this seed and the next five; the mean over ten seeds from seed + 1000 on must lie in the range
+        as well.
     """
     low, high = wanted
     if not 2.0 <= low < high <= 3.0:
@@ -111,14 +111,14 @@ def match_dimension(
             if (means[left] - middle) * (means[right] - middle) < 0.0:
                 crossing = _bisect(partial(mean, factor), middle, left, right, means[left])
                 means[crossing] = mean(factor, crossing)
-        # The middle half of the range first, so that not only the mean but most images lie in it.
+        # Try the middle half of the range first, so that most images lie in the range, not only the mean.
         for margin in (0.25 * (high - low), 0.0):
             inside = [hurst for hurst, value in means.items() if low + margin <= value <= high - margin]
             if not inside:
                 continue
             parameters = with_changes(min(inside, key=lambda each: abs(each - start_hurst)), factor)
             fresh = dimensions(parameters, coverage, like, dimension, fresh_seeds)
-            # Where a frame has few clouds, the mean of six may lie inside by chance.
+            # If a frame has few clouds, the mean of six may lie inside by chance.
             if low <= np.mean(fresh) <= high:
                 return DimensionMatch(
                     parameters, dimension, wanted, tuple(fresh.tolist()), fresh_seeds, _changes(start, parameters)
@@ -142,7 +142,7 @@ def dimensions(
 
 
 def _bisect(function: Callable[[float], float], level: float, left: float, right: float, value: float) -> float:
-    """Return where ``function`` crosses ``level``; ``value`` is that at ``left``."""
+    """Return the point where ``function`` crosses ``level``; ``value`` is ``function(left)``."""
     for _ in range(_BISECTIONS):
         middle = 0.5 * (left + right)
         if (function(middle) - level) * (value - level) > 0.0:
@@ -178,23 +178,23 @@ def type_parameters(cloud_type: str, catalog: Catalog) -> FractalParameters:
 
 
 def empty_frame(rows: int = SIDE, columns: int = SIDE, pixel_size_m: float = PIXEL_SIZE_M) -> CloudImage:
-    """Return a frame that only has a size; that of the paper by default."""
+    """Return an empty frame of a given size, by default that of the paper."""
     return CloudImage(np.zeros((rows, columns), dtype=np.float32), pixel_size_m)
 
 
 def dimension_fragment(
     match: DimensionMatch, coverage: float, like: CloudImage, started_from: str, cloud_type: str
 ) -> str:
-    """Return TOML as :func:`match_fragment`, for a range of the fractal dimension.
+    """Return TOML as :func:`match_fragment` does, for a range of the fractal dimension.
 
-    ``started_from`` says whose parameters were changed.
+    ``started_from`` names the source of the start parameters.
     """
     low, high = match.wanted
     mean = sum(match.dimensions) / len(match.dimensions)
     comments = [
         f"Clouds with a {match.dimension} dimension of {low:g} to {high:g}, found by hcss match from the "
         f"parameters of {started_from}; changed: {match.changed}.",
-        f"Over {len(match.seeds)} seeds that the search had not seen it is {mean:.3f} ({min(match.dimensions):.3f} "
+        f"Over {len(match.seeds)} seeds not used in the search it is {mean:.3f} ({min(match.dimensions):.3f} "
         f"to {max(match.dimensions):.3f}); {match.inside:.0%} of them lie in the range.",
     ]
     return clouds_fragment(match.parameters, coverage, like, cloud_type, comments)

@@ -1,4 +1,4 @@
-"""Algorithm 1 of the HCSS paper: generator parameters whose morphology is that of an image, and their TOML."""
+"""Algorithm 1 of the HCSS paper: find generator parameters for an image's morphology, and write TOML."""
 
 from __future__ import annotations
 
@@ -36,42 +36,42 @@ from hcss_twin.core.errors import CatalogError, ImageError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
-# Realisations per step of the search, and fresh ones by which its result is judged.
+# Realisations per search step, and realisations for validating the result.
 SEARCH_SEEDS = 6
 FRESH_SEEDS = 10
 
-# Images that the search simulates.
+# Default number of images that the search simulates.
 BUDGET = 360
 
-# Fresh seeds begin this far from those of the search.
+# Offset of the validation seeds from those of the search.
 _APART = 1000
 
-# A parameter this near to a limit has been stopped by it.
+# A parameter this near to a limit counts as limited by it.
 _NEAR = 1.02
 
 
 @dataclass(frozen=True)
 class Match:
-    """Parameters, and how far images simulated with them are from the measured one.
+    """Parameters, with the differences between images simulated with them and the measured image.
 
     Attributes
     ----------
     parameters : FractalParameters
-        Complete, rounded as they are written.
+        Complete, and rounded as in the written file.
     quantities : tuple of MatchedQuantity
-        The image beside the fresh simulations.
+        Comparison of the image with the validation simulations.
     rmse, start_rmse : tuple of float
-        Eq 24 for each fresh simulation, as a fraction, and for the analytic start with the same seeds.
+        RMSE of eq 24 for each validation simulation, as a fraction, and the same for the analytic start.
     seeds : tuple of int
-        Seeds of the fresh simulations, which the search has not used.
+        Seeds of the validation simulations, which the search has not used.
     structure, simulated_structure : Structure
-        Semivariances of the image, and mean ones of the fresh simulations.
+        Semivariances of the image, and their means over the validation simulations.
     start_misfit : float
         Root mean square of ln(expected / inferred) variogram of the analytic start.
     simulations : int
-        Images that the search simulated.
+        Number of images that the search simulated.
     unmatched : tuple of str
-        What differs, in sentences.
+        Descriptions of the quantities that differ.
     """
 
     target: Target
@@ -88,17 +88,17 @@ class Match:
 
     @property
     def coverage(self) -> float:
-        """Fraction of cloudy pixels of the image."""
+        """Fraction of cloudy pixels in the image."""
         return self.target.image.coverage
 
     @property
     def mean_rmse(self) -> float:
-        """Mean over fresh seeds of eq 24's RMSE, as a fraction."""
+        """Mean RMSE of eq 24 over the validation seeds, as a fraction."""
         return float(np.mean(self.rmse))
 
     @property
     def typical_seed(self) -> int:
-        """Fresh seed whose RMSE is the median (the lower one of two): neither the best nor the worst."""
+        """Validation seed with the (lower) median RMSE, as a representative realisation."""
         return self.seeds[int(np.argsort(self.rmse)[(len(self.rmse) - 1) // 2])]
 
     def simulate(self, seed: int) -> CloudImage:
@@ -107,13 +107,13 @@ class Match:
 
 
 def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progress | None = None) -> Match:
-    """Find parameters of the fractal generator for an image.
+    """Find parameters of the fractal generator that reproduce an image.
 
-    The variogram of the normal field under the image gives gamma, H, L and k without any simulation; simulations then
-    refine H, L and the brightness exponent. Coverage is exact by construction. The search uses the seed and the five
-    after it and may simulate ``budget`` images, 0 keeps the start; the judgement uses ten seeds from 1000 later on.
+    The variogram of the underlying normal field gives gamma, H, L and k without simulation; simulations then refine H,
+    L and the brightness exponent. Coverage is exact by construction. The search uses the seed and the next five and may
+    simulate ``budget`` images (0 keeps the analytic start); the validation uses ten seeds from seed + 1000 on.
     ``progress`` is called after each step with the number of images that it simulated. Raises ImageError if the image
-    has too little cloud to be measured, or the budget or the seed is negative.
+    has too little measurable cloud, or the budget or the seed is negative.
     """
     if seed < 0 or budget < 0:
         raise ImageError(f"seed, budget: {seed} and {budget} given, allowed: 0 or more")
@@ -149,7 +149,7 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
 
 
 def rounded(parameters: FractalParameters) -> FractalParameters:
-    """Round H, L and the brightness exponent to four digits: what is written is what was judged."""
+    """Round H, L and the brightness exponent to four digits, so that the written parameters are the validated ones."""
     if parameters.H is None or parameters.L is None:
         raise ValueError("parameters: H and L must be given")
     hurst, x, y, exponent = (
@@ -159,7 +159,7 @@ def rounded(parameters: FractalParameters) -> FractalParameters:
 
 
 def _at_limits(parameters: FractalParameters, image: CloudImage) -> list[str]:
-    """Say if the search ended at a limit: the image asks for more."""
+    """Return messages for parameters that ended at a limit of the search."""
     cells = frame_cells(parameters.L or (math.nan, math.nan), image)
     lines = []
     for axis, number in zip("xy", cells, strict=True):
@@ -181,15 +181,16 @@ _WIDTH = 110
 
 
 def match_fragment(match: Match, cloud_type: str) -> str:
-    """Return TOML: the section ``[clouds]``, and as comments what it was made from and how good it is.
+    """Return TOML: the section ``[clouds]`` with comments on its source and the quality of the match.
 
-    It may end any scenario file without clouds; the image's size and pixels, for which it was judged, are a comment.
+    It can be appended to any scenario file without clouds; a comment states the image size and pixel size of the
+    validation.
     """
     best, worst = min(match.rmse), max(match.rmse)
     comments = [
         f"Clouds like those of {match.target.source}, found by hcss match.",
         *match.target.notes,
-        f"RMSE of eq 24 of the HCSS paper over {len(match.rmse)} seeds that the search had not seen: "
+        f"RMSE of eq 24 of the HCSS paper over {len(match.rmse)} seeds not used in the search: "
         f"{match.mean_rmse:.1%} ({best:.1%} to {worst:.1%}).",
         *(f"Not matched: {line}." for line in match.unmatched),
     ]
@@ -199,7 +200,7 @@ def match_fragment(match: Match, cloud_type: str) -> str:
 def clouds_fragment(
     parameters: FractalParameters, coverage: float, image: CloudImage, cloud_type: str, comments: list[str]
 ) -> str:
-    """Return the section ``[clouds]`` of a scenario with complete parameters, judged at ``image``, under comments."""
+    """Return the section ``[clouds]`` with complete parameters, validated at the size of ``image``, below comments."""
     rows, columns = image.level.shape
     lines: list[str] = []
     for comment in (
@@ -207,7 +208,7 @@ def clouds_fragment(
         f"Judged at: image = {{rows = {rows}, columns = {columns}, pixel_size = {image.pixel_size_m:g}}}",
         f"The type {cloud_type} gives height and particles, which grey levels do not determine.",
     ):
-        # A comment in TOML holds no control characters, a file name may.
+        # A comment in TOML must not contain control characters, but a file name may.
         plain = "".join(letter if letter.isprintable() else "?" for letter in comment)
         lines += textwrap.wrap(plain, _WIDTH, initial_indent="# ", subsequent_indent="#   ")
     lines += [
@@ -225,7 +226,7 @@ def clouds_fragment(
 
 
 def write_fragment(text: str, path: Path) -> None:
-    """Write a fragment, whole or not at all.
+    """Write a fragment atomically.
 
     Raises CatalogError if the file cannot be written.
     """

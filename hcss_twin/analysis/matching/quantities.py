@@ -1,4 +1,4 @@
-"""A matched image beside simulations of it, quantity by quantity."""
+"""Compare a matched image with its simulations, quantity by quantity."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 
 from hcss_twin.analysis.matching.structure import CloudImage, Structure
 
-# Diagonal steps of these many pixels along x and y.
+# Diagonal steps, in pixels along x and y.
 _STEPS = (2, 4, 8)
 
 
 def obliqueness(image: CloudImage) -> float:
     """Return the ratio of mean square differences along the two diagonals, at least 1.
 
-    1 where clouds are stretched along x or y, or not at all: the lattices of eq 2 are. Geometric mean over diagonal
-    steps of 2, 4 and 8 pixels.
+    It is 1 for clouds that are isotropic or stretched along x or y, as eq 2 gives. The ratio is a geometric mean over
+    diagonal steps of 2, 4 and 8 pixels.
     """
     level = image.level.astype(np.float64)
     ratios = []
@@ -30,9 +30,9 @@ def obliqueness(image: CloudImage) -> float:
 
 
 def unevenness(image: CloudImage) -> float:
-    """Return the standard deviation of the coverage among the four quarters of an image.
+    """Return the standard deviation of the coverage over the four quarters of an image.
 
-    The field is stationary; a storm or a front that fills a corner is not.
+    The simulated field is stationary; a storm or a front in one corner is not.
     """
     cloudy = image.cloudy
     rows, columns = cloudy.shape
@@ -44,35 +44,35 @@ def unevenness(image: CloudImage) -> float:
     return float(np.std(quarters))
 
 
-# A quantity is matched if the mean of the simulations is this near, relative to the image's value.
+# Largest relative error of the mean of the simulations that counts as matched.
 CLOSE = 0.05
 
-# Anisotropy, aspect, grey level: ratios of lengths and of means.
+# The same for anisotropy, aspect and grey level, which are ratios.
 _CLOSE_RATIO = 0.10
 
-# Dimensions, as differences.
+# The same for dimensions, as an absolute difference.
 _CLOSE_DIMENSION = 0.05
 
-# Semivariances at single lags: a frame has few clouds of its own size.
+# The same for semivariances at single lags, which scatter because a frame has few large clouds.
 _CLOSE_SEMIVARIANCE = 0.25
 
-# What no parameter changes differs if it lies this many standard deviations of the simulations outside.
+# Quantities that no parameter controls differ if they lie this many standard deviations of the simulations outside.
 _FAR_OUTSIDE = 2.0
 
 
 @dataclass(frozen=True)
 class MatchedQuantity:
-    """One measure of the image, and its mean and standard deviation over the simulations.
+    """One measure: its value in the image, and its mean and standard deviation over the simulations.
 
     Attributes
     ----------
     tolerance : float
-        Largest |error| that counts as matched; infinity where the quantity is only shown.
+        Largest |error| that counts as matched; infinity if the quantity is only shown.
     is_ratio : bool
-        Whether the error is relative to the image's value or a difference. Eq 24, of which the RMSE consists, divides
-        by the simulated value instead.
+        Whether the error is relative to the image's value; otherwise it is a difference. Eq 24 (the RMSE) divides by
+        the simulated value instead.
     is_one_sided : bool
-        Whether an image with less than the simulations have is one of their own.
+        Whether an image value below those of the simulations also counts as matched.
     """
 
     name: str
@@ -86,7 +86,7 @@ class MatchedQuantity:
 
     @property
     def error(self) -> float:
-        """(simulated - image) / image, or the difference; infinite where only the image's value is 0."""
+        """(simulated - image) / image, or the difference; infinite if only the image's value is 0."""
         difference = self.simulated - self.image
         if not self.is_ratio or difference == 0.0:
             return difference
@@ -94,15 +94,15 @@ class MatchedQuantity:
 
     @property
     def is_matched(self) -> bool:
-        """Whether the error is within the tolerance; NaN, which nothing is compared with, is."""
+        """Whether the error is within the tolerance; NaN counts as matched."""
         size = -self.error if self.is_one_sided else abs(self.error)
         return not size > self.tolerance
 
 
 def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[MatchedQuantity, ...]:
-    """Measure everything in the image and in the simulations.
+    """Measure all quantities in the image and in the simulations.
 
-    Raises ImageError if an image has too little cloud to be measured.
+    Raises ImageError if an image has too little measurable cloud.
     """
     measured = image.morphology()
     shapes = [each.morphology() for each in simulations]
@@ -140,7 +140,7 @@ def compare(image: CloudImage, simulations: Sequence[CloudImage]) -> tuple[Match
 def describe_unmatched(
     quantities: Sequence[MatchedQuantity], image: Structure, simulated: Structure
 ) -> tuple[str, ...]:
-    """Say in sentences what differs, and why where that is known."""
+    """Describe the quantities that differ, with the reason if it is known."""
     lines = []
     for each in quantities:
         if each.is_matched:

@@ -1,6 +1,6 @@
-"""The search for parameters: a start from the expected variogram, without simulations, and a refinement by simulations.
+"""Parameter search: an analytic start from the expected variogram, and a refinement by simulations.
 
-The search runs over lattice cells per frame; parameters have cells per 16 km.
+The search uses lattice cells per frame; the parameters use cells per 16 km.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 HURST = (0.02, 0.98)
 BRIGHTNESS_EXPONENT = (0.1, 10.0)
 
-# With fewer cells across the frame each frame has another mean and another range, and its histogram,
-# which eq 5 takes to be that of the whole sky, is anything.
+# With fewer cells, mean and range vary from frame to frame, and a frame's histogram does not represent that of the
+# whole sky, as eq 5 assumes.
 FEWEST_CELLS = 1.0
 
 # Cells of less than two pixels are white noise at k = 0.
@@ -38,13 +38,13 @@ def cells_per_frame(image: CloudImage) -> tuple[Array, Array]:
 
 
 def reference_cells(cells: Array, image: CloudImage) -> tuple[float, float]:
-    """Turn cells across the frame (2,) into L, cells per 16 km, along x and y."""
+    """Convert cells across the frame (2,) to L, cells per 16 km, along x and y."""
     x, y = np.asarray(cells) * REFERENCE_LENGTH_M / _sides_m(image)
     return float(x), float(y)
 
 
 def frame_cells(reference: tuple[float, float], image: CloudImage) -> Array:
-    """Turn L into cells across the frame (2,), along x and y."""
+    """Convert L to cells across the frame (2,), along x and y."""
     cells: Array = np.array(reference) * _sides_m(image) / REFERENCE_LENGTH_M
     return cells
 
@@ -58,7 +58,7 @@ def _sides_m(image: CloudImage) -> Array:
 GAMMAS = (2.0, 3.0, 4.0)
 _MAX_OCTAVES = 12
 
-# Lags of 1 and 2 pixels decide the fractal dimension and the statistics of neighbours.
+# Lags of 1 and 2 pixels determine the fractal dimension and the statistics of neighbours.
 _WEIGHT_OF_SHORT_LAGS = 2.0
 
 # A fit with fewer octaves is preferred if its misfit is at most this much greater.
@@ -67,9 +67,10 @@ _TOLERANCE = 1.02
 
 @dataclass(frozen=True)
 class VariogramFit:
-    """Where the simulations start, with complete parameters.
+    """Start of the simulations, with complete parameters.
 
-    The misfit is the root mean square of ln(expected / inferred) over lags and axes, the shortest lags counted more.
+    The misfit is the root mean square of ln(expected / inferred) over lags and axes, with more weight on the shortest
+    lags.
     """
 
     parameters: FractalParameters
@@ -77,12 +78,12 @@ class VariogramFit:
 
 
 def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
-    """Fit gamma, H, L and kmax to the variogram of the field under an image.
+    """Fit gamma, H, L and kmax to the variogram of the field that underlies an image.
 
-    The normal scores of a frame have unit variance in the frame; the field has less there, where its cells are large
-    (:func:`frame_variance`). The expected variogram is divided by that. ``underlying`` is from
-    :func:`underlying_structure`; of the image only its size and pixels matter. Raises ImageError if nothing fits at
-    all.
+    The normal scores of a frame have unit variance within the frame; a field with large cells has less
+    (:func:`frame_variance`), and the expected variogram is divided by that variance. ``underlying`` is from
+    :func:`underlying_structure`; only the size and pixel size of the image are used. Raises ImageError if no parameters
+    fit.
     """
     kernel = KernelCorrelation.tabulate()
     rows, columns = image.level.shape
@@ -103,7 +104,7 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
     fits: list[VariogramFit] = []
     for gamma in GAMMAS:
         unknowns = np.array([0.5, *np.clip(math.log(4.0), low[1:], high[1:])])
-        # Octaves with more cells than pixels are white noise, of which one is enough.
+        # Octaves with more cells than pixels are white noise; one of them is enough.
         useful = math.ceil(math.log(max(rows, columns)) / math.log(gamma)) + 1
         for last in range(min(_MAX_OCTAVES, useful) + 1):
             solution = least_squares(
@@ -120,12 +121,12 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
 
 
 def brightness_exponent(image: CloudImage) -> float:
-    """Return the exponent s that is likeliest if scaled grey levels are C = p^s with uniform p.
+    """Return the maximum-likelihood exponent s for scaled grey levels C = p^s with uniform p.
 
-    Then -ln C is exponentially distributed with the mean s, and its mean is the estimate. It starts the search: within
-    one frame p is not quite uniform.
+    As -ln C is exponentially distributed with mean s, the estimate is its sample mean. It is only a start value,
+    because p is not quite uniform within one frame.
     """
-    # Half a level, so that the thinnest pixel has a logarithm.
+    # Half a level is added so that the thinnest pixel has a finite logarithm.
     scaled = (image.level[image.cloudy].astype(np.float64) - 0.5) / 254.5
     return float(np.clip(-np.mean(np.log(scaled)), *BRIGHTNESS_EXPONENT))
 
@@ -137,22 +138,21 @@ def _parameters(unknowns: Array, gamma: float, last: int, image: CloudImage) -> 
 
 Progress = Callable[[int], None]
 
-# Weight w of the structure: a variogram, an anisotropy or a mean grey level that is wrong by 10 % counts as
-# much as an RMSE of 1.5 %. Without it four numbers would be matched by four parameters, and anything else
-# could be lost.
+# Weight w of the structure: an error of 10 % in the variogram, anisotropy or mean grey level counts as much as an RMSE
+# of 1.5 %. Without it, four parameters would match four numbers and nothing else.
 STRUCTURE_WEIGHT = 0.15
 
-# Weight u of the surface dimension within the structure: one that is wrong by .05 counts as much as a
-# variogram that is wrong by 10 %.
+# Weight u of the surface dimension within the structure: an error of .05 counts as much as an error of 10 % in the
+# variogram.
 SURFACE_WEIGHT = 2.0
 
-# First steps of the simplex: H, ln L along x and y, ln s.
+# Initial simplex steps: H, ln L along x and y, ln s.
 _STEPS = np.array([0.08, 0.35, 0.35, 0.3])
 
 
 @dataclass(frozen=True)
 class Refinement:
-    """Result of the refinement: complete parameters, the minimised quantity of :func:`refine`, and images simulated."""
+    """Result of the refinement: complete parameters, the objective of :func:`refine`, and the image count."""
 
     parameters: FractalParameters
     objective: float
@@ -160,7 +160,7 @@ class Refinement:
 
 
 class _Search:
-    """Evaluates parameters and remembers the best: an optimiser may end elsewhere."""
+    """Evaluates parameters and stores the best, because the optimiser may end elsewhere."""
 
     def __init__(
         self,
@@ -211,17 +211,17 @@ def refine(
     budget: int,
     progress: Progress | None = None,
 ) -> Refinement:
-    """Refine H, L and the brightness exponent by Nelder and Mead's simplex with common random numbers.
+    """Refine H, L and the brightness exponent with the Nelder-Mead simplex and common random numbers.
 
-    The objective is sqrt(E + w^2 (v + a^2 + g^2 + u^2 d^2)): E is the mean over seeds of the square of eq 24's RMSE, v
-    the mean square of ln(simulated / measured) semivariance, a and g those logarithms of the anisotropy and of the mean
-    grey level, d the difference of surface dimensions; w = 0.15 and u = 2. E includes the scatter between realisations,
-    so that parameters are preferred whose every image is like the measured one.
+    The objective is sqrt(E + w^2 (v + a^2 + g^2 + u^2 d^2)): E is the mean over seeds of the squared RMSE of eq 24, v
+    the mean square of ln(simulated / measured) semivariance, a and g the same logarithms of the anisotropy and of the
+    mean grey level, d the difference of surface dimensions; w = 0.15 and u = 2. E includes the scatter between
+    realisations, which favours parameters that match in every realisation.
 
-    The same seeds at every step make it a smooth function, whose minimum depends on them: judge the result with others.
-    ``start`` is complete, and its gamma and k stay; ``budget`` limits the images to simulate, one step at least;
-    ``progress`` is called after each step with the number of images that it simulated. Raises ImageError if a simulated
-    image does not vary.
+    Using the same seeds at every step makes the objective smooth, but its minimum depends on them: validate the result
+    with other seeds. ``start`` is complete; its gamma and k are unchanged. ``budget`` limits the number of simulated
+    images (at least one step); ``progress`` is called after each step with the number of images that it simulated.
+    Raises ImageError if a simulated image does not vary.
     """
     if start.H is None or start.L is None:
         raise ValueError("start: H and L must be given")
@@ -231,7 +231,7 @@ def refine(
     high = np.array([HURST[1], *np.log(most), math.log(BRIGHTNESS_EXPONENT[1])])
     first = np.array([start.H, *np.log(frame_cells(start.L, image)), math.log(start.brightness_exponent)])
     first = np.clip(first, low, high)
-    # Away from a near limit, or the simplex would be flat.
+    # Step away from a nearby limit; otherwise the simplex would be flat.
     steps = np.where(first + _STEPS <= high, _STEPS, -_STEPS)
     minimize(
         search,

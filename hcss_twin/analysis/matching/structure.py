@@ -1,7 +1,7 @@
-"""Cloud images as grey levels, their semivariances, and those of the Gaussian field under them.
+"""Cloud images as grey levels, their semivariances, and those of the underlying Gaussian field.
 
 Clear pixels are 0, cloudy ones 1 to 255, linear in thickness (eq 7 of the HCSS paper). Measured and simulated images
-come from the same layer, 1 to 255 thick, so that a grey level means the same in both.
+use the same layer, 1 to 255 thick, so that a grey level means the same in both.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
-# The longest lag is this part of the shorter side: at longer ones a single image says little.
+# Ratio of the shorter side to the longest lag; a single image constrains longer lags poorly.
 _LONGEST = 3
 
-# Nodes of the quadratures and of the table that is inverted.
+# Nodes of the quadratures and of the inverted table.
 _NORMAL_NODES, _SUM_NODES, _DIFFERENCE_NODES, _TABLE_NODES = 4096, 512, 64, 60
 _SMALLEST, _LARGEST = 1e-7, 1.8
 
@@ -43,13 +43,13 @@ class Structure:
 
     @property
     def logarithm(self) -> Array:
-        """Natural logarithm of both, one after the other (2 N,)."""
+        """Natural logarithms along x, then along y (2 N,)."""
         values: Array = np.log(np.concatenate([self.along_x, self.along_y]))
         return values
 
 
 def mean_structure(structures: Sequence[Structure]) -> Structure:
-    """Return the mean of several images of one kind."""
+    """Return the mean over several images."""
     return Structure(
         structures[0].lags,
         np.mean([each.along_x for each in structures], axis=0),
@@ -63,7 +63,7 @@ def octave_lags(shape: tuple[int, ...]) -> list[int]:
 
 
 def image_structure(level: NDArray[Any], lags: list[int]) -> Structure:
-    """Measure the semivariances of an image (rows, columns) with its clear pixels.
+    """Measure the semivariances of an image (rows, columns), clear pixels included.
 
     Raises ImageError if the image does not vary at some lag.
     """
@@ -74,18 +74,18 @@ def image_structure(level: NDArray[Any], lags: list[int]) -> Structure:
 
 
 def underlying_structure(level: NDArray[Any], measured: Structure) -> Structure:
-    """Infer the semivariances of the normal field whose map to grey levels is the image.
+    """Infer the semivariances of the normal field that maps to the grey levels of an image.
 
-    A grey level is a function g of the standard normal score of its pixel; g is the quantile function of the image's
-    own grey levels, clear pixels included. For two scores with the correlation rho, (1/2) E[(g(a) - g(b))^2] is a
-    function of rho alone; it is tabulated and inverted (Gaussian anamorphosis, J.-P. Chiles and P. Delfiner,
-    Geostatistics, 2nd ed., Wiley 2012, section 6.3). So clear pixels, whose field values nobody has seen, need none.
+    A grey level is a function g of the pixel's standard normal score; g is the quantile function of the image's grey
+    levels, clear pixels included. For two scores with correlation rho, (1/2) E[(g(a) - g(b))^2] is a function of rho
+    alone; it is tabulated and inverted (Gaussian anamorphosis, J.-P. Chiles and P. Delfiner, Geostatistics, 2nd ed.,
+    Wiley 2012, section 6.3). The unobserved field values of clear pixels are not needed.
 
     Returns
     -------
     Structure
-        1 - rho of normal scores with the frame's own mean and variance, at most 1.8: what a frame with few large clouds
-        may have at long lags.
+        1 - rho of normal scores relative to the mean and variance of the frame, limited to 1.8, which a frame with few
+        large clouds may reach at long lags.
     """
     one_minus = np.geomspace(_SMALLEST, _LARGEST, _TABLE_NODES)
     table = _grey_semivariance(level, one_minus)
@@ -97,7 +97,7 @@ def underlying_structure(level: NDArray[Any], measured: Structure) -> Structure:
 
 
 def _grey_semivariance(level: NDArray[Any], one_minus: Array) -> Array:
-    """Return (1/2) E[(g(a) - g(b))^2] for normal pairs with each 1 - rho (N,)."""
+    """Return (1/2) E[(g(a) - g(b))^2] of normal pairs for each 1 - rho (N,)."""
     values = np.sort(level, axis=None).astype(np.float64)
     score = np.linspace(-5.0, 5.0, _NORMAL_NODES)
     grey = np.interp(ndtr(score), (np.arange(values.size) + 0.5) / values.size, values)
@@ -112,10 +112,10 @@ def _grey_semivariance(level: NDArray[Any], one_minus: Array) -> Array:
     return result
 
 
-# Nothing here looks at the particles, but a layer has some.
+# The particles are not used here, but a layer requires them.
 _NO_MATTER = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
 LEVELS = (1.0, 255.0)
-"""Least and greatest grey level of a cloudy pixel."""
+"""Minimum and maximum grey level of a cloudy pixel."""
 
 STILL = Motion(0.0, (0.0, 0.0), math.inf, 0.0)
 
@@ -153,7 +153,7 @@ class CloudImage:
     def morphology(self) -> Morphology:
         """Measure it.
 
-        Raises ImageError if there is too little cloud, or it does not vary.
+        Raises ImageError if there is too little cloud or no variation.
         """
         return morphology(self.level, self.cloudy)
 
@@ -161,18 +161,18 @@ class CloudImage:
 def grey_inputs(
     coverage: float, rows: int, columns: int, pixel_size_m: float, seed: int = 0, base: Path | None = None
 ) -> CloudInputs:
-    """Return the inputs with which a cloud generator makes grey levels instead of metres.
+    """Return inputs that make a cloud generator produce grey levels instead of metres.
 
-    ``base`` is the folder of relative paths, the working directory by default.
+    Relative paths are resolved from ``base``, by default the working directory.
     """
     layer = CloudLayer("grey levels", 0.0, LEVELS[1], "base", LEVELS[0], coverage, None, _NO_MATTER)
     return CloudInputs(layer, Grid(rows, columns, pixel_size_m), STILL, seed, Catalog(base=base))
 
 
 def simulate_image(parameters: FractalParameters, coverage: float, like: CloudImage, seed: int) -> CloudImage:
-    """Simulate one frame of the size and the pixels of another image.
+    """Simulate one frame with the size and pixel size of another image.
 
-    Raises ScenarioError if ``parameters`` leave something open.
+    Raises ScenarioError if ``parameters`` are incomplete.
     """
     rows, columns = like.level.shape
     generator = FractalClouds(grey_inputs(coverage, rows, columns, like.pixel_size_m, seed), parameters)

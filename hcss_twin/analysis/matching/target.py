@@ -1,4 +1,4 @@
-"""The image that is to be matched: the clouds that the imagery generator would make of a file."""
+"""The image to match: the clouds that the imagery generator would make from a file."""
 
 from __future__ import annotations
 
@@ -27,32 +27,31 @@ from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
 from hcss_twin.providers import Grid
 
-# Larger images are cut to this many rows and columns by default: the paper's frame.
+# Larger images are cropped to this many rows and columns by default, the frame size of the paper.
 LARGEST_SIDE = 800
 Method = Literal["auto", "otsu", "local", "coverage", "valid"]
 
-# What has no meaning for an entry, which has been cut out already.
+# Options that do not apply to an entry, whose clouds have been extracted already.
 _OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is")
 
 
 @dataclass(frozen=True)
 class ImageChoice:
-    """Which part of an image is matched, and what in it is cloud.
+    """Selection of the matched part of an image and of the cloud detection.
 
     Attributes
     ----------
     variable, window_pixels, cloud_is, missing, row_origin, column_origin
         As :class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`.
     method : {"auto", "otsu", "local", "coverage", "valid"}
-        How cloudy pixels are found. ``valid``, for products that have values in cloud only, takes every pixel that has
-        one; ``auto`` is ``valid`` for variables that are called cloud top something and have missing pixels, ``otsu``
-        for all others.
+        Cloud detection method. ``valid``, for products with values in cloud only, selects every pixel with a value;
+        ``auto`` is ``valid`` for cloud-top variables with missing pixels, ``otsu`` for all others.
     coverage : float or None
-        Fraction of cloudy pixels, for method ``coverage``.
+        Fraction of cloudy pixels for method ``coverage``.
     pixel_size_m : float or None
-        Side of a pixel; needed where the file does not say.
+        Pixel size; required if the file has none.
     rows, columns : int or None
-        Size of the part; default: the image's, at most 800.
+        Size of the part; default: that of the image, at most 800.
     """
 
     variable: str | None = None
@@ -70,9 +69,9 @@ class ImageChoice:
 
 @dataclass(frozen=True)
 class Target:
-    """The part of an image that is matched, the name of its file, and notes.
+    """The matched part of an image, its file name, and notes.
 
-    The notes say which part it is, how clouds were found, and what is nominal or missing.
+    The notes describe the part, the cloud detection, and nominal or missing metadata.
     """
 
     image: CloudImage
@@ -81,20 +80,20 @@ class Target:
 
 
 def read_target(path: Path, choice: ImageChoice | None = None) -> Target:
-    """Read an image with the generator of static scenes: its clouds are what would be simulated from it.
+    """Read an image with the imagery generator, so that its clouds are those that a scenario would simulate.
 
-    The file is NetCDF (GOES ABI among them), GeoTIFF, picture, ``.npy`` or ``.npz``; or an entry of the cloud database,
-    whose mask has been cleaned.
+    The file is NetCDF (including GOES ABI), GeoTIFF, picture, ``.npy`` or ``.npz``, or an entry of the cloud database
+    with its cleaned mask.
 
     Raises
     ------
     CatalogError
         If the file is not a usable image.
     ImageError
-        If it gives no pixel size and none is given, is too small, or has no cloud or no clear pixel although a
-        threshold was to find some; or options contradict each other or the file.
+        If the pixel size is unknown, the image is too small, thresholding finds no cloud or no clear pixel, or options
+        contradict each other or the file.
     ScenarioError
-        If part and image do not fit, or pixels are missing.
+        If the part lies outside the image, or pixels are missing.
     """
     choice = choice or ImageChoice()
     _check(choice)
@@ -138,7 +137,7 @@ def _read(path: Path, choice: ImageChoice) -> Target:
 
 @dataclass(frozen=True)
 class _ImageFacts:
-    """What a file says about itself; ``image`` is None for an entry, ``why`` tells why there is no size."""
+    """Metadata of a file; ``image`` is None for an entry, ``why`` is the reason for a missing pixel size."""
 
     shape: tuple[int, ...]
     pixel_size_m: float | None
@@ -151,7 +150,7 @@ def _open(path: Path, choice: ImageChoice) -> _ImageFacts:
     try:
         facts, shape = read_facts(path)
     except CatalogError:
-        # Any other image. If it was meant to be an entry, the reader says what is wrong with it.
+        # Any other image. If it is an invalid entry, the reader reports what is wrong.
         image = read_image(path, choice.variable)
         why = f" ({image.pixel_size_note})" if image.pixel_size_note else ""
         return _ImageFacts(image.values.shape, image.pixel_size_m, image.pixel_size_is_nominal, why, image)
@@ -179,7 +178,7 @@ def _method(choice: ImageChoice, image: SatelliteImage | None) -> Literal["otsu"
 def _imagery_level(
     path: Path, choice: ImageChoice, grid: Grid, method: str, is_entry: bool
 ) -> tuple[NDArray[np.float32], str]:
-    """Return grey levels, and what cloud is, by the generator of static scenes."""
+    """Return grey levels and a description of the cloud mask from the imagery generator."""
     how: dict[str, Any] = {"entry": str(path.resolve())}
     said = "what the entry's mask has"
     if not is_entry:
@@ -202,13 +201,13 @@ def _imagery_level(
     clouds = ImageryClouds(
         grey_inputs(coverage, grid.rows, grid.columns, grid.pixel_size_m, base=path.parent), parameters
     )
-    # What else the generator declares, coverage and motion, is about a scene and not about a picture.
+    # Other attributes of the generator, coverage and motion, concern a scene and not a single image.
     said += "".join(f"; {note}" for note in clouds.declares.notes if "missing" in note).rstrip(".")
     return clouds.thickness_m(0.0, slice(0, grid.rows), slice(0, grid.columns)), said
 
 
 def _valid_level(image: SatelliteImage, choice: ImageChoice, grid: Grid) -> NDArray[np.float32]:
-    """Return grey levels of an image whose pixels are cloud wherever they have a value."""
+    """Return grey levels of an image in which every pixel with a value is cloud."""
     origins = (choice.row_origin, choice.column_origin)
     rows, columns = image.values.shape
     problems = position_problems((rows, columns), grid, origins)

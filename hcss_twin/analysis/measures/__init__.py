@@ -1,1 +1,1 @@
-"""Judging images: fractal dimension, histogram metrics, morphology."""
+"""Image measures: fractal dimension, histogram metrics, morphology."""

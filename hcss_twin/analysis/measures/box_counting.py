@@ -1,4 +1,4 @@
-"""Fractal dimension by box counting: of a grey-level surface, of the body under it, and of the boundary of a mask."""
+"""Fractal dimension by box counting of a grey-level surface, of the body below it, and of a mask boundary."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from hcss_twin.core.errors import ImageError
 def box_extremes(
     grey: NDArray[np.uint8], least_too: bool = True
 ) -> Iterator[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]]:
-    """Yield (side, greatest, least) for boxes of side 1, 2, 4, ... up to the shorter side of an image (rows, columns).
+    """Yield (side, maxima, minima) for boxes of side 1, 2, 4, ... up to the shorter side of an image (rows, columns).
 
-    Boxes start at the first pixel; those that would reach over the last are excluded. Without ``least_too`` half the
-    work is saved and the greatest is yielded twice.
+    Boxes start at the first pixel; incomplete boxes at the end are excluded. Without ``least_too`` the maxima are
+    yielded twice, which halves the work.
     """
     side, greatest, least = 1, grey, grey
     while True:
@@ -33,7 +33,7 @@ def box_extremes(
 
 
 def _of_four(extreme: np.ufunc, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the extreme value in boxes of 2 x 2, (rows // 2, columns // 2)."""
+    """Return the extreme value of each 2 x 2 box, (rows // 2, columns // 2)."""
     rows, columns = (size - size % 2 for size in values.shape)
     upper = extreme(values[:rows:2, :columns:2], values[:rows:2, 1:columns:2])
     lower = extreme(values[1:rows:2, :columns:2], values[1:rows:2, 1:columns:2])
@@ -43,15 +43,14 @@ def _of_four(extreme: np.ufunc, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstimate:
     """Count the boxes that cover the body between level 0 and the grey-level surface.
 
-    Columns of s x s pixels are cut into boxes that are h = s levels / M high, with M the shorter side; the body takes
-    ceil(max / h) of them, none where all is clear (level 0). The dimension is the slope of the logarithm of their
-    number per area against log(1 / s), s = 2, 4, 8, ... up to M / 2.
+    Columns of s x s pixels are divided into boxes of height h = s levels / M, where M is the shorter side; the body
+    occupies ceil(max / h) of them, none if all pixels are clear (level 0). The dimension is the slope of the logarithm
+    of their number per area against log(1 / s), s = 2, 4, 8, ... up to M / 2.
 
-    This is eq 6 of the HCSS paper with the cloud itself as the measured object. The dimension of a solid is 3 and that
-    of a thin sheet 2, so that this measures how cloud fills the image: it grows with coverage, and says little about
-    the roughness of the cloud tops, for which there is ``variogram_dimension``. Of the countings tried it is the one
-    that gives the printed FD (docs/development/fractal-dimension.md). The error is NaN: no surface has a known
-    dimension of this kind.
+    This is eq 6 of the HCSS paper applied to the cloud body. A solid has dimension 3 and a thin sheet 2, so the result
+    measures how much of the image the cloud fills: it grows with coverage and depends little on the roughness of the
+    cloud tops, which ``variogram_dimension`` measures. Of the variants tested, this one reproduces the printed FD
+    (docs/development/fractal-dimension.md). The error is NaN, because no test surface has a known body dimension.
 
     ``grey`` (rows, columns), at least 32 x 32, has levels below ``levels``, 2 to 256, and 0 where clear. Raises
     ImageError if the image is too small, of another type, or clear throughout, or a level is too high.
@@ -79,22 +78,22 @@ def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstim
     return DimensionEstimate(-slope, math.nan, f"box counting of the body, {levels} levels")
 
 
-# The largest box is at most this part of the shorter side.
+# Ratio of the shorter side to the largest box.
 _LARGEST_BOUNDARY_BOX = 4
 
 
 def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
-    """Count the boxes that the boundary between cloudy and clear pixels passes through.
+    """Count the boxes that contain part of the boundary between cloudy and clear pixels.
 
-    The boundary is the set of pixel corners where the four pixels are not all alike; the edge of the image is not part
-    of it, and a mask and its complement have the same. The dimension is the slope of log N(s) against log(1 / s), s
-    about 2, 4, 8, ... up to a quarter of the shorter side; the boxes of each size tile the image evenly. The level sets
-    of a self-affine surface with Hurst exponent H have 2 - H, which is approached slowly:
-    docs/development/fractal-dimension.md has the bias. The error is that of masks that are half cloudy, of fractional
-    Brownian surfaces.
+    The boundary is the set of pixel corners where the four adjacent pixels are not all equal; it excludes the image
+    edge, and a mask and its complement have the same boundary. The dimension is the slope of log N(s) against log(1 /
+    s), s about 2, 4, 8, ... up to a quarter of the shorter side; the boxes of each size tile the image evenly. The
+    level sets of a self-affine surface with Hurst exponent H have dimension 2 - H, to which the estimate converges
+    slowly (for the bias see docs/development/fractal-dimension.md). The error applies to half-cloudy masks of
+    fractional Brownian surfaces.
 
-    The mask (rows, columns) has at least 32 x 32 pixels, cloudy ones true. Raises ImageError if it is too small, of
-    another type, or the same everywhere.
+    The mask (rows, columns) has at least 32 x 32 pixels and is true where cloudy. Raises ImageError if it is too small,
+    of another type, or the same everywhere.
     """
     cloudy = _checked(mask)
     rows, columns = cloudy.shape[0] - 1, cloudy.shape[1] - 1
@@ -113,7 +112,7 @@ def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
         log_count.append(math.log(np.count_nonzero(box)))
         s *= 2
     dimension = -float(np.polyfit(log_side, log_count, 1)[0])
-    # The table is kept by the dimension of the surface, which is one greater.
+    # The table uses the dimension of the surface, which is greater by one.
     error = estimator_calibration().standard_error("boundary", dimension + 1.0, min(cloudy.shape))
     return DimensionEstimate(dimension, error, "box counting of the boundary")
 
@@ -126,27 +125,27 @@ def _checked(mask: Any) -> NDArray[np.bool_]:
     return cloudy
 
 
-# The largest box is at most this part of the shorter side: larger ones are few and only add scatter.
+# Ratio of the shorter side to the largest box; larger boxes are few and only add scatter.
 _LARGEST_SURFACE_BOX = 8
 
-# Below, there are two sizes of box.
+# Smaller images have only two box sizes.
 _SMALLEST_SURE = 64
 
 
 def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: bool = True) -> DimensionEstimate:
-    """Count the boxes that the grey-level surface passes through.
+    """Count the boxes that contain part of the grey-level surface.
 
-    The image is stretched to ``levels`` grey levels. Columns of s x s pixels are cut into boxes that are h = s levels /
-    M high, with M the shorter side; in each column the surface takes floor(max / h) - floor(min / h) + 1 of them. The
-    raw dimension is the slope of the logarithm of their number per area against log(1 / s), s = 2, 4, 8, ... up to M /
-    8 (N. Sarkar and B. B. Chaudhuri, "An efficient differential box-counting approach to compute fractal dimension of
-    image", IEEE Trans. Syst. Man Cybern. 24, 115-120, 1994, who let s run to M / 2).
+    The image is stretched to ``levels`` grey levels. Columns of s x s pixels are divided into boxes of height h = s
+    levels / M, where M is the shorter side; in each column the surface occupies floor(max / h) - floor(min / h) + 1
+    boxes. The raw dimension is the slope of the logarithm of their number per area against log(1 / s), s = 2, 4, 8, ...
+    up to M / 8 (N. Sarkar and B. B. Chaudhuri, "An efficient differential box-counting approach to compute fractal
+    dimension of image", IEEE Trans. Syst. Man Cybern. 24, 115-120, 1994, who let s run to M / 2).
 
-    The raw value is too small, by .1 to .9, because neighbouring columns share no pixel and because rough surfaces fill
-    all boxes. The calibrated value is the D of exact fractional Brownian surfaces of this size that have this raw value
-    on average (docs/development/fractal-dimension.md); it is for 256 levels only. The error is NaN of raw values, of
-    images larger than those of the calibration, and below 64 pixels, where two sizes of box leave the calibration next
-    to no slope.
+    The raw value is too small by .1 to .9, because neighbouring columns share no pixel and rough surfaces fill all
+    boxes. The calibrated value is the D of exact fractional Brownian surfaces of this size with the same mean raw value
+    (docs/development/fractal-dimension.md); it exists for 256 levels only. The error is NaN for raw values, for images
+    larger than those of the calibration, and below 64 pixels, where only two box sizes exist and the calibration is
+    nearly flat.
 
     The image (rows, columns) has at least 32 x 32 pixels of float32, float64 or integers, any unit. Raises ImageError
     if it is too small, constant or not finite, or if ``levels`` is not 2 to 256, or not 256 for a calibrated value.

@@ -1,4 +1,4 @@
-"""Checks of images and masks that all measures share, and the largest rectangle without missing pixels."""
+"""Checks of images and masks for all measures, and the largest rectangle without missing pixels."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import ImageError
 
-# Sides shorter than this leave too few scales for any estimator here.
+# Images with shorter sides have too few scales for the estimators.
 SMALLEST_SIDE = 32
 
 
 def checked_image(name: str, image: NDArray[Any], smallest: int = SMALLEST_SIDE) -> NDArray[Any]:
     """Return ``image`` as a contiguous array (rows, columns) of float32, float64 or uint8.
 
-    Other integers, booleans excepted, become float64; values are not looked at.
+    Other integers, but not booleans, become float64; values are not checked.
 
     Raises ImageError if it is not two-dimensional, has a side shorter than ``smallest``, or holds no real numbers.
     """
@@ -52,9 +52,9 @@ def checked_mask(name: str, mask: NDArray[Any], shape: tuple[int, ...]) -> NDArr
 
 
 def checked_levels(levels: int, fewest: int, grey: NDArray[np.uint8] | None = None) -> None:
-    """Check a number of grey levels and that all levels of ``grey`` lie below it.
+    """Check the number of grey levels, and that all values of ``grey`` are below it.
 
-    Raises ImageError if one of the two is not so.
+    Raises ImageError if either check fails.
     """
     if not fewest <= levels <= 256:
         raise ImageError(
@@ -65,10 +65,10 @@ def checked_levels(levels: int, fewest: int, grey: NDArray[np.uint8] | None = No
 
 
 def finite_range(name: str, image: NDArray[Any]) -> tuple[NDArray[Any], float, float]:
-    """Return the image with its least and greatest value.
+    """Return the image with its minimum and maximum.
 
-    Numbers so large or so small that their differences leave the range of double precision are multiplied by a power of
-    two, which changes no digit.
+    Values whose differences would overflow or underflow in double precision are scaled by a power of two, which is
+    exact.
 
     Raises ImageError if a pixel is not finite or all are equal.
     """
@@ -85,9 +85,9 @@ def finite_range(name: str, image: NDArray[Any]) -> tuple[NDArray[Any], float, f
 
 
 def range_within(name: str, image: NDArray[Any], mask: NDArray[np.bool_] | None) -> tuple[float, float]:
-    """Return the least and the greatest value of the pixels in a mask; None is all of them.
+    """Return the minimum and maximum over the pixels in a mask; None selects all pixels.
 
-    Without any pixel the range is empty: (inf, -inf).
+    Without pixels the range is empty: (inf, -inf).
 
     Raises ImageError if one of these pixels is not finite.
     """
@@ -99,10 +99,10 @@ def range_within(name: str, image: NDArray[Any], mask: NDArray[np.bool_] | None)
 
 
 def complete_part(valid: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return rows and columns of the largest rectangle in which all pixels are valid (rows, columns).
+    """Return the rows and columns of the largest rectangle of valid pixels in a mask (rows, columns).
 
-    Box counts and spectra need full rectangles; this one invents no value. It is empty where no pixel is valid, and the
-    first in reading order of those equally large.
+    Box counts and spectra need complete rectangles, and no missing value is filled in. The rectangle is empty if no
+    pixel is valid; of several equally large ones, the first in reading order is returned.
     """
     mask = checked_mask("valid", valid, np.asarray(valid).shape)
     if mask.all():
@@ -113,7 +113,7 @@ def complete_part(valid: NDArray[np.bool_]) -> tuple[slice, slice]:
 
 @njit(cache=True, nogil=True)
 def _largest(valid: Any) -> tuple[int, int, int, int]:
-    """Find the largest rectangle below each row's histogram of valid runs, with a stack of rising heights."""
+    """Find the largest rectangle in each row's histogram of valid run heights, with a stack of increasing heights."""
     rows, columns = valid.shape
     height = np.zeros(columns + 1, np.int64)
     start = np.zeros(columns + 1, np.int64)
@@ -122,7 +122,7 @@ def _largest(valid: Any) -> tuple[int, int, int, int]:
     for i in range(rows):
         depth = 0
         for j in range(columns + 1):
-            # The column after the last has height 0 and closes all that is open.
+            # An extra column of height 0 closes all open rectangles.
             if j < columns:
                 height[j] = height[j] + 1 if valid[i, j] else 0
             begin = j

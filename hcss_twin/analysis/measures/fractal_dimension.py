@@ -1,7 +1,7 @@
-"""Fractal dimension of a grey-level surface from the slope of its variogram or of its power spectrum.
+"""Fractal dimension of a grey-level surface from the slope of its variogram or power spectrum.
 
-Each estimate has a standard error from the estimator's bias and spread on exact fractional Brownian surfaces, which
-``benchmarks/fractal_dimension.py`` measures and writes to the JSON file beside this module.
+The standard error of each estimate includes the bias and spread of the estimator on exact fractional Brownian surfaces;
+``benchmarks/fractal_dimension.py`` measures them and writes the JSON file next to this module.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from hcss_twin.core.errors import ImageError
 
 @dataclass(frozen=True)
 class DimensionEstimate:
-    """A fractal dimension, 2 to 3 of a grey-level surface and 1 to 2 of a boundary, with the method and its settings.
+    """A fractal dimension (2 to 3 for a grey-level surface, 1 to 2 for a boundary) with the method and its settings.
 
     The standard error is the root mean square error (bias and spread) of the estimator on surfaces of this dimension
-    and size, as measured in docs/development/fractal-dimension.md; NaN where it was not measured.
+    and size, as given in docs/development/fractal-dimension.md; NaN if it was not measured.
     """
 
     dimension: float
@@ -49,7 +49,8 @@ class EstimatorCalibration:
     dimension : ndarray of float64 (dimensions,)
         D = 3 - H of the surfaces, ascending.
     mean, spread : dict of str to ndarray of float64 (sizes, dimensions)
-        Mean and standard deviation of each estimator over the surfaces; of "boundary" plus one, so that all would be D.
+        Mean and standard deviation of each estimator over the surfaces; "boundary" is increased by one to be comparable
+        to D.
     """
 
     log_size: Array
@@ -60,10 +61,10 @@ class EstimatorCalibration:
     def standard_error(self, method: str, dimension: float, size: float, larger: bool = True) -> float:
         """Return the root mean square error of ``method`` for an estimate ``dimension``.
 
-        ``size`` is the shorter side of the image, or the root of its number of pixels. Linear in D and in the logarithm
-        of the size, and constant beyond the roughest, smoothest and smallest surfaces measured; beyond the largest as
-        well, or NaN unless ``larger``. An estimate outside 2 to 3 is wrong by that much at least, which is added in
-        quadrature.
+        ``size`` is the shorter side of the image, or the square root of its number of pixels. The error is interpolated
+        linearly in D and in the logarithm of the size, and is constant beyond the roughest, smoothest and smallest
+        surfaces measured; beyond the largest it is constant with ``larger``, else NaN. The distance of an estimate from
+        the range 2 to 3 is added in quadrature.
         """
         place = math.log(size)
         if place > self.log_size[-1] + 1e-9 and not larger:
@@ -74,10 +75,10 @@ class EstimatorCalibration:
         return math.hypot(float(np.interp(place, self.log_size, by_size)), outside)
 
     def calibrated(self, method: str, value: float, size: float) -> float:
-        """Return the D whose mean value of ``method`` is ``value``, in images of side ``size``.
+        """Return the D for which the mean estimate of ``method`` is ``value``, in images of side ``size``.
 
-        Linear in between, and in extrapolation: beyond the roughest and smoothest surfaces with the slope of the last
-        two, beyond the largest with that in the logarithm of the size.
+        Interpolation and extrapolation are linear: beyond the roughest and smoothest surfaces with the slope of the
+        last two, beyond the largest with the slope in the logarithm of the size.
         """
         table, place = self.mean[method], math.log(size)
         upper = int(np.clip(np.searchsorted(self.log_size, place), 1, self.log_size.size - 1))
@@ -91,7 +92,7 @@ class EstimatorCalibration:
 
 @cache
 def estimator_calibration() -> EstimatorCalibration:
-    """Return the calibration that the package carries."""
+    """Return the calibration that is part of the package."""
     content = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
     tables = content["methods"].items()
     return EstimatorCalibration(
@@ -102,19 +103,19 @@ def estimator_calibration() -> EstimatorCalibration:
     )
 
 
-# The window spreads what is slower than three waves per image.
+# The window smears wavenumbers below three cycles per image.
 _FEWEST_WAVES = 3.0
 
-# Sampling folds the spectrum beyond the Nyquist wavenumber of .5 back; above this it is too much.
+# Above this wavenumber, aliasing from beyond the Nyquist wavenumber of .5 is too strong.
 _HIGHEST = 0.15
 
-# Small images go higher, to keep three octaves, but not beyond this.
+# Upper limit for small images, which use higher wavenumbers to cover three octaves.
 _HIGHEST_OF_SMALL = 0.25
 _RINGS_PER_OCTAVE = 4
 
 
 def default_band(side: int) -> tuple[float, float]:
-    """Return the band of wavenumbers for a shorter side, cycles per pixel."""
+    """Return the default wavenumber band for a shorter side, cycles per pixel."""
     low = _FEWEST_WAVES / side
     return low, max(_HIGHEST, min(8.0 * low, _HIGHEST_OF_SMALL))
 
@@ -122,19 +123,19 @@ def default_band(side: int) -> tuple[float, float]:
 def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = None) -> DimensionEstimate:
     """Estimate D = 4 - beta / 2 from a radially averaged power spectrum k^(-beta).
 
-    A self-affine surface with Hurst exponent H has beta = 2 H + 2 and D = 3 - H. The image less its plane of least
-    squares is multiplied by a Hann window along each axis; power is averaged over rings, four per octave of wavenumber;
-    the slope is that of least squares in logarithms, weighted with the number of waves in each ring. The error is NaN
-    for other than the default band. Raises ImageError if the image is too small, constant, flat but for a slope, or not
-    finite, or if the band holds fewer than three rings with waves in them.
+    A self-affine surface with Hurst exponent H has beta = 2 H + 2 and D = 3 - H. The least-squares plane is subtracted
+    from the image and a Hann window applied along each axis; power is averaged over rings, four per octave of
+    wavenumber; a least-squares fit in logarithms, weighted with the number of waves in each ring, gives the slope. The
+    error is NaN unless the band is the default. Raises ImageError if the image is too small, constant, a plane, or not
+    finite, or if the band contains fewer than three rings with waves.
 
     Parameters
     ----------
     image : ndarray of float32, float64 or integers (rows, columns)
         At least 32 x 32 pixels, any unit.
     band : tuple of float, optional
-        Lowest and highest wavenumber, cycles per pixel, up to .5. By default 3 waves per shorter side to .15; in images
-        of less than 160 pixels to 24 waves, at most .25.
+        Lowest and highest wavenumber, cycles per pixel, up to .5. Default: 3 cycles per shorter side to .15; in images
+        of less than 160 pixels the upper end is 24 cycles per side, at most .25.
     """
     pixels = checked_image("image", image)
     side = min(pixels.shape)
@@ -149,7 +150,7 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     logs = np.log(wavenumber[inside])
     ring = ((logs - math.log(low)) * (rings / math.log(high / low))).astype(np.int64)
     ring = np.minimum(ring, rings - 1)
-    # Of a real image half the waves are stored; those along y only are stored in full.
+    # The FFT of a real image stores half the waves, but those along y in full.
     multiplicity = np.full(columns // 2 + 1, 2.0)
     multiplicity[0] = 1.0
     if columns % 2 == 0:
@@ -169,20 +170,20 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     return DimensionEstimate(dimension, error, f"spectrum, {low:.3g} to {high:.3g} cycles per pixel")
 
 
-# Fewer pairs say nothing about a slope.
+# Fewer pairs do not constrain a slope.
 _FEWEST_PAIRS = 100
 
 
 def variogram_dimension(
     image: NDArray[Any], lags: Sequence[int] = (1, 2), mask: NDArray[np.bool_] | None = None
 ) -> DimensionEstimate:
-    """Estimate D = 3 - slope / 2, the slope that of log semivariance against log lag.
+    """Estimate D = 3 - slope / 2 from the slope of log semivariance against log lag.
 
     A self-affine surface with Hurst exponent H has the variogram |h|^(2 H) and D = 3 - H. The semivariances of both
-    axes are averaged, the slope is that of least squares. The result is not confined to 2 to 3: white noise is near 3,
-    a smooth image near 2. Its error is that of full images of floating-point numbers with lags 1 and 2, for the number
-    of pairs that counted; NaN for other lags. Raises ImageError if the image is too small, constant over the pairs, or
-    not finite where it counts, if there are fewer than 100 pairs at a lag, or if the lags do not differ.
+    axes are averaged, and the slope is a least-squares fit. The result is not limited to 2 to 3: white noise is near 3,
+    a smooth image near 2. The error applies to complete floating-point images with lags 1 and 2, for the number of
+    pairs used; it is NaN for other lags. Raises ImageError if the image is too small, constant over the pairs, or not
+    finite in used pixels, if there are fewer than 100 pairs at a lag, or if the lags do not differ.
 
     Parameters
     ----------
@@ -191,7 +192,7 @@ def variogram_dimension(
     lags : sequence of int
         Two or more different distances in pixels.
     mask : ndarray of bool (rows, columns), optional
-        Only pairs with both pixels in it count; all, by default. Other pixels may be NaN.
+        Only pairs with both pixels in the mask are used; default: all. Other pixels may be NaN.
     """
     pixels = checked_image("image", image)
     variogram = semivariances(pixels, lags, mask)

@@ -1,4 +1,4 @@
-"""Measures of the 2-D histogram of neighbouring grey levels: eqs 21 to 23 of the HCSS paper."""
+"""Metrics of the 2-D histogram of neighbouring grey levels: eqs 21 to 23 of the HCSS paper."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from hcss_twin.core.errors import ImageError
 
 @dataclass(frozen=True)
 class HistogramMetrics:
-    """Three measures of the counts G(g, g') of pairs f(x, y) = g, f(x + 1, y) = g'.
+    """Three metrics of the counts G(g, g') of pairs f(x, y) = g, f(x + 1, y) = g'.
 
     Attributes
     ----------
     entropy : float
         EV, bits (eq 21): 0 to 2 log2 W.
     density : float
-        Den (eq 22): mean of 1 / (1 + |g - g'|), greater than 0 and at most 1. The paper prints ten times it.
+        Den (eq 22): mean of 1 / (1 + |g - g'|), greater than 0 and at most 1. The paper prints ten times this value.
     diagonal_peak : float
-        DP (eq 23): pairs of equal levels over W - 1, as printed; the mean height of the diagonal, which has W entries,
-        would be W in the denominator. It grows with the number of pixels.
+        DP (eq 23): pairs of equal levels over W - 1, as printed; the mean of the diagonal, which has W entries, would
+        need W. It grows with the number of pixels.
     """
 
     entropy: float
@@ -39,9 +39,9 @@ def to_grey_levels(
 ) -> NDArray[np.uint8]:
     """Quantise an image (rows, columns) of any unit: cloudy pixels to 1 .. levels - 1, clear ones to 0.
 
-    ``low`` and ``high`` limit the levels - 1 equal steps; a value of ``high`` belongs to the last. Pixels outside
-    ``mask`` (none, by default) are clear and may be anything, NaN included. ``levels`` is 3 to 256. Raises ImageError
-    if a cloudy value is not finite or outside ``low`` to ``high``, or an argument is not as described.
+    The range ``low`` to ``high`` is divided into levels - 1 equal steps; the value ``high`` belongs to the last. Pixels
+    outside ``mask`` (default: none) are clear and may have any value, including NaN. ``levels`` is 3 to 256. Raises
+    ImageError if a cloudy value is not finite or outside ``low`` to ``high``, or an argument is not as described.
     """
     pixels = checked_image("values", values, smallest=1)
     checked_levels(levels, 3)
@@ -53,7 +53,7 @@ def to_grey_levels(
         raise ImageError(
             f"values: {smallest:g} to {largest:g} given, allowed: {low:g} to {high:g}, the limits of the levels"
         )
-    # Halves: the difference of two large numbers of opposite sign may overflow.
+    # Halved values, because the difference of two large numbers of opposite sign may overflow.
     per_half = (levels - 1) / (0.5 * high - 0.5 * low)
     everywhere = np.ones((1, 1), dtype=np.bool_)
     grey: NDArray[np.uint8] = _quantised(
@@ -78,7 +78,7 @@ def _quantised(pixels: Any, cloudy: Any, everywhere: bool, low: float, per_half:
 def histogram_metrics(
     grey: NDArray[np.uint8], levels: int = 256, valid: NDArray[np.bool_] | None = None
 ) -> HistogramMetrics:
-    """Measure the 2-D histogram of horizontal neighbours in one pass.
+    """Compute the metrics of the 2-D histogram of horizontal neighbours in one pass.
 
     Arguments are those of ``joint_histogram``.
 
@@ -119,7 +119,7 @@ def joint_histogram(
 def _pair_counts(grey: Any, levels: int) -> Any:
     """Return the counts of pairs as int64 (levels, levels)."""
     rows, columns = grey.shape
-    # Two histograms by turns: in flat regions one counter would wait for its own last increment.
+    # Two alternating histograms, because in flat regions each increment of one counter would wait for the previous one.
     even = np.zeros(levels * levels, dtype=np.uint32)
     odd = np.zeros(levels * levels, dtype=np.uint32)
     one = np.uint32(1)

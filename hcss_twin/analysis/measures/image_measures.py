@@ -1,4 +1,4 @@
-"""Measures of an image, of the change in a sequence, and of the distance between the values of two images."""
+"""Measures of an image, of the temporal change in a sequence, and of the distance between two images' values."""
 
 from __future__ import annotations
 
@@ -21,24 +21,25 @@ from hcss_twin.core.errors import ImageError
 
 @dataclass(frozen=True)
 class ImageMeasures:
-    """What one image is like.
+    """All measures of one image.
 
     Attributes
     ----------
     morphology : Morphology
-        Of the clouds.
+        Morphology of the clouds.
     equal_neighbours : float
-        Share of horizontal neighbours of equal grey level: DP without the number of pixels.
+        Fraction of horizontal neighbours with equal grey levels: DP normalised by the number of pixels.
     mean_level : float
         Mean grey level of cloudy pixels, 1 to 255.
     mean, deviation : float
-        Of all values, in their unit.
+        Mean and standard deviation of all values, in their unit.
     dimensions : dict of str to DimensionEstimate
-        Of all values, sea and cloud: "variogram", "spectrum", "box counting" (calibrated) and "box counting, raw".
+        Fractal dimensions of all values, sea and cloud, by "variogram", "spectrum", "box counting" (calibrated) and
+        "box counting, raw".
     spectrum : PowerSpectrum or None
         Of all values.
     left_out : tuple of str
-        What does not apply to this image, and why.
+        Measures that do not apply to this image, and the reasons.
     """
 
     morphology: Morphology
@@ -54,9 +55,9 @@ class ImageMeasures:
 def measure_image(values: Array, level: NDArray[np.float32], known: NDArray[np.bool_]) -> ImageMeasures:
     """Measure an image of values and the grey levels of its clouds.
 
-    ``values`` (rows, columns), at least 32 x 32, have any unit and are NaN where there is none; ``level`` is 0 where
-    clear or missing and 1 to 255 where cloudy; pixels that are not ``known`` to be cloudy or clear do not count. Raises
-    ImageError if the clouds cannot be measured (see ``morphology``).
+    ``values`` (rows, columns), at least 32 x 32, have any unit and are NaN where missing; ``level`` is 0 where clear or
+    missing and 1 to 255 where cloudy; pixels not ``known`` to be cloudy or clear are excluded. Raises ImageError if the
+    clouds cannot be measured (see ``morphology``).
     """
     valid = ~np.isnan(values)
     shape = morphology(level, level > 0.0, known)
@@ -88,7 +89,7 @@ def measure_image(values: Array, level: NDArray[np.float32], known: NDArray[np.b
 
 
 def _or_reason(measure: Callable[[], Any], name: str, left_out: list[str]) -> Any:
-    """Return what is measured, or None and keep the reason."""
+    """Return the measurement, or None and record the reason."""
     try:
         return measure()
     except ImageError as error:
@@ -98,11 +99,11 @@ def _or_reason(measure: Callable[[], Any], name: str, left_out: list[str]) -> An
 
 @dataclass(frozen=True)
 class TemporalAutocorrelation:
-    """Correlation of images that lie some frames apart.
+    """Correlation of images as a function of their lag in frames.
 
-    For each ``lag`` in frames (L,), 0, 1, 2, ...: the mean time between them in seconds, NaN where times are not known;
-    the mean correlation over all pairs of images this far apart; and the number of these pairs: one image is one
-    sample, so that long lags say little. ``pixels`` is the number of pixels that were followed.
+    For each ``lag`` in frames (L,), 0, 1, 2, ...: the mean time difference in seconds, NaN if times are unknown; the
+    mean correlation over all pairs of images at this lag; and the number of these pairs, which is small at long lags.
+    ``pixels`` is the number of pixels used.
     """
 
     lag: NDArray[np.int64]
@@ -113,9 +114,10 @@ class TemporalAutocorrelation:
 
     @property
     def decorrelation_s(self) -> float:
-        """Time after which the correlation falls below 1/e, linear between lags.
+        """Time after which the correlation falls below 1/e, interpolated linearly between lags.
 
-        NaN where it never does, and where it has by the second image: then it is shorter than the images can tell.
+        NaN if it never does, or if it already has in the second image, so that the time is shorter than the images
+        resolve.
         """
         after = self._first_below
         if after < 2 or np.isnan(self.lag_s).any():
@@ -125,7 +127,7 @@ class TemporalAutocorrelation:
 
     @property
     def is_unresolved(self) -> bool:
-        """Whether the correlation has fallen below 1/e by the second image."""
+        """Whether the correlation is below 1/e in the second image already."""
         return self._first_below == 1
 
     @property
@@ -137,9 +139,9 @@ class TemporalAutocorrelation:
 def temporal_autocorrelation(frames: NDArray[Any], seconds: Array | None = None) -> TemporalAutocorrelation:
     """Correlate images (T, rows, columns) with later ones at fixed pixels; ``seconds`` (T,) are their times, ascending.
 
-    The correlation of two images is that of their pixels, each image less its own mean; pixels that are NaN in one of
-    them do not count. Whatever moves through the field of view (wind, platform) takes correlation away as change does.
-    Raises ImageError if there are fewer than two images, no pixel has values in all, or an image is constant.
+    Two images are correlated pixel by pixel after subtracting the mean of each; pixels that are NaN in any image are
+    excluded. Motion through the field of view (wind, platform) reduces the correlation just as change does. Raises
+    ImageError if there are fewer than two images, no pixel has values in all, or an image is constant.
     """
     count = frames.shape[0]
     if frames.ndim != 3 or count < 2:
@@ -153,7 +155,7 @@ def temporal_autocorrelation(frames: NDArray[Any], seconds: Array | None = None)
     if length.min() == 0.0:
         raise ImageError(f"frames: image {int(length.argmin())} is constant, allowed: values that vary")
     flat /= length[:, None]
-    # Rounding must not make an image more like itself than it is.
+    # Rounding must not produce a correlation above 1.
     matrix = np.clip(flat @ flat.T, -1.0, 1.0)
     lag = np.arange(count)
     correlation = np.array([1.0, *(float(np.mean(np.diagonal(matrix, n))) for n in lag[1:])])
@@ -164,21 +166,20 @@ def temporal_autocorrelation(frames: NDArray[Any], seconds: Array | None = None)
 
 @dataclass(frozen=True)
 class DistributionDistance:
-    """Differences of two distributions of values.
+    """Differences between two distributions of values.
 
     Attributes
     ----------
     mean_difference : float
-        Second less first, in the unit of the values.
+        Mean of the second minus mean of the first, in the unit of the values.
     deviation_ratio : float
-        Standard deviation of the second over that of the first.
+        Standard deviation of the second divided by that of the first.
     wasserstein : float
-        W1: the mean amount by which values must change to turn one distribution into the other, in the unit of the
-        values.
+        Wasserstein distance W1 (mean change that turns one distribution into the other), in the unit of the values.
     wasserstein_centred : float
-        The same after both means were subtracted: what is left is shape.
+        W1 after subtracting both means, which measures the difference in shape.
     kolmogorov_smirnov : float
-        Greatest difference of the cumulative distributions, 0 to 1.
+        Maximum difference between the cumulative distributions, 0 to 1.
     """
 
     mean_difference: float
@@ -196,7 +197,7 @@ def distribution_distance(first: NDArray[Any], second: NDArray[Any]) -> Distribu
     Parameters
     ----------
     first, second : ndarray of real numbers, any shapes
-        In the same unit; NaN is missing.
+        Values in the same unit; NaN where missing.
     """
     one, other = _sorted("first", first), _sorted("second", second)
     mean_one, mean_other = float(np.mean(one)), float(np.mean(other))
@@ -222,7 +223,7 @@ def _sorted(name: str, values: NDArray[Any]) -> Array:
 
 
 def _cumulative_difference(one: Array, other: Array) -> tuple[Array, Array]:
-    """Return the steps between all values, and |F1 - F2| on each; one sort serves both distances."""
+    """Return the steps between sorted values, and |F1 - F2| on each; one sort is used for both distances."""
     every = np.concatenate([one, other])
     every.sort(kind="stable")
     places = every[:-1]

@@ -1,7 +1,7 @@
-"""The shape of the clouds in an image in a few numbers, and eq 24 of the HCSS paper, which compares two images.
+"""Cloud morphology of an image in a few numbers, and eq 24 of the HCSS paper, which compares two images.
 
-Eqs 21 to 24 exist as the paper prints them and as they should be. Factors that both images share cancel in eq 24: Den
-ten times too large and DP divided by W - 1 leave the errors and the RMSE as they are. Only the denominator matters.
+Eqs 21 to 24 are implemented as printed and in a corrected form. Common factors cancel in eq 24: printing ten times Den
+and dividing DP by W - 1 do not change the errors or the RMSE. Only the denominator of eq 24 matters.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def relative_errors(real: Sequence[float], simulated: Sequence[float]) -> tuple[
     Parameters
     ----------
     real, simulated : sequence of float
-        The same measures of both images, none of the simulated ones 0. With the images exchanged, errors are relative
-        to the real values.
+        The same metrics of both images; no simulated value may be 0. Exchange the images for errors relative to the
+        real values.
     """
     return tuple(abs(one - other) / abs(other) for one, other in zip(real, simulated, strict=True))
 
@@ -39,20 +39,21 @@ def root_mean_square(errors: Sequence[float]) -> float:
     return math.sqrt(sum(error**2 for error in errors) / len(errors))
 
 
-# Lags of the slope and of the ratio of axes, pixels: the finest there are.
+# Lags in pixels for the slope and the anisotropy: the shortest possible.
 _SHORT_LAGS = 2
 
-# The ratio of lengths is taken at this many semivariances that both axes reach, which must span a factor 1.1.
+# Number of semivariances, common to both axes, at which the ratio of lengths is evaluated; they must span a factor of
+# 1.1.
 _LEVELS = 9
 _NARROWEST = math.log(1.1)
 
-# Fewer pairs of cloudy neighbours along an axis say nothing about a variogram.
+# Fewer pairs of cloudy neighbours along an axis do not constrain a variogram.
 _FEWEST_PAIRS = 100
 
 
 @dataclass(frozen=True)
 class Morphology:
-    """Measures of a cloud image; the first four are those of Tables VIII and IX of the HCSS paper.
+    """Metrics of a cloud image; the first four are those of Tables VIII and IX of the HCSS paper.
 
     Attributes
     ----------
@@ -63,23 +64,23 @@ class Morphology:
     diagonal_peak : float
         DP (eq 23); grows with the number of pixels.
     fractal_dimension : float
-        FD as the paper seems to mean it: box counting of the body under the grey levels (``body_dimension``). Grows
-        with coverage.
+        FD as the paper probably defines it: box counting of the body below the grey levels (``body_dimension``). It
+        grows with coverage.
     coverage : float
-        Cloudy part of the pixels.
+        Fraction of cloudy pixels.
     surface_dimension : float
-        Fractal dimension D of the cloudy values, from the variogram at lags 1 and 2 of pairs of cloudy pixels, as
-        ``variogram_dimension`` does it.
+        Fractal dimension D of the cloudy values, from the variogram of pairs of cloudy pixels at lags 1 and 2
+        (``variogram_dimension``).
     boundary_dimension : float
-        Fractal dimension of the mask's boundary; NaN where all that is counted is cloudy, or clear.
+        Fractal dimension of the mask boundary; NaN if all counted pixels are cloudy or all are clear.
     anisotropy : float
-        Semivariance along y over that along x, at equal lags (geometric mean over lags 1 and 2), over pairs of cloudy
-        pixels: 1 where both axes are alike, greater where clouds are long along x.
+        Ratio of the semivariance along y to that along x (geometric mean over lags 1 and 2) for pairs of cloudy pixels:
+        1 if both axes are alike, greater if clouds are elongated along x.
     aspect : float
-        Length along x over length along y at which values have changed by as much: the geometric mean of the ratio of
-        the lags at which the variograms along x and y have equal semivariance, over the semivariances that both reach
-        at lags 1, 2, 4, ... up to an eighth of the shorter side. For a field f(x / a, y / b) it is a / b. NaN where
-        they have no range in common, as white noise has none.
+        Ratio of the correlation lengths along x and y: the geometric mean of the ratio of the lags at which the
+        variograms along x and y have equal semivariance, over the semivariances common to both at lags 1, 2, 4, ... up
+        to an eighth of the shorter side. For a field f(x / a, y / b) it is a / b. NaN if they have no common range, as
+        for white noise.
     """
 
     entropy: float
@@ -107,20 +108,20 @@ class MorphologyErrors:
 def morphology(values: NDArray[Any], mask: NDArray[np.bool_], valid: NDArray[np.bool_] | None = None) -> Morphology:
     """Measure the shape of the clouds in an image.
 
-    Cloudy values become the grey levels 1 to 255, linearly between their least and greatest (the C_min and C_max of eq
-    7), and clear pixels level 0, as in Fig 14 of the HCSS paper. Raises ImageError if no pixel is cloudy, cloudy values
-    are not finite or all equal, an axis has fewer than 100 pairs of cloudy pixels at lag 1 or 2, or one of them does
-    not vary along an axis; or if no rectangle of 32 x 32 pixels is without missing ones.
+    Cloudy values are mapped linearly to grey levels 1 to 255 between their minimum and maximum (C_min and C_max of eq
+    7), and clear pixels to level 0, as in Fig 14 of the HCSS paper. Raises ImageError if no pixel is cloudy, cloudy
+    values are not finite or all equal, an axis has fewer than 100 pairs of cloudy pixels or no variation at lag 1 or 2,
+    or there is no 32 x 32 rectangle without missing pixels.
 
     Parameters
     ----------
     values : ndarray of float32, float64 or integers (rows, columns)
-        Anything that grows with cloud (thickness, cloud fraction value, radiance): at least 32 x 32 pixels, any unit.
-        Clear pixels may be anything, NaN included.
+        Any quantity that increases with cloud (thickness, cloud fraction value, radiance): at least 32 x 32 pixels, any
+        unit. Clear pixels may have any value, including NaN.
     mask : ndarray of bool (rows, columns)
         Cloudy pixels.
     valid : ndarray of bool (rows, columns), optional
-        Pixels that are not missing; all, by default. Pairs of neighbours count if both are valid, coverage is that of
+        Pixels that are not missing; default: all. Pairs of neighbours are used if both are valid, coverage refers to
         the valid pixels, and boxes are counted in the largest rectangle without missing pixels.
     """
     pixels = checked_image("values", values)
@@ -162,7 +163,7 @@ def _is_mixed(mask: NDArray[np.bool_]) -> bool:
 
 
 def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, float, float]:
-    """Return the surface dimension, the ratio of semivariances y over x, and that of lengths x over y."""
+    """Return the surface dimension, the ratio of semivariances (y to x), and the ratio of lengths (x to y)."""
     lags = [1, 2]
     while 2 * lags[-1] <= min(values.shape) // 8:
         lags.append(2 * lags[-1])
@@ -187,7 +188,7 @@ def _surface(values: NDArray[Any], cloudy: NDArray[np.bool_]) -> tuple[float, fl
 
 def _ratio_of_lengths(along_x: Array, along_y: Array) -> float:
     """Return the mean ratio of lags with equal semivariance, from its logarithms at lags 1, 2, 4, ..."""
-    # Where sampling noise lets a variogram fall it is continued level, so that it can be inverted.
+    # Where a variogram decreases because of sampling noise, it is held constant, so that it can be inverted.
     rising_x, rising_y = np.maximum.accumulate(along_x), np.maximum.accumulate(along_y)
     low, high = max(rising_x[0], rising_y[0]), min(rising_x[-1], rising_y[-1])
     if high - low < _NARROWEST:
@@ -204,7 +205,7 @@ def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErro
     Each error is |true - simulated| / simulated, with the simulated value in the denominator as printed, so that
     exchanging the images changes it. The RMSE is over EV, Den, DP and FD.
 
-    Raises ImageError if a simulated value is 0, as the entropy of an image of one grey level is.
+    Raises ImageError if a simulated value is 0, such as the entropy of an image with a single grey level.
     """
     names = ("entropy", "density", "diagonal_peak", "fractal_dimension")
     for name in names:
@@ -217,7 +218,7 @@ def morphology_errors(true: Morphology, simulated: Morphology) -> MorphologyErro
 GREY_LEVELS = 256
 
 PRINTED_DENSITY = 10.0
-"""The paper's Den is this many times eq 22, which is at most 1 (its Tables VIII and IX: 7.3 to 8.5)."""
+"""Ratio of the paper's Den (7.3 to 8.5 in Tables VIII and IX) to eq 22, which is at most 1."""
 
 Mode = Literal["as-printed", "corrected"]
 MODES: tuple[Mode, ...] = ("as-printed", "corrected")
@@ -225,14 +226,14 @@ MODES: tuple[Mode, ...] = ("as-printed", "corrected")
 
 @dataclass(frozen=True)
 class Definition:
-    """One measure in both definitions.
+    """One metric in both definitions.
 
     Attributes
     ----------
     name : str
         EV, Den, DP, FD or RMSE.
     as_printed, corrected : str
-        In words.
+        Description of each definition.
     """
 
     name: str
@@ -289,7 +290,7 @@ def four_measures(measured: Morphology, mode: Mode) -> FourMeasures:
 def eq_24(real: Morphology, simulated: Morphology, mode: Mode) -> MorphologyErrors:
     """Compare two images by eq 24, relative to the simulated (as printed) or to the real values (corrected).
 
-    Raises ImageError if a value that is divided by is 0.
+    Raises ImageError if a divisor is 0.
     """
     # |a - b| / b: exchanging the images exchanges the denominators.
     return morphology_errors(real, simulated) if mode == "as-printed" else morphology_errors(simulated, real)

@@ -1,4 +1,4 @@
-"""Power of an image by wavenumber and by direction."""
+"""Power spectrum of an image by wavenumber and by direction."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from hcss_twin.core.errors import ImageError
 
 
 def hann(size: int) -> Array:
-    """Return a Hann window (size,) without its zeros, which would waste the outer pixels."""
+    """Return a Hann window (size,) without its end zeros, so that the outer pixels contribute."""
     window: Array = np.sin(np.pi * np.arange(1, size + 1) / (size + 1)) ** 2
     return window
 
 
 def without_plane(surface: Array) -> Array:
-    """Subtract the plane of least squares (rows, columns); on a full grid its terms are orthogonal."""
+    """Subtract the least-squares plane (rows, columns); on a full grid its terms are orthogonal."""
     rows, columns = surface.shape
     y = np.arange(rows) - (rows - 1) / 2.0
     x = np.arange(columns) - (columns - 1) / 2.0
@@ -34,9 +34,10 @@ def without_plane(surface: Array) -> Array:
 
 
 def windowed_power(image: NDArray[Any]) -> tuple[Array, float]:
-    """Return the power (rows, columns // 2 + 1) of an image less its plane under a Hann window, and the image's range.
+    """Return the power (rows, columns // 2 + 1) of a detrended image under a Hann window, and the image's range.
 
-    The power is that of the image over its range. Raises ImageError if the image is constant, a plane, or not finite.
+    The power refers to the image divided by its range. Raises ImageError if the image is constant, a plane, or not
+    finite.
     """
     pixels, least, greatest = finite_range("image", image)
     span = greatest - least
@@ -50,15 +51,15 @@ def windowed_power(image: NDArray[Any]) -> tuple[Array, float]:
 
 RINGS_PER_OCTAVE = 4
 SECTORS = 12
-"""Directions of waves, 15 degrees each, over half a turn: a wave and its opposite are one."""
+"""Sectors of wave direction, 15 degrees each over 180 degrees, because opposite waves are equivalent."""
 
 _HIGHEST = 0.5
 
-# The taper spreads what is slower than three waves per image, and a ring of few waves has no direction.
+# The taper smears wavenumbers below three cycles per image, and a ring with few waves has no defined direction.
 _FEWEST_WAVES = 3.0
 _FEWEST_IN_RING = 24
 
-# Neighbouring waves share power under the taper: as many are independent as 1 of 35/18 along each axis.
+# The taper correlates neighbouring waves: along each axis, 1 in 35/18 is independent.
 _SHARED = (35.0 / 18.0) ** 2
 
 
@@ -71,21 +72,22 @@ class PowerSpectrum:
     wavenumber : ndarray (R,)
         Mean wavenumber of each ring, cycles per pixel, ascending, below .5.
     power : ndarray (R,)
-        Mean density in each ring, squared unit of the image per (cycle per pixel)^2: its integral over the plane of
-        waves is the variance. White noise has its variance everywhere.
+        Mean density in each ring, squared unit of the image per (cycle per pixel)^2; its integral over the wavenumber
+        plane is the variance, and for white noise it equals the variance.
     waves : ndarray (R,)
-        Waves in each ring.
+        Number of waves in each ring.
     direction_deg : ndarray (SECTORS,)
-        Middle of each sector: direction in which waves advance, from x (east) toward y (north), 0 to 180.
+        Centre of each sector: direction of the wave vector, from x (east) toward y (north), 0 to 180.
     by_direction : ndarray (SECTORS,)
-        Power of each sector over that of all directions at the same wavenumber, mean over rings: 1 where all are alike.
+        Power of each sector relative to the mean over directions at the same wavenumber, averaged over rings; 1 for
+        isotropy.
     degree : float
-        Strength a of the anisotropy, where power goes as 1 + a cos 2 (direction - d): 0 alike in all directions; 1 and
-        more where nearly all waves advance along d.
+        Strength a of the anisotropy in power proportional to 1 + a cos 2 (direction - d): 0 for isotropy; 1 and more if
+        nearly all wave vectors lie along d.
     degree_noise : float
-        Root mean square of ``degree`` that an isotropic Gaussian image of this size has by chance.
+        Root mean square of ``degree`` for isotropic Gaussian images of this size.
     long_axis_deg : float
-        Direction along which things are long, d + 90, 0 to 180; noise unless ``degree`` well exceeds its noise.
+        Direction of elongation, d + 90, 0 to 180; meaningful only if ``degree`` is well above ``degree_noise``.
     """
 
     wavenumber: Array
@@ -99,12 +101,12 @@ class PowerSpectrum:
 
 
 def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
-    """Measure the power of an image by rings and by directions.
+    """Compute the power spectrum of an image by rings and by directions.
 
-    The image less its plane of least squares is multiplied by a Hann window along each axis. Rings are four per octave
-    of wavenumber, up to the Nyquist wavenumber of the axes. For directions the power of each wave is divided by the
-    mean of its ring, and rings count alike, so that large scales do not outweigh all others. Raises ImageError if the
-    image is too small, constant, flat but for a slope, or not finite.
+    The least-squares plane is subtracted from the image and a Hann window applied along each axis. There are four rings
+    per octave of wavenumber, up to the Nyquist wavenumber of the axes. For directions, the power of each wave is
+    divided by the mean of its ring, and all rings have equal weight, so that large scales do not dominate. Raises
+    ImageError if the image is too small, constant, a plane, or not finite.
 
     Parameters
     ----------
@@ -118,14 +120,14 @@ def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
     density *= span**2 / (float(window_y @ window_y) * float(window_x @ window_x))
     along_y, along_x = fftfreq(rows)[:, None], rfftfreq(columns)[None, :]
     wavenumber = np.hypot(along_y, along_x)
-    # Of waves along y both the wave and its opposite are stored; one of them counts.
+    # Waves along y are stored together with their opposites; only one of each pair is used.
     counted = (along_x > 0.0) | (along_y > 0.0)
     inside = np.flatnonzero((counted & (wavenumber < _HIGHEST)).ravel())
     k, power = wavenumber.ravel()[inside], density.ravel()[inside]
     angle = np.arctan2(np.broadcast_to(along_y, density.shape), along_x).ravel()[inside]
     lowest = 1.0 / max(rows, columns)
     rings = math.ceil(RINGS_PER_OCTAVE * math.log2(_HIGHEST / lowest))
-    # Counted from the top, so that images of different sizes share their rings.
+    # Rings are counted from the Nyquist wavenumber, so that images of different sizes share them.
     ring = rings - 1 - np.floor(RINGS_PER_OCTAVE * np.log2(_HIGHEST / k)).astype(np.int64)
     ring = np.maximum(ring, 0)
     waves = np.bincount(ring, minlength=rings).astype(np.float64)
@@ -152,7 +154,7 @@ def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
 def _directions(
     ring: NDArray[np.int64], angle: Array, power: Array, mean_power: Array, waves: Array, oriented: NDArray[np.bool_]
 ) -> tuple[Array, float, float]:
-    """Return relative power by sector (SECTORS,), and its mean times cos and sin of twice the direction."""
+    """Return relative power by sector (SECTORS,), and its means weighted with cos and sin of twice the direction."""
     oriented = oriented & (mean_power > 0.0)
     if not oriented.any():
         return np.full(SECTORS, np.nan), math.nan, math.nan
@@ -167,7 +169,7 @@ def _directions(
     filled = count > 0
     means = np.divide(total, count, out=np.zeros_like(total), where=filled)
     by_direction: Array = means.sum(axis=0) / np.maximum(filled.sum(axis=0), 1)
-    # Less the mean of the waves there are: a pixel grid's own directions are not the image's.
+    # Subtract the mean over the available waves, because the pixel grid has preferred directions of its own.
     moments = []
     for wave in (np.cos(2.0 * angle), np.sin(2.0 * angle)):
         each = np.bincount(ring, (relative - 1.0) * wave, oriented.size)[oriented] / waves[oriented]
@@ -176,9 +178,9 @@ def _directions(
 
 
 def mean_spectrum(spectra: Sequence[PowerSpectrum]) -> PowerSpectrum | None:
-    """Return the mean over images of one size; None of none, or where their rings differ.
+    """Return the mean spectrum of images of one size; None if there are none or their rings differ.
 
-    Anisotropies are averaged as vectors of twice the direction, so that chance directions cancel.
+    Anisotropies are averaged as vectors of twice the direction, so that random directions cancel.
     """
     if not spectra or any(each.wavenumber.size != spectra[0].wavenumber.size for each in spectra):
         return None
@@ -200,10 +202,10 @@ def mean_spectrum(spectra: Sequence[PowerSpectrum]) -> PowerSpectrum | None:
 
 
 def spectral_distance_db(first: PowerSpectrum | None, second: PowerSpectrum | None) -> float:
-    """Return the root mean square difference of two spectra in decibels, over the rings that both have.
+    """Return the root mean square difference of two spectra in decibels over their common rings.
 
-    Rings count alike: four per octave. 10 dB is a factor of ten in power. NaN where there is no common ring, or one
-    without power, or no spectrum.
+    Rings, four per octave, have equal weight. 10 dB is a factor of ten in power. NaN if a spectrum or a common ring is
+    missing, or a ring has no power.
     """
     if first is None or second is None:
         return math.nan

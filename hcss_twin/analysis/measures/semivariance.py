@@ -17,17 +17,17 @@ from hcss_twin.core.errors import ImageError
 
 @dataclass(frozen=True)
 class Semivariances:
-    """Half the mean square differences of pixels that lie some lags apart.
+    """Half the mean square differences of pixels at given lags.
 
     Attributes
     ----------
     lags : ndarray of int64 (lags,)
         Distances in pixels.
     along_x, along_y : ndarray of float64 (lags,)
-        1/2 mean (f(p + lag) - f(p))^2 along columns (x) and along rows (y), in squared units of the image; NaN where no
-        pair exists.
+        1/2 mean (f(p + lag) - f(p))^2 along columns (x) and along rows (y), in squared units of the image; NaN without
+        pairs.
     pairs_x, pairs_y : ndarray of int64 (lags,)
-        Pairs that each mean was taken over.
+        Number of pairs in each mean.
     """
 
     lags: NDArray[np.int64]
@@ -38,10 +38,10 @@ class Semivariances:
 
     @property
     def pooled(self) -> Array:
-        """Mean of both axes (lags,), weighted with their pairs at the first lag.
+        """Mean over both axes (lags,), weighted with their pairs at the first lag.
 
-        The weights are the same at all lags, so that unlike axes make no slope of their own. An axis without pairs at
-        the first lag does not count.
+        The weights are the same at all lags, so that differences between the axes do not change the slope. An axis
+        without pairs at the first lag is excluded.
         """
         x, y = self.pairs_x[0], self.pairs_y[0]
         if x == 0 or y == 0:
@@ -62,8 +62,8 @@ def semivariances(
 ) -> Semivariances:
     """Measure the variogram of an image (rows, columns), any unit, along both axes, in one pass per lag.
 
-    Lags are in pixels, each at least 1 and shorter than the longer side. A pair counts if both its pixels are in
-    ``mask`` (all, by default); others may be anything, NaN included. Raises ImageError if a counting pixel or the
+    Lags are in pixels, each at least 1 and shorter than the longer side. A pair is used if both its pixels are in
+    ``mask`` (default: all); other pixels may have any value, including NaN. Raises ImageError if a used pixel or the
     square of a difference is not finite, or image, mask or lags are not as described.
     """
     pixels = checked_image("image", image, smallest=2)
@@ -91,7 +91,7 @@ def semivariances(
 def _sums(
     pixels: NDArray[Any], lags: NDArray[np.int64], valid: NDArray[np.bool_] | None
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Return sums of squares and numbers of pairs, both (x then y, lags)."""
+    """Return sums of squares and numbers of pairs, both (axis, lags) with x first."""
     rows, columns = pixels.shape
     sums = np.zeros((2, lags.size))
     pairs = np.zeros((2, lags.size), dtype=np.int64)
@@ -108,7 +108,7 @@ def _sums(
 @njit(cache=True, nogil=True)
 def _squares(image: Any, lag: int) -> tuple[float, float]:
     rows, columns = image.shape
-    # One sum per column: a single one would wait for its own last addition.
+    # One sum per column; with a single sum each addition would wait for the previous one.
     x, y = np.zeros(columns), np.zeros(columns)
     for i in range(rows):
         for j in range(columns - lag):
@@ -127,7 +127,7 @@ def _masked_squares(image: Any, valid: Any, lag: int) -> tuple[float, float, int
     x, y = np.zeros(columns), np.zeros(columns)
     pairs_x, pairs_y = np.zeros(columns, np.int32), np.zeros(columns, np.int32)
     nothing = image.dtype.type(0)
-    # No branches: the loops stay vectors, and a ragged mask costs no more than a smooth one.
+    # No branches, so that the loops are vectorised and a ragged mask is as fast as a smooth one.
     for i in range(rows):
         for j in range(columns - lag):
             both = valid[i, j] & valid[i, j + lag]

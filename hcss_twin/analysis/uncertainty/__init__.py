@@ -1,1 +1,1 @@
-"""How uncertain cloud parameters are, given images: posteriors by Markov chain Monte Carlo."""
+"""Uncertainty of cloud parameters given images: posteriors by Markov chain Monte Carlo."""

@@ -1,7 +1,7 @@
-"""Expected variograms of many fractal fields at once, and the likelihood of a fractal dimension that follows from them.
+"""Expected variograms of many fractal fields at once, and the likelihood of a fractal dimension based on them.
 
-A chain needs some 100 000 variograms, so that the sums of ``models/clouds/fractal/expected_variogram.py`` are compiled
-here once more; a test compares both.
+A chain needs about 100 000 variograms, so the sums of ``models/clouds/fractal/expected_variogram.py`` are compiled here
+as a second implementation; a test compares both.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from hcss_twin.core.errors import PosteriorError
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM, REFERENCE_LENGTH_M
 
-# The kernel reaches this many cells.
+# Radius of the kernel, cells.
 _REACH_CELLS = 4.0
 
-# Of the mean over pairs of pixels of a frame.
+# Quadrature nodes of the mean over pairs of pixels of a frame.
 _PAIR_NODE, _PAIR_WEIGHT = np.polynomial.legendre.leggauss(48)
 
 
 @dataclass(frozen=True)
 class BatchVariogram:
-    """What all fields have in common.
+    """Tables that all fields share.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class BatchVariogram:
 
     @classmethod
     def of(cls, octaves: tuple[int, int]) -> BatchVariogram:
-        """Tabulate the kernel; takes some 30 ms."""
+        """Tabulate the kernel, which takes about 30 ms."""
         return cls(KernelCorrelation.tabulate().curvature, octaves)
 
     def __call__(
@@ -52,7 +52,7 @@ class BatchVariogram:
     ) -> tuple[Array, Array]:
         """Return semivariograms along x, then along y, (N, 2 M), and the expected variance within one frame (N,).
 
-        The semivariogram is 1 - correlation of the field, whose variance is 1; the variance is that of
+        The semivariogram is 1 - correlation of the field, which has unit variance; for the variance within a frame see
         :func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`.
 
         Parameters
@@ -83,7 +83,7 @@ class BatchVariogram:
 
 @njit(cache=True, nogil=True, inline="always")
 def _distance(lag_cells: float, curvature: Any) -> Any:
-    """Return 1 - correlation of points some cells apart."""
+    """Return 1 - correlation of points at a distance in cells."""
     lag = min(lag_cells, _REACH_CELLS)
     position = lag * ((curvature.size - 1) / _REACH_CELLS)
     low = min(int(position), curvature.size - 2)
@@ -93,7 +93,7 @@ def _distance(lag_cells: float, curvature: Any) -> Any:
 
 @njit(cache=True, nogil=True)
 def _pair_mean(step: float, count: int, curvature: Any, node: Any, weight: Any) -> float:
-    """Return the mean correlation of two of ``count`` pixels along one axis."""
+    """Return the mean correlation of pairs of ``count`` pixels along one axis."""
     if step >= NEAREST_FROM:
         return 1.0 / count
     cells = step * count
@@ -142,25 +142,25 @@ def _fill(
         variance[n] = 1.0 - common / total
 
 
-# Those of hcss_twin.analysis.measures.fractal_dimension.
+# The lags of hcss_twin.analysis.measures.fractal_dimension.
 _LAGS = np.array([1, 2], dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class DimensionLikelihood:
-    """Normal density of a dimension about that of the expected variogram.
+    """Normal likelihood of a dimension, centred on that of the expected variogram.
 
-    D = 3 - slope / 2, the slope that of ln of the field's semivariance, the mean of both axes, between lags of 1 and 2
-    pixels: what ``variogram_dimension`` measures.
+    D = 3 - slope / 2, where the slope is that of the logarithm of the field's semivariance (mean of both axes) between
+    lags of 1 and 2 pixels, as measured by ``variogram_dimension``.
 
     Attributes
     ----------
     dimension, error : float
-        Measured, and its standard deviation.
+        Measured dimension and its standard deviation.
     rows, columns, pixel_size_m
-        Of the image that it was measured in.
+        Size and pixel size of the measured image.
     variogram : BatchVariogram
-        Of the field, expected.
+        Expected variogram of the field.
     """
 
     dimension: float
@@ -182,13 +182,13 @@ class DimensionLikelihood:
             raise PosteriorError(f"error of the fractal dimension: {self.error:g} given, allowed: greater than 0")
 
     def expected(self, shapes: Array) -> Array:
-        """Return the dimension (N,) of H, gamma, Lx, Ly (N, 4)."""
+        """Return the dimension (N,) for H, gamma, Lx, Ly (N, 4)."""
         semivariance, _ = self.variogram(shapes, _LAGS, self.pixel_size_m, self.rows, self.columns)
         near = semivariance[:, 0] + semivariance[:, 2]
         far = semivariance[:, 1] + semivariance[:, 3]
         return np.asarray(3.0 - 0.5 * np.log(far / near) / math.log(2.0))
 
     def __call__(self, values: Array) -> Array:
-        """Return ln of the likelihood (N,), up to a constant, of H, gamma, Lx, Ly, coverage (N, 5)."""
+        """Return the log-likelihood (N,), up to a constant, of H, gamma, Lx, Ly, coverage (N, 5)."""
         difference = (self.expected(values[:, : len(SHAPE)]) - self.dimension) / self.error
         return np.asarray(-0.5 * difference * difference)

@@ -1,4 +1,4 @@
-"""Markov chains of emcee: the posterior density of one image, resumable sampling in blocks, and convergence."""
+"""Markov chains with emcee: posterior density for one image, resumable sampling in blocks, and convergence."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Space
 from hcss_twin.core.arrays import Array
 
 Likelihood = Callable[[Array], Array]
-"""From H, gamma, Lx, Ly, coverage (N, 5) to ln of the likelihood (N,)."""
+"""Log-likelihood (N,) as a function of H, gamma, Lx, Ly, coverage (N, 5)."""
 
 
 class PosteriorModel(Protocol):
-    """What chains need to know."""
+    """Interface of a posterior density that chains can sample."""
 
     @property
     def names(self) -> tuple[str, ...]:
         """Name of each dimension."""
 
     def log_probability(self, position: Array) -> Array:
-        """Return ln of the posterior density (N,) of positions (N, D)."""
+        """Return the log posterior density (N,) of positions (N, D)."""
 
     def moves(self) -> list[tuple[Any, float]]:
         """Return emcee's moves and their weights."""
@@ -46,7 +46,7 @@ class SingleModel:
         return self.space.names
 
     def log_probability(self, position: Array) -> Array:
-        """Return ln of the posterior density (N,) of positions (N, D)."""
+        """Return the log posterior density (N,) of positions (N, D)."""
         total = self.space.log_prior(position)
         possible = np.isfinite(total)
         total[~possible] = -np.inf
@@ -56,9 +56,9 @@ class SingleModel:
         return total
 
     def moves(self) -> list[tuple[Any, float]]:
-        """Return differential evolution, with whole jumps between modes now and then.
+        """Return differential-evolution moves with occasional full jumps between modes.
 
-        Half the autocorrelation time of the stretch move here.
+        Their autocorrelation time is half that of the stretch move here.
         """
         from emcee.moves import DEMove
 
@@ -70,23 +70,23 @@ class SingleModel:
 
 
 BURN_IN = 0.2
-"""Part of the steps that is dropped."""
+"""Fraction of the steps discarded as burn-in."""
 
 LONGEST = 50.0
-"""Autocorrelation times that chains must have after that, so that the time itself is known."""
+"""Minimum chain length after burn-in in autocorrelation times, which a reliable estimate of that time requires."""
 
 LARGEST_R_HAT = 1.02
-"""The mean of half a walker's n steps scatters with a variance of 2 tau / n: split R-hat of stationary chains is some
-1 + tau / n, 1.02 at the fewest steps that are allowed. Walkers that are stuck elsewhere have far more."""
+"""The mean over half of a walker's n steps has a variance of 2 tau / n, so split R-hat of stationary chains is about 1
++ tau / n, or 1.02 at the minimum number of steps. Stuck walkers give far larger values."""
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """Measures of chains of ``steps`` per walker after their burn-in.
+    """Convergence diagnostics of chains with ``steps`` per walker after burn-in.
 
     The integrated autocorrelation time (D,) is in steps (J. Goodman and J. Weare, Commun. Appl. Math. Comput. Sci. 5,
-    65 (2010)); the effective size (D,), of which ``wanted`` is asked for, is the steps of all walkers over it; split
-    R-hat (D,) is of halves of walkers.
+    65 (2010)); the effective sample size (D,), which must reach ``wanted``, is the steps of all walkers divided by it;
+    split R-hat (D,) compares halves of walkers.
     """
 
     autocorrelation_time: Array
@@ -97,11 +97,11 @@ class Convergence:
 
     @property
     def fraction(self) -> float:
-        """Rough part of the way to convergence; 1 or more where chains have converged."""
+        """Approximate progress toward convergence; 1 or more if the chains have converged."""
         parts = [
             self.steps / (LONGEST * float(np.max(self.autocorrelation_time))),
             float(np.min(self.effective_size)) / self.wanted,
-            # The excess of a stationary chain falls inversely with its length.
+            # The excess of R-hat above 1 of a stationary chain is inversely proportional to its length.
             (LARGEST_R_HAT - 1.0) / max(float(np.max(self.split_r_hat)) - 1.0, 1e-9),
         ]
         least = min(parts)
@@ -109,11 +109,11 @@ class Convergence:
 
     @property
     def has_converged(self) -> bool:
-        """Whether all three measures are met."""
+        """Whether all three criteria are met."""
         return self.fraction >= 1.0
 
     def complaints(self, names: tuple[str, ...]) -> list[str]:
-        """Say which measures are not met, in sentences, each with the worst parameter."""
+        """Describe the criteria that are not met, each with the worst parameter."""
         tau, size, r_hat = self.autocorrelation_time, self.effective_size, self.split_r_hat
         worst = int(np.argmax(np.nan_to_num(tau, nan=math.inf)))
         lines = []
@@ -132,20 +132,20 @@ class Convergence:
 
 
 def judge(chain: Array, wanted: float) -> Convergence:
-    """Measure chains (steps, walkers, D) without their burn-in, in any units."""
+    """Compute the diagnostics of chains (steps, walkers, D) without burn-in, in any units."""
     from emcee.autocorr import integrated_time
 
     steps, walkers, _ = chain.shape
-    # A walker that never moved has no autocorrelation: NaN, which is no convergence.
+    # A walker that never moved has no autocorrelation time: NaN, which counts as not converged.
     with np.errstate(invalid="ignore", divide="ignore"):
         tau = np.asarray(integrated_time(chain, tol=0), dtype=np.float64)
-    # Less than a step is not resolved.
+    # Times below one step are not resolved.
     tau = np.maximum(tau, 1.0)
     return Convergence(tau, steps * walkers / tau, split_r_hat(chain), steps, wanted)
 
 
 def split_r_hat(chain: Array) -> Array:
-    """Return the potential scale reduction (D,) of halves of chains (steps, walkers, D).
+    """Return the split potential scale reduction factor (D,) of chains (steps, walkers, D).
 
     A. Gelman et al., Bayesian Data Analysis, 3rd ed. (2013), section 11.4.
     """
@@ -157,18 +157,18 @@ def split_r_hat(chain: Array) -> Array:
         return np.asarray(np.sqrt((half - 1.0) / half + between / within))
 
 
-# Steps before the first judgement; then each time the chain has grown by this part of itself.
+# Steps before the first convergence check, after which a check follows each growth by 1 / _GROWTH.
 _FIRST, _GROWTH = 500, 4
 
-# Walkers per dimension, and the fewest.
+# Walkers per dimension, and their minimum number.
 _PER_DIMENSION, _FEWEST_WALKERS = 4, 32
 
 
 @dataclass(frozen=True)
 class MarkovChains:
-    """All steps so far: positions (steps, walkers, D) and ln of their densities (steps, walkers).
+    """All steps so far: positions (steps, walkers, D) and log densities (steps, walkers).
 
-    ``random_state`` is that of numpy's Mersenne twister after the last step.
+    ``random_state`` is the state of numpy's Mersenne twister after the last step.
     """
 
     positions: Array
@@ -177,28 +177,28 @@ class MarkovChains:
 
     @property
     def after_burn_in(self) -> slice:
-        """Steps after the burn-in."""
+        """Steps after burn-in."""
         return slice(int(BURN_IN * self.positions.shape[0]), None)
 
 
 def walkers_of(dimensions: int) -> int:
-    """Return how many walkers a space of so many dimensions gets, an even number."""
+    """Return the (even) number of walkers for a number of dimensions."""
     return max(_FEWEST_WALKERS, _PER_DIMENSION * dimensions)
 
 
 def begin(log_probability: Callable[[Array], Array], start: Array, seed: int) -> MarkovChains:
-    """Put walkers at ``start`` (walkers, D)."""
+    """Initialise walkers at ``start`` (walkers, D)."""
     state = np.random.RandomState(seed).get_state()
     return MarkovChains(start[None], log_probability(start)[None], tuple(state))
 
 
 def extend(model: PosteriorModel, chains: MarkovChains, steps: int) -> MarkovChains:
-    """Go on for some steps; where a chain is interrupted between calls does not change it."""
+    """Continue for a number of steps; interruptions between calls do not change the chain."""
     import emcee
 
     _, walkers, dimensions = chains.positions.shape
     sampler = emcee.EnsembleSampler(walkers, dimensions, model.log_probability, moves=model.moves(), vectorize=True)
-    # Without emcee's wrapper, which prints all positions where Ctrl-C comes.
+    # Bypasses emcee's wrapper, which prints all positions on Ctrl-C.
     sampler.log_prob_fn = model.log_probability
     state = emcee.State(chains.positions[-1], log_prob=chains.log_probability[-1], random_state=chains.random_state)
     last = sampler.run_mcmc(state, steps, skip_initial_state_check=True)
@@ -216,9 +216,9 @@ def converge(
     most_steps: int,
     after_block: Callable[[MarkovChains, Convergence | None], None],
 ) -> tuple[MarkovChains, Convergence]:
-    """Sample until every parameter has an effective sample size of ``wanted``, or to the limit of steps per walker.
+    """Sample until every parameter has the effective sample size ``wanted``, or up to the limit of steps per walker.
 
-    ``after_block`` is called with the chains and their convergence, so far as it is known, after each block.
+    ``after_block`` is called after each block with the chains and their latest diagnostics.
     """
     while True:
         done = chains.positions.shape[0]

@@ -1,14 +1,13 @@
-"""How a measured variogram scatters about the expected one: from simulated fields.
+"""Scatter of measured variograms about the expected one, estimated from simulated fields.
 
-The analytic expectation is exact for the field; what is measured differs: normal scores are relative to
-the frame, logarithms are taken, and clear pixels are at the threshold. No closed form of the covariance is
-known for that, so it is estimated from simulations, drawn over the whole of where the posterior lies
-and not at one point of it. Three things are learned from them as functions of the parameters: a small
-correction of the mean, quadratic; standard deviations, log-linear beside their analytic size; and one
-correlation matrix. Simulations do not enter otherwise: no seed is fixed in the likelihood.
+The analytic expectation is exact for the field, but measurements differ: normal scores are relative to the frame,
+logarithms are taken, and clear pixels are set to the threshold. No closed form of this covariance is known, so it is
+estimated from simulations over the whole region of the posterior, not at a single point. The simulations provide three
+results as functions of the parameters: a small quadratic correction of the mean, log-linear corrections of the analytic
+standard deviations, and one correlation matrix. The likelihood itself uses no simulations and no fixed seed.
 
-Some hundred simulations leave the mean uncertain, and posteriors that did not know it would be too narrow:
-the variance is that of a prediction, greater by the leverage of the position.
+A few hundred simulations leave the mean uncertain, and ignoring this would make posteriors too narrow. The variance is
+therefore the predictive variance, increased by the leverage of the position.
 """
 
 from __future__ import annotations
@@ -21,28 +20,28 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 
-# Ridge of the regression, in simulations: directions that hardly vary are left alone.
+# Ridge of the regression, in simulations, which damps directions with hardly any variation.
 _RIDGE = 1e-3
 
-# Of ln of a standard deviation beside its analytic size, from the middle of the positions to their edge: the prior's
-# standard deviation. Without a prior the noise of its estimate makes edges too likely, or too unlikely.
+# Prior standard deviation of the change in ln(standard deviation / analytic size) from the centre of the positions to
+# their edge. Without this prior, estimation noise would make the edges too likely or too unlikely.
 _SLOPE = 0.22
 
-# Of the multivariate t; fewer simulations than that do not know better.
+# Limit on the degrees of freedom of the multivariate t.
 _FREEDOM = 30.0
 
-# Of weighted regression and likeliest standard deviations in turn, and the farthest that one goes.
+# Alternating iterations of weighted regression and maximum-likelihood standard deviations, and the largest step.
 _TURNS, _FARTHEST = 8, 0.5
 
 
 @dataclass(frozen=True)
 class EstimatorNoise:
-    """Distribution of residuals (statistics,) for any parameters.
+    """Distribution of residuals (statistics,) as a function of the parameters.
 
     Attributes
     ----------
     centre, width : ndarray (P,)
-        Of the parameters of the simulations, on their scales; a width of 0 is a fixed one.
+        Centre and width of the simulated parameters on their scales; a width of 0 denotes a fixed parameter.
     mean : ndarray (F, S)
         Coefficients of the mean residual, in units of the analytic size.
     log_deviation : ndarray (1 + P, S)
@@ -52,12 +51,12 @@ class EstimatorNoise:
     inverse : ndarray (S, S)
         Of it.
     leverage : ndarray (F, F)
-        Inverse of the Cholesky factor of the mean's regression: the square of its product with features is what the
-        mean's uncertainty adds to a variance of 1.
+        Inverse Cholesky factor of the regression of the mean; the square of its product with the features is the
+        variance that the uncertainty of the mean adds to a variance of 1.
     basis : ndarray (S, S)
-        From residuals to the numbers that all this describes: see :func:`contrasts`.
+        Transformation of residuals to the described contrasts: see :func:`contrasts`.
     freedom : float
-        Degrees of freedom of the multivariate t: how heavy tails are.
+        Degrees of freedom of the multivariate t, which set the weight of its tails.
     """
 
     centre: Array
@@ -72,7 +71,7 @@ class EstimatorNoise:
 
     @classmethod
     def learn(cls, positions: Array, residuals: Array, basis: Array | None = None) -> EstimatorNoise:
-        """Learn from residuals (N, S), in units of the analytic size, at positions (N, P).
+        """Fit the noise model to residuals (N, S), in units of the analytic size, at positions (N, P).
 
         Raises PosteriorError if a statistic never varies.
         """
@@ -100,21 +99,21 @@ class EstimatorNoise:
         )
 
     def _white(self, positions: Array, residuals: Array) -> tuple[Array, Array]:
-        """Return independent residuals of unit variance, and ln of the standard deviation, both (N, S)."""
+        """Return whitened residuals and the log standard deviation, both (N, S)."""
         mean, log_deviation = self._predict(positions)
         standard = (residuals @ self.basis.T - mean) * np.exp(-log_deviation)
-        # Not a triangular solution: its threads cost more than they do for a dozen numbers.
+        # A triangular solver is slower here: its threading overhead dominates for a dozen numbers.
         return standard @ self.inverse.T, log_deviation
 
     def _predict(self, positions: Array) -> tuple[Array, Array]:
-        """Return the mean and ln of the standard deviation of a new residual on the basis, both (N, S)."""
+        """Return the mean and log standard deviation of a new residual in the basis, both (N, S)."""
         x = _scaled(positions, self.centre, self.width)
         features = _quadratic(x)
         leverage = np.sum((features @ self.leverage.T) ** 2, axis=1)
         return features @ self.mean, _linear(x) @ self.log_deviation + 0.5 * np.log1p(leverage)[:, None]
 
     def square_distance(self, positions: Array, residuals: Array) -> Array:
-        """Return how far residuals (N, S) are from their mean (N,), squared Mahalanobis distance."""
+        """Return the squared Mahalanobis distance (N,) of residuals (N, S) from their mean."""
         white, _ = self._white(positions, residuals)
         return np.asarray(np.sum(white * white, axis=1))
 
@@ -127,11 +126,11 @@ class EstimatorNoise:
 
 
 def contrasts(lags: int, others: int) -> Array:
-    """Return the basis (S, S) for so many lags along x, the same along y, and other statistics.
+    """Return the basis (S, S) for a number of lags along x, the same number along y, and other statistics.
 
-    A frame with more variance than others has it at all lags and along both axes, so that semivariances are nearly
-    collinear, and how nearly depends on the parameters. Steps from one lag to the next, of the mean of both axes and of
-    their difference, scatter each in its own way and are nearly uncorrelated.
+    A frame with a large variance has it at all lags and along both axes, so the semivariances are nearly collinear, to
+    a degree that depends on the parameters. Increments between successive lags, of the mean and of the difference of
+    the axes, are nearly uncorrelated.
     """
     steps = np.eye(lags) - np.eye(lags, k=1)
     half = 0.5 * steps
@@ -154,9 +153,9 @@ def _quadratic(x: Array) -> Array:
 
 
 def _mean_and_deviation(features: Array, linear: Array, residuals: Array) -> tuple[Array, Array]:
-    """Return the likeliest coefficients of the mean (F, S) and of ln of the standard deviation (1 + P, S).
+    """Return maximum-likelihood coefficients of the mean (F, S) and of the log standard deviation (1 + P, S).
 
-    Weighted regression and scoring in turn. The mean of logarithms of squares would need no turns, but has 2.5 times
+    Weighted regression and scoring alternate. Averaging the logarithms of squares needs no iteration, but has 2.5 times
     the variance.
 
     Raises PosteriorError if a statistic never varies.

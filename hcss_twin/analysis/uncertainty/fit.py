@@ -1,6 +1,6 @@
-"""Posterior of the parameters of fractal clouds, given one image, several, or only a fractal dimension (``hcss fit``).
+"""Posterior of fractal cloud parameters given one image, several images, or a fractal dimension (``hcss fit``).
 
-Before the chains run, simulations measure how the statistics of an image scatter where the posterior lies.
+Before the chains run, simulations measure the scatter of the image statistics in the region of the posterior.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorError
 
 FRAME = (800, 800, 20.0)
-"""Rows, columns and pixel size of the paper's images; also of any image before it is read, to check priors first."""
+"""Rows, columns and pixel size of the paper's images; also used to check priors before any image is read."""
 
 
 def fit(
@@ -39,22 +39,22 @@ def fit(
     progress: Progress | None = None,
     **options: Any,
 ) -> Posterior:
-    """Sample the posterior of cloud parameters given one image, or several of one kind, and write it.
+    """Sample the posterior of cloud parameters given one image or several similar ones, and write it.
 
     Parameters
     ----------
     images : path, or sequence of paths
-        What ``hcss match`` reads. Several images have a population, of which mean and spread are sampled with the
-        parameters of each.
+        Any image that ``hcss match`` reads. Several images form a population: its mean and spread are sampled together
+        with the parameters of each image.
     output : path
-        NetCDF file to write; nothing is written where chains have not converged. Beside it ``OUTPUT.state`` is kept
-        until they have: a fit that was interrupted goes on from there.
+        NetCDF file to write, only if the chains converge. Until then ``OUTPUT.state`` next to it holds the state, from
+        which an interrupted fit resumes.
     choice : ImageChoice, optional
-        Part of the images, and what in them is cloud.
+        Selection of the part of the images and of the cloud detection.
     progress : callable, optional
-        Called with what is being done, and which part of it is done.
+        Called with the current task and the fraction completed.
     **options
-        Of :class:`FitOptions`.
+        Fields of :class:`FitOptions`.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def fit(
     paths = [Path(images)] if isinstance(images, str | os.PathLike) else [Path(each) for each in images]
     if not paths:
         raise PosteriorError("images: none given, allowed: one or more")
-    # Images take long to read, and what is wrong with them is not to hide what is wrong here.
+    # Check options before reading the images, which is slow and may fail for other reasons.
     space_of(chosen, 0.5, [FRAME], several=len(paths) > 1)
     targets = [read_target(path, choice) for path in paths]
     digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
@@ -87,7 +87,7 @@ def fit_targets(
     options: FitOptions,
     progress: Progress | None = None,
 ) -> Posterior:
-    """As :func:`fit`, for images that have been read; ``inputs`` are names and SHA-256 of their files."""
+    """Same as :func:`fit` for images in memory; ``inputs`` are the names and SHA-256 of their files."""
     options.check()
     data = [ImageData.of(target.image, options.smallest_lag) for target in targets]
     several = len(data) > 1
@@ -148,20 +148,20 @@ def fit_dimension(
     progress: Progress | None = None,
     **options: Any,
 ) -> Posterior:
-    """Sample the posterior given nothing but the fractal dimension of grey levels, by the variogram.
+    """Sample the posterior given only the fractal dimension of grey levels by the variogram.
 
-    Raises PosteriorError as of :func:`fit`.
+    Raises PosteriorError as :func:`fit` does.
 
     Parameters
     ----------
     dimension, error : float
-        D, as ``variogram_dimension`` measures it, and its standard deviation.
+        D as measured by ``variogram_dimension``, and its standard deviation.
     output : path
-        As of :func:`fit`.
+        As for :func:`fit`.
     rows, columns, pixel_size_m
-        Of the image in which it was measured.
+        Size and pixel size of the measured image.
     progress, **options
-        As of :func:`fit`.
+        As for :func:`fit`.
     """
     chosen = FitOptions(**options)
     chosen.check()
@@ -192,31 +192,31 @@ def fit_dimension(
 
 
 SIMULATIONS = (150, 150, 700)
-"""Over the prior, near the posterior that these give, and near the one that those give."""
+"""Numbers of simulations: over the prior, near the resulting posterior, and near the posterior from the second set."""
 
 # Steps of a pilot chain, and its burn-in.
 _PILOT, _SETTLED = 400, 200
 
-# Positions of the prior among which the pilot's start is chosen, per walker; and how many of them stay.
+# Prior draws per walker from which the pilot's start is selected, and the number retained.
 _CANDIDATES, _CHOSEN = 64, 4
 
-# Powers of the likelihood in pilots, less than 1 because what is learned over the prior is rough; and how much wider
-# than such a pilot's draws simulations are spread.
+# Exponents of the likelihood in pilot chains, below 1 because the noise learned over the prior is rough; and the factor
+# by which simulations spread wider than the pilot's draws.
 _POWERS, _WIDER = (0.25, 0.7), 1.3
 
-# Of the way to a limit, at least.
+# Minimum distance from a limit, as a fraction of the range to it.
 _INSIDE = 1e-4
 
 
 def prepare(
     likelihood: ImageLikelihood, space: Space, seed: np.random.SeedSequence, progress: Callable[[int], None]
 ) -> tuple[ImageLikelihood, Array]:
-    """Learn the scatter of the statistics, first over the prior and then, twice, where the posterior lies.
+    """Estimate the scatter of the statistics, first over the prior and then twice near the posterior.
 
-    The likelihood that is returned is 0 outside the positions of the last simulations, which reach beyond four standard
-    deviations of the posterior: nothing is extrapolated. Beside it positions (N, free) are returned where walkers may
-    start: the likelier half of draws of the pilot's posterior. ``progress`` is called with the number of further
-    simulations that are done. Raises PosteriorError if simulated images do not vary.
+    The returned likelihood is 0 outside the region of the last simulations, which extends beyond four standard
+    deviations of the posterior, so nothing is extrapolated. Also returned are start positions of walkers (N, free): the
+    likelier half of the draws from the pilot posterior. ``progress`` is called with the number of additional
+    simulations completed. Raises PosteriorError if simulated images do not vary.
     """
     rng = np.random.default_rng(seed)
     broad, *near = SIMULATIONS
@@ -238,9 +238,9 @@ def _flattened(space: Space, likelihood: ImageLikelihood, power: float) -> Singl
 
 
 def _pilot(model: SingleModel, candidates: Array, rng: np.random.Generator) -> Array:
-    """Sample the posterior of a provisional likelihood, from the likeliest of candidates."""
+    """Sample the posterior of a provisional likelihood, starting from the likeliest candidates."""
     walkers = walkers_of(len(model.names))
-    # Candidates may be steps of a chain that stayed: walkers at one point would never leave it.
+    # Candidates may be repeated steps of a chain; walkers at identical points could never separate.
     candidates = np.unique(candidates, axis=0)
     density = model.log_probability(candidates)
     best = candidates[np.argsort(-density, kind="stable")[: _CHOSEN * walkers]]
@@ -255,7 +255,7 @@ def _shapes(space: Space, position: Array) -> Array:
 
 
 def _limits(space: Space, pilot: Array) -> tuple[Array, Array]:
-    """Return how far simulations may go: to the limits of priors, but not onto them."""
+    """Return the limits for simulations: those of the priors, exclusive."""
     low, high = space.limits
     width = np.where(np.isfinite(high - low), high - low, np.ptp(pilot, axis=0))
     return low + _INSIDE * width, high - _INSIDE * width

@@ -1,6 +1,6 @@
-"""How to fit, and one fit from its start, or from where it was interrupted, to chains that have converged.
+"""Options of a fit, and a fit from its start or interruption to converged chains.
 
-The state of a fit that has not ended is a file beside its output.
+The state of an unfinished fit is a file next to its output.
 """
 
 from __future__ import annotations
@@ -36,24 +36,22 @@ class FitOptions:
     Attributes
     ----------
     fixed : mapping of str to float or "image"
-        Parameters among H, gamma, Lx, Ly (cells per 16 km), coverage that are not free. Coverage may be fixed at
-        "image": scenes are to have exactly the image's.
+        Fixed parameters among H, gamma, Lx, Ly (cells per 16 km) and coverage. Coverage may be fixed at "image", for
+        scenes with exactly the image's coverage.
     priors : mapping of str to str
-        ``kind:number:number`` for parameters, and for ``spread_NAME`` of several images; the others have the usual
-        ones.
+        ``kind:number:number`` for parameters, and for ``spread_NAME`` of several images; others have default priors.
     octaves : (int, int)
         First and last octave.
     smallest_lag : int
-        Pixels; shorter ones are not looked at (blurred or noisy images).
+        Shortest lag used, pixels; increase it for blurred or noisy images.
     misfit : float
-        Standard deviation of ln semivariance, independent at each lag, by which real clouds are allowed to differ from
-        any fractal field.
+        Allowed model error: standard deviation of ln semivariance, independent at each lag.
     seed : int
-        Of simulations and chains.
+        Seed of simulations and chains.
     samples : float
-        Effective sample size that every parameter must have.
+        Required effective sample size of every parameter.
     most_steps : int
-        Limit of steps per walker.
+        Maximum number of steps per walker.
     """
 
     fixed: Mapping[str, float | Literal["image"]] = field(default_factory=dict)
@@ -85,20 +83,20 @@ class FitOptions:
 
 SPREAD = "spread_"
 
-# Cells per frame that the priors of L allow: from one to one of so many pixels.
+# Limits of the prior of L: one cell per frame, and cells of this many pixels.
 _SMALLEST_CELL_PIXELS = 4
 _USUAL = {"H": "uniform:0.02:0.98", "gamma": "loguniform:1.5:4", "coverage": "uniform:0.01:0.99"}
 
-# Of a population's spread, the least by default.
+# Default lower limit of a population's spread.
 _MIN_SPREAD = 0.01
 
 
 def space_of(
     options: FitOptions, coverage: float, frames: Sequence[tuple[int, int, float]], *, several: bool
 ) -> tuple[Space, tuple[Prior, ...]]:
-    """Return what is free, and the priors of spreads, for images of this coverage and these frames.
+    """Return the free parameters and the priors of spreads for images with a given coverage and given frames.
 
-    Raises PosteriorOptionError if a parameter is fixed at a word, or a prior is not allowed.
+    Raises PosteriorOptionError if a parameter is fixed at text, or a prior is not allowed.
     """
     fixed = dict(options.fixed)
     if fixed.get("coverage") == "image":
@@ -110,9 +108,9 @@ def space_of(
 
 
 def fixed_number(name: str, value: float | str) -> float:
-    """Return what a parameter is fixed at.
+    """Return the value at which a parameter is fixed.
 
-    Raises PosteriorOptionError if it is a word.
+    Raises PosteriorOptionError if it is text.
     """
     if isinstance(value, str):
         where = "a number, or 'image' of images" if name == "coverage" else "a number"
@@ -121,7 +119,7 @@ def fixed_number(name: str, value: float | str) -> float:
 
 
 def usual_priors(frames: Sequence[tuple[int, int, float]]) -> dict[str, str]:
-    """Return the priors of what is not given, for frames of rows, columns and pixel size."""
+    """Return default priors of parameters without one, for frames given by rows, columns and pixel size."""
     usual = dict(_USUAL)
     for name, axis in (("Lx", 1), ("Ly", 0)):
         low = min(REFERENCE_LENGTH_M / (frame[axis] * frame[2]) for frame in frames)
@@ -145,21 +143,21 @@ def _spread_priors(space: Space, priors: Mapping[str, str], several: bool) -> tu
     )
 
 
-# Long chains are large files: not after every block.
+# Long chains are large files, so the state is not written after every block.
 _SECONDS_APART = 5.0
 _DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
 
 
 @dataclass(frozen=True)
 class FitState:
-    """What has been computed: the noise of each image, and chains."""
+    """State of a fit: the noise of each image, and the chains."""
 
     noises: tuple[EstimatorNoise, ...]
     chains: MarkovChains
 
 
 class Checkpoint:
-    """The file with the state of one fit; ``fingerprint`` is a hash of all that the chains depend on."""
+    """The state file of one fit; ``fingerprint`` is a hash of everything that determines the chains."""
 
     def __init__(self, path: Path, fingerprint: str) -> None:
         self._path = path
@@ -167,9 +165,9 @@ class Checkpoint:
         self._written = 0.0
 
     def read(self) -> FitState | None:
-        """Return the state, or None where there is none.
+        """Return the state, or None if there is none.
 
-        Raises PosteriorError if the file is damaged or is of another fit.
+        Raises PosteriorError if the file is damaged or belongs to another fit.
         """
         if not self._path.exists():
             return None
@@ -191,7 +189,7 @@ class Checkpoint:
             raise PosteriorError(f"{self._path}: damaged state of a fit: {error}; {remedy}") from error
 
     def write(self, state: FitState, now: bool = False) -> None:
-        """Write a state, at most every few seconds unless ``now``.
+        """Write the state, at most every few seconds unless ``now`` is true.
 
         Raises PosteriorError if the file cannot be written.
         """
@@ -211,16 +209,16 @@ class Checkpoint:
         self._written = time.monotonic()
 
     def remove(self) -> None:
-        """Forget the state: the posterior has been written."""
+        """Delete the state after the posterior has been written."""
         self._path.unlink(missing_ok=True)
 
 
 Progress = Callable[[str, float], None]
-"""Called with what is being done, and which part of it is done."""
+"""Called with the current task and the fraction completed."""
 
 
 class FitRun:
-    """One fit: its checkpoint, its progress, and what it is about."""
+    """One fit with its checkpoint, progress and description."""
 
     def __init__(
         self,
@@ -240,7 +238,7 @@ class FitRun:
         self.checkpoint = Checkpoint(output.with_name(f"{output.name}.state"), digest)
 
     def about(self) -> dict[str, Any]:
-        """Return the attributes of the file that describe the options."""
+        """Return the file attributes that describe the options."""
         priors = {name: prior.text for name, prior in self._space.priors.items()}
         for name, prior in zip(self._space.names, self._spreads, strict=False):
             priors[f"{SPREAD}{name}"] = prior.text
@@ -259,7 +257,7 @@ class FitRun:
         pilots: Sequence[Array],
         state: FitState | None,
     ) -> tuple[MarkovChains, Convergence]:
-        """Run chains to their end.
+        """Run the chains until they converge.
 
         Raises PosteriorError if they have not converged.
         """

@@ -1,12 +1,12 @@
-"""The statistics of an image that a fit uses: the variogram of normal scores, with clear pixels at the threshold.
+"""Image statistics for a fit: the variogram of normal scores, with clear pixels at the threshold.
 
-Grey levels are some increasing function of the field V where there is cloud. Their ranks are the field's, whatever the
-function (brightness exponent, eq 7, a calibration), so that ranks are converted to standard normal scores z; clear
-pixels, of which only is known that they lie below the threshold t, get the threshold: y = max(z, t).
+In cloudy pixels, grey levels are an increasing function of the field V. They have the ranks of the field whatever the
+function (brightness exponent, eq 7, a calibration), so ranks are converted to standard normal scores z. Clear pixels,
+known only to lie below the threshold t, are set to it: y = max(z, t).
 
-For a bivariate normal pair with the correlation rho the semivariance (1/2) E[(max(a, t) - max(b, t))^2] is a function
-of rho and t alone (Gaussian anamorphosis: J.-P. Chiles and P. Delfiner, Geostatistics, 2nd ed., Wiley 2012, section
-6.3). It is tabulated, so that the expected variogram of V becomes that of y.
+For a bivariate normal pair with correlation rho, the semivariance (1/2) E[(max(a, t) - max(b, t))^2] is a function of
+rho and t alone (Gaussian anamorphosis: J.-P. Chiles and P. Delfiner, Geostatistics, 2nd ed., Wiley 2012, section 6.3).
+A table of it converts the expected variogram of V to that of y.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from hcss_twin.models.clouds.coverage import highest_values
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
-# Bins by which simulated fields are ranked: a step is less than 2e-4 of the field's standard deviation.
+# Bins for ranking simulated fields; a step is less than 2e-4 of the field's standard deviation.
 _BINS = 1 << 16
 _TABLE_NODES, _SMALLEST, _LARGEST = 160, 1e-7, 1.999
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(96)
@@ -40,7 +40,7 @@ _FARTHEST = 8.0
 def image_scores(level: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the normal scores (rows, columns) of an image whose clear pixels are 0.
 
-    Equal levels share the mean of their ranks.
+    Equal levels get the mean of their ranks.
 
     Raises ImageError if no pixel is cloudy, or no two cloudy pixels differ.
     """
@@ -57,7 +57,7 @@ def image_scores(level: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def field_scores(field: NDArray[np.float32], cloudy: int) -> NDArray[np.float32]:
-    """Return the scores (rows, columns) of a simulated field of which ``cloudy`` pixels are cloud."""
+    """Return the scores (rows, columns) of a simulated field with ``cloudy`` cloudy pixels."""
     low, high = float(field.min()), float(field.max())
     counts = np.zeros(_BINS, dtype=np.int64)
     flat = np.ascontiguousarray(field).reshape(-1)
@@ -85,12 +85,12 @@ def score_variogram(scores: NDArray[np.float32], lags: NDArray[np.int64]) -> Arr
 
 
 class ScoreSemivariance:
-    """Semivariance of scores as a function of that of the field.
+    """Semivariance of scores as a function of the semivariance of the field.
 
     Parameters
     ----------
     coverage : float
-        Cloudy part of the pixels; 1 has no threshold.
+        Fraction of cloudy pixels; 1 means no threshold.
     """
 
     def __init__(self, coverage: float) -> None:
@@ -101,15 +101,15 @@ class ScoreSemivariance:
 
     @property
     def table(self) -> tuple[float, float, Array]:
-        """First and step of ln of the field's semivariance, evenly spaced, and ln of that of scores (N,)."""
+        """First value and step of ln of the field's semivariance, and ln of the semivariance of scores (N,)."""
         fields, scores = self._logarithms
         return float(fields[0]), float(fields[1] - fields[0]), scores
 
     def logarithm(self, semivariance: Array) -> Array:
-        """Return ln of the semivariance of scores for semivariances (any shape) of a field of unit variance.
+        """Return ln of the semivariance of scores for semivariances (any shape) of a field with unit variance.
 
-        Above 2, which is a correlation of -1 and which a frame with few large clouds may seem to have, the value at 2
-        stands.
+        Above 2 (a correlation of -1), which a frame with few large clouds may apparently exceed, the value at 2 is
+        used.
         """
         result: Array = np.interp(np.log(semivariance), *self._logarithms)
         return result
@@ -118,7 +118,8 @@ class ScoreSemivariance:
 def clipped_semivariance(one_minus: float, threshold: float) -> float:
     """Return (1/2) E[(max(a, t) - max(b, t))^2] of standard normal a, b with 1 - correlation ``one_minus``.
 
-    With a, b = s + d, s - d for independent normal s, d the mean over s is closed; that over d is by quadrature.
+    With a, b = s + d, s - d for independent normal s, d, the mean over s is analytic and the mean over d uses
+    quadrature.
     """
     if threshold == -math.inf:
         return one_minus
@@ -134,7 +135,7 @@ def clipped_semivariance(one_minus: float, threshold: float) -> float:
     moment_2 = inside + low * first - high * second
     shift = d - threshold
     one = sigma_s**2 * moment_2 + 2.0 * sigma_s * shift * moment_1 + shift**2 * inside
-    # Half the square; d of either sign alike.
+    # Half the square, with both signs of d.
     return float(np.sum(density * (4.0 * d**2 * ndtr(-high) + one)))
 
 
@@ -159,7 +160,7 @@ def _look_up(values: Any, low: Any, scale: Any, table: Any, result: Any) -> None
         result[i] = table[int((values[i] - low) * scale)]
 
 
-# Fewer pixels of one kind leave a variogram of single clouds, or of single gaps.
+# With fewer cloudy or clear pixels, the variogram would describe single clouds or gaps.
 _FEWEST_PIXELS = 100
 
 
@@ -211,7 +212,7 @@ class ImageData:
 
     @property
     def coverage(self) -> float:
-        """Cloudy part of the pixels."""
+        """Fraction of cloudy pixels."""
         return self.cloudy / (self.rows * self.columns)
 
     @property
@@ -220,10 +221,11 @@ class ImageData:
         return float(ndtri(1.0 - self.coverage))
 
     def simulate(self, shape: Array, octaves: tuple[int, int], seed: int) -> tuple[Array, float]:
-        """Measure a simulated image of this size and this many cloudy pixels, with H, gamma, Lx, Ly of ``shape`` (4,).
+        """Measure a simulated image of the same size and number of cloudy pixels, with H, gamma, Lx, Ly in ``shape``
+        (4,).
 
-        Returned are its variogram (2 M,), as :attr:`variogram`, and the threshold of the field V above which its cloudy
-        pixels lie: that of the sky.
+        Returns its variogram (2 M,), as :attr:`variogram`, and the threshold of the field V above which its pixels are
+        cloudy.
         """
         hurst, gamma, cells_x, cells_y = (float(each) for each in shape)
         parameters = FractalParameters(gamma=gamma, H=hurst, L=(cells_x, cells_y), k=octaves)

@@ -42,22 +42,22 @@ def log_densities(
     freedom: float,
     density: Any,
 ) -> None:
-    """Fill ``density`` (N,): ln of the density of the statistics, up to a constant; -inf where nothing was simulated.
+    """Fill ``density`` (N,): log density of the statistics, up to a constant; -inf outside the simulated region.
 
-    Multivariate t instead of normal: simulated residuals have heavier tails (a kurtosis of 3.5 to 5), and the
-    correlation matrix is an estimate. One loop without arrays takes a tenth of the time; a test has the same step by
-    step.
+    The density is a multivariate t instead of a normal, because simulated residuals have heavier tails (kurtosis 3.5 to
+    5) and the correlation matrix is an estimate. One loop without arrays takes a tenth of the time of array operations;
+    a test compares both.
 
     Parameters
     ----------
     positions : ndarray (N, 4)
         H, gamma, Lx, Ly on their scales.
     semivariance, variance : ndarray (N, M) and (N,)
-        Of the field, expected.
+        Expected variogram of the field.
     observed : ndarray (M,)
         ln of semivariances of normal scores.
     sky, threshold : ndarray (N,), float
-        Threshold of the sky, and normal score above which the frame's pixels are cloudy, if ``uses_coverage``.
+        Thresholds of the sky, and the normal score above which the frame's pixels are cloudy, if ``uses_coverage``.
     first, step, table
         Of :attr:`hcss_twin.analysis.uncertainty.image_data.ScoreSemivariance.table`.
     centre, width, mean, log_deviation, inverse, leverage, basis, freedom
@@ -85,7 +85,7 @@ def log_densities(
                 feature[k] = x[i] * x[j]
                 k += 1
         size = np.sqrt(1.0 - variance[n])
-        # What the uncertainty of the mean adds to a variance of 1.
+        # Variance that the uncertainty of the mean adds to a variance of 1.
         added = 0.0
         for i in range(feature.size):
             found = 0.0
@@ -126,32 +126,31 @@ def log_densities(
         density[n] = total
 
 
-# A frame's variance that rounding could make 0 or less, or 1.
+# Limits of a frame's variance, which rounding could make 0 or less, or 1.
 MIN_VARIANCE = 1e-9
 
-# Smaller images are made by code that waits for Python's lock.
+# Smaller images are simulated by code that holds Python's global lock.
 _PIXELS_WITH_THREADS, _MAX_THREADS = 2**16, 8
 
 
 @dataclass(frozen=True)
 class ImageLikelihood:
-    """Density of an image's statistics under the parameters of its clouds.
+    """Likelihood of an image's statistics given its cloud parameters.
 
-    Statistics are ln of the semivariances of normal scores, along x and y, and the threshold of the sky above which the
-    frame's cloudy pixels lie. The last one is not measured but given by the parameter coverage, t = -probit(coverage):
-    the frame, whose coverage is known, had it there. A frame's threshold is m + s q with the frame's mean m and
-    standard deviation s and the quantile q of the known coverage, so that the density of the coverage has the factor s
-    beside that of the threshold.
+    Statistics are the logarithms of the semivariances of normal scores along x and y, and the threshold of the sky
+    above which the frame's pixels are cloudy. The threshold is not measured but follows from the coverage parameter, t
+    = -probit(coverage). In a frame it is m + s q, with the frame's mean m and standard deviation s and the quantile q
+    of its known coverage, so the density of the coverage is that of the threshold times s.
 
     Attributes
     ----------
     noise : EstimatorNoise or None
-        Scatter of the statistics; None until it has been learned.
+        Scatter of the statistics; None until it has been estimated.
     uses_coverage : bool
-        Whether coverage is that of the unbounded sky. Otherwise it is the frame's by construction, and says nothing.
+        Whether coverage refers to the unbounded sky. Otherwise it is the frame's by construction and carries no
+        information.
     misfit : float
-        Standard deviation of ln semivariance, independent at each lag, by which real clouds differ from any fractal
-        field.
+        Model error: standard deviation of ln semivariance, independent at each lag.
     """
 
     data: ImageData
@@ -163,14 +162,14 @@ class ImageLikelihood:
 
     @classmethod
     def of(cls, data: ImageData, octaves: tuple[int, int], uses_coverage: bool, misfit: float = 0.0) -> ImageLikelihood:
-        """Prepare what needs no simulation."""
+        """Prepare everything that needs no simulation."""
         return cls(data, BatchVariogram.of(octaves), ScoreSemivariance(data.coverage), uses_coverage, misfit)
 
     def expected(self, shapes: Array) -> tuple[Array, Array]:
-        """Return what the statistics are without correction, and the analytic size of their scatter.
+        """Return the expected statistics without correction, and the analytic size of their scatter.
 
-        For H, gamma, Lx, Ly (N, 4): ln of semivariances, and the threshold if coverage is used, (N, S); and the
-        standard deviation of a frame's mean (N,).
+        For H, gamma, Lx, Ly (N, 4), these are ln of semivariances, with the threshold if coverage is used, (N, S), and
+        the standard deviation of a frame's mean (N,).
         """
         data = self.data
         semivariance, variance = self.variogram(shapes, data.lags, data.pixel_size_m, data.rows, data.columns)
@@ -181,7 +180,7 @@ class ImageLikelihood:
         return mean, np.sqrt(1.0 - variance)
 
     def __call__(self, values: Array) -> Array:
-        """Return ln of the likelihood (N,), up to a constant, of H, gamma, Lx, Ly, coverage (N, 5)."""
+        """Return the log-likelihood (N,), up to a constant, of H, gamma, Lx, Ly, coverage (N, 5)."""
         assert self.noise is not None
         data, noise = self.data, self.noise
         semivariance, variance = self.variogram(
@@ -210,10 +209,10 @@ class ImageLikelihood:
         return density
 
     def residuals(self, values: Array) -> tuple[Array, Array, Array]:
-        """Return how far the image is from what is expected of H, gamma, Lx, Ly, coverage (N, 5).
+        """Return the residuals of the image relative to its expectation for H, gamma, Lx, Ly, coverage (N, 5).
 
-        These are positions of H, gamma, Lx, Ly on their scales (N, 4), residuals in units of the size (N, S), and the
-        size (N,) of :meth:`expected`.
+        Returns the positions of H, gamma, Lx, Ly on their scales (N, 4), the residuals in units of the size (N, S), and
+        the size (N,) from :meth:`expected`.
         """
         shapes = values[:, : len(SHAPE)]
         mean, size = self.expected(shapes)
@@ -224,7 +223,7 @@ class ImageLikelihood:
         return on_scales(shapes), (statistics - mean) / size[:, None], size
 
     def learn(self, shapes: Array, rng: np.random.Generator, progress: Callable[[int], None]) -> ImageLikelihood:
-        """Simulate one image for each of ``shapes`` (N, 4), and return the likelihood that knows their scatter.
+        """Simulate one image for each of ``shapes`` (N, 4), and return the likelihood with their scatter.
 
         Raises PosteriorError if simulated images do not vary.
         """
@@ -255,14 +254,14 @@ class ImageLikelihood:
             statistics = statistics[:, :-1]
         residuals = (statistics - mean) / size[:, None]
         if self.misfit > 0.0:
-            # Part of the scatter like any other, so that it is learned with it.
+            # The model error is part of the scatter and is estimated with it.
             extra = rng.standard_normal((shapes.shape[0], 2 * self.data.lags.size)) * self.misfit
             residuals[:, : extra.shape[1]] += extra / size[:, None]
         basis = contrasts(self.data.lags.size, int(self.uses_coverage))
         return replace(self, noise=EstimatorNoise.learn(on_scales(shapes), residuals, basis))
 
     def replicate(self, shapes: Array, rng: np.random.Generator) -> Array:
-        """Draw the ln semivariances (N, 2 M) that an image of each of ``shapes`` (N, 4) might show."""
+        """Draw ln semivariances (N, 2 M), one image for each of ``shapes`` (N, 4)."""
         assert self.noise is not None
         mean, size = self.expected(shapes)
         drawn = mean + size[:, None] * self.noise.draw(rng, on_scales(shapes))
@@ -270,6 +269,6 @@ class ImageLikelihood:
 
 
 def on_scales(shapes: Array) -> Array:
-    """Take H, gamma, Lx, Ly (N, 4) to their scales."""
+    """Convert H, gamma, Lx, Ly (N, 4) to their scales."""
     columns = [KINDS[name].scale.of(shapes[:, column]) for column, name in enumerate(SHAPE)]
     return np.stack(columns, axis=1)

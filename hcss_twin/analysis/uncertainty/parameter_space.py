@@ -1,4 +1,4 @@
-"""The free parameters of a fit: prior distributions, the scales on which chains move, and the space of all of them."""
+"""Free parameters of a fit: prior distributions, sampling scales, and the parameter space."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scipy.special import ndtr, ndtri
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import PosteriorOptionError, choose_from
 
-# Kind, and what its two numbers are.
+# Kinds of priors, and the meaning of their two numbers.
 _KINDS = {
     "uniform": "low:high",
     "loguniform": "low:high",
@@ -25,16 +25,16 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Prior:
-    """A distribution of one parameter, cut off at the limits of what the parameter may be.
+    """Prior distribution of one parameter, truncated at the parameter's limits.
 
     Attributes
     ----------
     kind : {"uniform", "loguniform", "normal", "lognormal"}
         Shape.
     first, second : float
-        Limits; mean and standard deviation; or median and standard deviation of the logarithm.
+        Limits, mean and standard deviation, or median and standard deviation of the logarithm.
     low, high : float
-        Where it ends.
+        Truncation limits.
     """
 
     kind: str
@@ -47,7 +47,7 @@ class Prior:
     def parse(cls, name: str, text: str, low: float, high: float) -> Prior:
         """Read ``kind:number:number`` for a parameter that lies between ``low`` and ``high``.
 
-        Raises PosteriorOptionError if it is not written so, has no width, or lies outside the limits.
+        Raises PosteriorOptionError if the format is wrong, the prior has no width, or it lies outside the limits.
         """
         kind, *rest = text.split(":")
         if kind not in _KINDS:
@@ -85,7 +85,7 @@ class Prior:
         return f"{self.kind}:{self.first:.6g}:{self.second:.6g}"
 
     def log_density(self, value: Array) -> Array:
-        """Return ln of the density at values (any shape), up to a constant; -inf outside the limits."""
+        """Return the log density at values (any shape), up to a constant; -inf outside the limits."""
         with np.errstate(divide="ignore", invalid="ignore"):
             if self.kind == "uniform":
                 density = np.zeros_like(value)
@@ -99,7 +99,7 @@ class Prior:
         return np.where((value > self.low) & (value < self.high), density, -np.inf)
 
     def density(self, value: Array) -> Array:
-        """Return the density at values (any shape), with the integral one; 0 outside the limits."""
+        """Return the normalised density at values (any shape); 0 outside the limits."""
         if self.kind == "uniform":
             whole = self.high - self.low
         elif self.kind == "loguniform":
@@ -111,7 +111,7 @@ class Prior:
 
     @property
     def _parts(self) -> tuple[float, float]:
-        """Parts of a normal or lognormal distribution below its two ends."""
+        """Cumulative probability of the untruncated normal or lognormal distribution at the two limits."""
         low, high, centre = self.low, self.high, self.first
         if self.kind == "lognormal":
             low, high = (math.log(each) if each > 0.0 else -math.inf for each in (low, high))
@@ -119,7 +119,7 @@ class Prior:
         return float(ndtr((low - centre) / self.second)), float(ndtr((high - centre) / self.second))
 
     def quantile(self, probability: Array) -> Array:
-        """Return the values below which lie these parts of the distribution (any shape)."""
+        """Return the quantiles of the distribution for given probabilities (any shape)."""
         if self.kind == "uniform":
             return np.asarray(self.low + (self.high - self.low) * probability)
         if self.kind == "loguniform":
@@ -127,7 +127,7 @@ class Prior:
         takes_logarithm = self.kind == "lognormal"
         centre = math.log(self.first) if takes_logarithm else self.first
         below, above = self._parts
-        # Rounding must not leave the open interval.
+        # Rounding must not move values out of the open interval.
         position = np.clip(ndtri(below + (above - below) * probability), -8.0, 8.0)
         drawn = centre + self.second * position
         return np.asarray(np.exp(drawn) if takes_logarithm else drawn)
@@ -135,7 +135,7 @@ class Prior:
 
 @dataclass(frozen=True)
 class ParameterScale:
-    """A rising function of a parameter.
+    """An increasing function of a parameter.
 
     Attributes
     ----------
@@ -146,20 +146,20 @@ class ParameterScale:
     kind: Literal["value", "logarithm", "probit"]
 
     def of(self, value: Array) -> Array:
-        """Take parameters (any shape) to the scale; ends of the range may be infinite."""
+        """Convert parameters (any shape) to the scale; limits of the range may be infinite."""
         with np.errstate(divide="ignore"):
             if self.kind == "logarithm":
                 return np.asarray(np.log(value))
             return np.asarray(ndtri(value)) if self.kind == "probit" else np.asarray(value)
 
     def back(self, position: Array) -> Array:
-        """Take positions on the scale to parameters."""
+        """Convert positions on the scale to parameters."""
         if self.kind == "logarithm":
             return np.asarray(np.exp(position))
         return np.asarray(ndtr(position)) if self.kind == "probit" else np.asarray(position)
 
     def log_slope(self, position: Array) -> Array:
-        """Return ln(d parameter / d position), which takes a density from the one to the other."""
+        """Return ln(d parameter / d position), the Jacobian for converting densities."""
         if self.kind == "logarithm":
             return np.asarray(position)
         if self.kind == "probit":
@@ -169,10 +169,10 @@ class ParameterScale:
 
 @dataclass(frozen=True)
 class ParameterKind:
-    """What is known of a parameter before any image.
+    """A parameter with its limits, scale and default prior.
 
-    ``low`` and ``high`` are open limits of what the generator takes; chains move on ``scale``, on which ``widest`` is
-    the greatest default spread of a population.
+    ``low`` and ``high`` are the exclusive limits of the generator; chains sample on ``scale``, where ``widest`` is the
+    largest default spread of a population.
     """
 
     long_name: str
@@ -194,20 +194,20 @@ KINDS = {
 """Parameters of one image, in the order of all arrays."""
 
 SHAPE = ("H", "gamma", "Lx", "Ly")
-"""Those of the field's variogram."""
+"""Parameters that determine the field's variogram."""
 
-# Scale and prior whose density on the scale is constant.
+# Combinations of scale and prior with a constant density on the scale.
 _FLAT = (("value", "uniform"), ("logarithm", "loguniform"))
 
 
 @dataclass(frozen=True)
 class Space:
-    """Free parameters with their priors, and the values of the others.
+    """Free parameters with their priors, and the values of the fixed ones.
 
     Attributes
     ----------
     priors : dict of str to Prior
-        Of the free parameters, in the order of :data:`hcss_twin.analysis.uncertainty.parameter_space.KINDS`.
+        Priors of the free parameters, in the order of :data:`hcss_twin.analysis.uncertainty.parameter_space.KINDS`.
     fixed : dict of str to float
         All others.
     """
@@ -217,9 +217,9 @@ class Space:
 
     @classmethod
     def of(cls, fixed: Mapping[str, float], priors: Mapping[str, str], usual: Mapping[str, str]) -> Space:
-        """Check what is fixed and what is expected; ``usual`` has the priors of what is not given.
+        """Check fixed values and priors; ``usual`` has the default priors.
 
-        Raises PosteriorOptionError if a name is unknown, is both fixed and has a prior, or a value is not allowed; or
+        Raises PosteriorOptionError if a name is unknown or both fixed and given a prior, if a value is not allowed, or
         if nothing is free.
         """
         for name in (*fixed, *priors):
@@ -263,16 +263,16 @@ class Space:
         return np.stack([KINDS[n].scale.of(values[..., c]) for n, c in zip(self.names, columns, strict=True)], axis=-1)
 
     def log_prior(self, position: Array) -> Array:
-        """Return ln of the prior density (N,) of positions (N, free), up to a constant."""
+        """Return the log prior density (N,) of positions (N, free), up to a constant."""
         return np.asarray(self.log_priors(position).sum(axis=1))
 
     def log_priors(self, position: Array) -> Array:
-        """Return ln of the prior density of each parameter, up to a constant, at positions (N, free), as those."""
+        """Return the log prior density of each parameter at positions, both (N, free), up to a constant."""
         density = np.zeros_like(position)
         for column, (name, prior) in enumerate(self.priors.items()):
             scale, at = KINDS[name].scale, position[:, column]
             if (scale.kind, prior.kind) in _FLAT:
-                # What most priors are: a constant, without functions that take as long as the likelihood.
+                # Most priors are constant; this avoids functions that take as long as the likelihood.
                 low, high = self.limits[0][column], self.limits[1][column]
                 density[(at <= low) | (at >= high), column] = -np.inf
             else:
@@ -283,14 +283,14 @@ class Space:
         """Draw positions (count, free) from the priors."""
         columns = []
         for name, prior in self.priors.items():
-            # Stratified: a few hundred draws cover each prior evenly.
+            # Stratified, so that a few hundred draws cover each prior evenly.
             probability = (rng.permutation(count) + rng.uniform(size=count)) / count
             columns.append(KINDS[name].scale.of(prior.quantile(np.clip(probability, 1e-9, 1.0 - 1e-9))))
         return np.stack(columns, axis=-1)
 
     @cached_property
     def limits(self) -> tuple[Array, Array]:
-        """Least and greatest position (free,) that priors allow."""
+        """Minimum and maximum position (free,) that the priors allow."""
         ends = [KINDS[name].scale.of(np.array([prior.low, prior.high])) for name, prior in self.priors.items()]
         low, high = np.array(ends).T
         return low, high

@@ -1,8 +1,8 @@
-"""Posterior of the population that several images are from, and of the parameters of each; and how to sample it.
+"""Hierarchical posterior of several images: the population and the parameters of each image, and its sampler.
 
-Given the population, images are independent, so that the parameters of each image are proposed and accepted separately;
-given the images, so are the mean and spread of each parameter, which costs no likelihood. A general sampler moves all
-dimensions at once, and nearly every proposal would be rejected.
+Given the population, the images are independent, so the parameters of each image are proposed and accepted separately;
+given the images, the mean and spread of each parameter are updated separately, without the likelihood. A general
+sampler moves all dimensions at once, so nearly every proposal would be rejected.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from hcss_twin.analysis.uncertainty.chains import Likelihood
 from hcss_twin.analysis.uncertainty.parameter_space import KINDS, Prior, Space
 from hcss_twin.core.arrays import Array
 
-# Of the first guess of a population's spread, on the scale; and its scatter among walkers.
+# Initial spread of a population on the scale, and its scatter among walkers.
 _MIN_SPREAD, _SCATTER = 0.05, 0.2
 
 
 @dataclass(frozen=True)
 class PopulationModel:
-    """Parameters of several images, and the distribution from which they are.
+    """Posterior of the parameters of several images and of their population.
 
-    On its scale each parameter of an image is normally distributed, cut off at the limits of its prior, which is that
-    of the mean. A position has the means, the logarithms of the spreads, and then the parameters of each image. Between
-    images and between parameters the density is a product but for the likelihoods, which have the parameters of one
-    image each.
+    On its scale each parameter of an image is normally distributed, truncated at the limits of its prior, which is also
+    the prior of the mean. A position holds the means, the logarithms of the spreads, and the parameters of each image.
+    The density factorises over images and parameters except for the likelihoods, each of which depends on all
+    parameters of one image.
     """
 
     space: Space
@@ -47,7 +47,7 @@ class PopulationModel:
         return (*(f"mean_{name}" for name in free), *(f"spread_{name}" for name in free), *each)
 
     def log_probability(self, position: Array) -> Array:
-        """Return ln of the posterior density (N,) of positions (N, D)."""
+        """Return the log posterior density (N,) of positions (N, D)."""
         mean, log_spread, own = self.parts(position)
         given = self.log_given(own, mean, log_spread).sum(axis=1)
         total: Array = np.sum(self.log_hyperprior(mean, log_spread) + given, axis=1)
@@ -56,13 +56,13 @@ class PopulationModel:
         return total
 
     def parts(self, position: Array) -> tuple[Array, Array, Array]:
-        """Return means and logarithms of spreads (N, P), and the images' parameters (N, I, P), of positions (N, D)."""
+        """Split positions (N, D) into means and logarithms of spreads (N, P) and the images' parameters (N, I, P)."""
         count = len(self.space.names)
         split = position.reshape(position.shape[0], -1, count)
         return split[:, 0], split[:, 1], split[:, 2:]
 
     def log_hyperprior(self, mean: Array, log_spread: Array) -> Array:
-        """Return ln of the prior density of each mean and logarithm of a spread (N, P); -inf beyond limits."""
+        """Return the log prior density of each mean and logarithm of a spread (N, P); -inf outside the limits."""
         spread = np.exp(log_spread)
         total = self.space.log_priors(mean) + log_spread
         for column, prior in enumerate(self.spreads):
@@ -70,7 +70,7 @@ class PopulationModel:
         return np.where(np.isnan(total), -np.inf, total)
 
     def log_given(self, own: Array, mean: Array, log_spread: Array) -> Array:
-        """Return ln of the density of images' parameters (N, I, P) in a population; -inf beyond limits."""
+        """Return the log density of the images' parameters (N, I, P) in a population; -inf outside the limits."""
         low, high = self.space.limits
         spread = np.exp(log_spread)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -81,7 +81,7 @@ class PopulationModel:
         return np.where(possible, density, -np.inf)
 
     def log_likelihood(self, image: int, own: Array, wanted: NDArray[np.bool_]) -> Array:
-        """Return ln of an image's likelihood (N,) of its parameters (N, P) where it is wanted, else -inf."""
+        """Return an image's log-likelihood (N,) at its parameters (N, P) where requested, else -inf."""
         total = np.full(own.shape[0], -np.inf)
         if wanted.any():
             computed = self.likelihoods[image](self.space.complete(own[wanted]))
@@ -89,7 +89,7 @@ class PopulationModel:
         return total
 
     def moves(self) -> list[tuple[Any, float]]:
-        """Return the sweep over images and population."""
+        """Return the move that sweeps over images and population."""
         return [(PopulationSweep(self), 1.0)]
 
     def values(self, position: Array) -> dict[str, Array]:
@@ -104,19 +104,19 @@ class PopulationModel:
         return values
 
     def start(self, rng: np.random.Generator, each: Sequence[Array]) -> Array:
-        """Return where walkers start (N, D): at positions (N, free) of each image, fitted alone."""
+        """Return the start positions of walkers (N, D), from positions (N, free) of each image fitted alone."""
         alone = np.stack(each, axis=1)
         low, high = (np.array(ends) for ends in zip(*((p.low, p.high) for p in self.spreads), strict=True))
         spread = np.maximum(alone.std(axis=1), _MIN_SPREAD)
         spread = spread * np.exp(_SCATTER * rng.standard_normal(spread.shape))
-        # Well inside the limits, where the density is not 0.
+        # Start well inside the limits, where the density is not 0.
         spread = np.clip(spread, low + 0.01 * (high - low), high - 0.01 * (high - low))
         return np.concatenate([alone.mean(axis=1), np.log(spread), alone.reshape(alone.shape[0], -1)], axis=1)
 
 
 def _log_between(low: Array, high: Array) -> Array:
     """Return ln of the normal probability between two numbers, low < high."""
-    # On the side where both tails are small the difference is taken, so that nothing cancels.
+    # The difference is computed in the tail where both probabilities are small, to avoid cancellation.
     flip = low > 0.0
     a, b = np.where(flip, -high, low), np.where(flip, -low, high)
     upper, lower = log_ndtr(b), log_ndtr(a)
@@ -124,21 +124,21 @@ def _log_between(low: Array, high: Array) -> Array:
 
 
 _BEST = 2.38
-"""Size of a step along one dimension, in standard deviations of a normal density, that goes furthest."""
+"""Most efficient step size along one dimension, in standard deviations of a normal density."""
 
 _OF_IMAGES, _OF_POPULATION = 2, 3
-"""Steps of each image, and of means and spreads, in a sweep."""
+"""Steps per sweep: for each image, and for means and spreads."""
 
 
 class PopulationSweep(Move):  # type: ignore[misc]
-    """A move of emcee that changes all dimensions, each block by a Metropolis step of its own."""
+    """An emcee move that updates all dimensions, each block with a separate Metropolis step."""
 
     def __init__(self, model: PopulationModel) -> None:
         self._model = model
         self._likelihood: Array | None = None
 
     def propose(self, model: Any, state: State) -> tuple[State, NDArray[np.bool_]]:
-        """Move each half of the walkers; the other tells how far."""
+        """Move each half of the walkers with step sizes from the other half."""
         random = model.random
         whole = _WalkerSet.of(self._model, state.coords, self._likelihood)
         walkers = state.coords.shape[0]
@@ -191,7 +191,7 @@ class _WalkerSet:
         return np.asarray(np.sum(prior + given, axis=1) + self.likelihood.sum(axis=1))
 
     def move_image(self, image: int, others: Array, random: Any) -> None:
-        """Move one image's parameters: by differences of other walkers (M, P), or as far as the population lets it."""
+        """Move one image's parameters by differences of other walkers (M, P), or by steps scaled to the population."""
         walkers, count = self.mean.shape
         if random.rand() < 0.5:
             first = random.randint(others.shape[0], size=walkers)
@@ -209,7 +209,7 @@ class _WalkerSet:
         self.likelihood[taken, image] = likelihood[taken]
 
     def move_population(self, random: Any) -> None:
-        """Move each mean and each spread by itself, as far as images so many and so far apart let it."""
+        """Move each mean and each spread separately, with steps scaled to the number and scatter of the images."""
         images = self.own.shape[1]
         density = self._hyper(self.mean, self.log_spread)
         for _ in range(_OF_POPULATION):
@@ -221,7 +221,7 @@ class _WalkerSet:
             density = self._take_population(self.mean, log_spread, density, random)
 
     def _take_population(self, mean: Array, log_spread: Array, density: Array, random: Any) -> Array:
-        """Take or leave each mean and spread; return ln of the densities (N, P) of what is there then."""
+        """Accept or reject each mean and spread, and return the resulting log densities (N, P)."""
         proposed = self._hyper(mean, log_spread)
         taken = _taken(proposed - density, random)
         self.mean = np.where(taken, mean, self.mean)
@@ -231,7 +231,7 @@ class _WalkerSet:
     def move_together(self, others: Array, random: Any) -> None:
         """Move one parameter of all images with its mean, or stretch it about its mean with its spread.
 
-        A population that is narrow for what is known of it is a funnel, in which nothing moves far by itself.
+        The posterior of a narrow population is a funnel, in which separate moves are small.
         """
         walkers, count = self.mean.shape
         images = self.own.shape[1]
@@ -244,7 +244,7 @@ class _WalkerSet:
             own[..., which] += step[:, None]
             volume = 0.0
         else:
-            # Of all sizes: how long the funnel is, no one knows.
+            # Steps of all sizes, because the length of the funnel is unknown.
             step = 10.0 ** random.uniform(-1.5, 0.0) * random.standard_normal(walkers)
             log_spread[:, which] += step
             center = mean[:, which, None]
@@ -266,12 +266,12 @@ class _WalkerSet:
         return self._model.log_given(own, self.mean, self.log_spread)
 
     def _hyper(self, mean: Array, log_spread: Array) -> Array:
-        """Return ln of the density of each mean and spread (N, P), given the images' parameters."""
+        """Return the log density of each mean and spread (N, P), given the images' parameters."""
         given = self._model.log_given(self.own, mean, log_spread).sum(axis=1)
         return np.asarray(self._model.log_hyperprior(mean, log_spread) + given)
 
 
 def _taken(gain: Array, random: Any) -> NDArray[np.bool_]:
-    """Return which proposals are taken; those of no density (-inf, or NaN of two of them) are not."""
+    """Return the accepted proposals; those with zero density (-inf, or NaN from two of them) are rejected."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.log(random.random_sample(gain.shape)) < gain)

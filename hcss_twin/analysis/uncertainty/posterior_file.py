@@ -1,4 +1,4 @@
-"""The file of a posterior: NetCDF-4 with chains over (chain, draw), version 1."""
+"""Posterior file: NetCDF-4 with chains over (chain, draw), version 1."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ VERSION_ATTRIBUTE = "hcss_posterior_version"
 VERSION = 1
 
 PARAMETERS = ("H", "gamma", "Lx", "Ly", "coverage")
-"""Parameters of one image, in the order in which they are listed everywhere."""
+"""Parameters of one image, in their standard order."""
 
 _FIXED = "fixed_"
 _LOG_PROBABILITY = "log_probability"
@@ -33,8 +33,8 @@ class Diagnostic:
     """Attributes of a variable of the file.
 
     The prior is written as given, for example ``uniform:0.02:0.98``; the integrated autocorrelation time is in steps of
-    the sampler, the effective sample size is steps of all walkers after burn-in divided by it, and split R-hat is of
-    the halves of all walkers.
+    the sampler, the effective sample size is the steps of all walkers after burn-in divided by it, and split R-hat
+    compares the halves of all walkers.
     """
 
     long_name: str
@@ -46,11 +46,11 @@ class Diagnostic:
 
 @dataclass(frozen=True)
 class VariogramCheck:
-    """Observed and predicted variogram of normal scores at lags in pixels; NaN where an image has no such lag.
+    """Observed and predicted variogram of normal scores at lags in pixels; NaN at lags an image does not have.
 
-    Observed values and errors are along x and y (lag, 2), of several images (image, lag, 2); the error is one standard
-    deviation of the estimate at the posterior's mean. ``predicted`` (quantile, lag, 2) or (quantile, image, lag, 2) has
-    quantiles of images yet to be seen: of the posterior and the scatter of an image together.
+    Observed values and errors are along x and y (lag, 2), or (image, lag, 2) for several images; the error is one
+    standard deviation of the estimate at the posterior mean. ``predicted`` (quantile, lag, 2) or (quantile, image, lag,
+    2) has posterior predictive quantiles, including the scatter of an image.
     """
 
     lags: NDArray[np.int64]
@@ -62,18 +62,18 @@ class VariogramCheck:
 
 @dataclass(frozen=True)
 class Posterior:
-    """Draws from a posterior that has converged.
+    """Draws from a converged posterior.
 
     Attributes
     ----------
     chains : dict of str to ndarray (chain, draw) or (chain, draw, image)
         Free parameters; of several images also ``mean_NAME`` and ``spread_NAME`` (chain, draw).
     fixed : dict of str to float
-        Parameters that were not free.
+        Fixed parameters.
     attributes : dict
         Global attributes of the file.
     diagnostics : dict of str to dict
-        For each of ``chains`` its attributes, as :class:`Diagnostic`.
+        Attributes of each of ``chains``, as in :class:`Diagnostic`.
     """
 
     chains: dict[str, Array]
@@ -83,7 +83,7 @@ class Posterior:
 
     @property
     def samples(self) -> dict[str, Array]:
-        """Draws of all chains, one after the other: (n,); parameters of several images (n, image)."""
+        """Concatenated draws of all chains: (n,), or (n, image) for parameters of several images."""
         return {name: values.reshape(-1, *values.shape[2:]) for name, values in self.chains.items()}
 
 
@@ -102,28 +102,28 @@ def write_posterior(
     variogram: VariogramCheck | None = None,
     attributes: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write a posterior; whatever happens, ``path`` holds a whole file or what it held before.
+    """Write a posterior atomically: on failure, ``path`` is unchanged.
 
-    The same arguments give the same bytes: there is no date in the file. Raises PosteriorError if it cannot be written.
+    The same arguments give the same bytes, as the file contains no date. Raises PosteriorError if it cannot be written.
 
     Parameters
     ----------
     inputs : sequence of (str, str)
-        Name and SHA-256 of each file that was read; empty where none was.
+        Name and SHA-256 of each input file; empty without input files.
     chains : mapping of str to ndarray (chain, draw) or (chain, draw, image)
-        As :attr:`Posterior.chains`; ``diagnostics`` has one for each.
+        As in :attr:`Posterior.chains`, with an entry in ``diagnostics`` for each.
     log_probability : ndarray (chain, draw)
         Natural logarithm of the posterior density, up to a constant.
     fixed, priors : mapping
-        Parameters that were not free, and the priors of those that were, as given.
+        Fixed parameters, and the priors of the free ones, as given.
     seed : int
-        Of simulations and chains.
+        Seed of simulations and chains.
     trace : (sequence of str, ndarray (parameter, chain, step)), optional
         Names and values of all steps, burn-in included, perhaps thinned.
     variogram : VariogramCheck, optional
-        What images show.
+        Predictive check of the variogram.
     attributes : mapping, optional
-        More global attributes.
+        Additional global attributes.
     """
     import netCDF4
 
@@ -153,7 +153,7 @@ def write_posterior(
 def read_posterior(path: Path) -> Posterior:
     """Read the draws of a posterior.
 
-    Raises PosteriorError if the file is missing, is no posterior, has another version, has not converged or is damaged.
+    Raises PosteriorError if the file is missing, damaged, not a posterior, of another version, or not converged.
     """
     import netCDF4
 
@@ -186,7 +186,7 @@ def read_posterior(path: Path) -> Posterior:
 def _check_header(path: Path, attributes: Mapping[str, Any]) -> None:
     version = attributes.get(VERSION_ATTRIBUTE)
     if version is None:
-        raise PosteriorError(f"cannot read {path}: it is no posterior of hcss fit")
+        raise PosteriorError(f"cannot read {path}: it is not a posterior of hcss fit")
     if version != VERSION:
         raise PosteriorError(f"cannot read {path}: {VERSION_ATTRIBUTE} {version}, allowed: {VERSION}")
     if attributes.get("converged") != "true":

@@ -1,4 +1,4 @@
-"""From converged chains to the file of the posterior, with a posterior predictive check of the variogram."""
+"""Write converged chains to a posterior file, with a posterior predictive check of the variogram."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hcss_twin.core.arrays import Array
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 SUSPICIOUS = 0.01
-"""Of the predictive p-value: below, the image is unlike any fractal field."""
+"""Threshold of the predictive p-value, below which the image is unlike any fractal field."""
 
 _DRAWS = 2000
 
@@ -30,9 +30,9 @@ def predictive_check(
 ) -> tuple[VariogramCheck, list[float]]:
     """Compare images with replicates drawn from the posterior.
 
-    ``values`` are draws (N, 5) of all parameters of each image. Returned are the check, with an axis for the images
-    where there are several, and a p-value for each: the part of replicates that is at least as far from the mean as the
-    image (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
+    ``values`` are draws (N, 5) of all parameters of each image. Returns the check, with an image axis if there are
+    several images, and a p-value for each image: the fraction of replicates at least as far from the mean as the image
+    (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 6.3).
     """
     lags = np.unique(np.concatenate([each.data.lags for each in likelihoods]))
     count = len(likelihoods)
@@ -73,8 +73,8 @@ def _p_value(likelihood: ImageLikelihood, drawn: Array, rng: np.random.Generator
 # Steps of the trace.
 _LONGEST_TRACE = 500
 
-# Draws in these outer parts of the half-width of the range are at its edge; more of them than this are a crowd. Even
-# draws have a part of _EDGE there.
+# Fraction of the half-width of the range that counts as its edge, and the fraction of draws there that triggers a
+# warning. Uniform draws have a fraction of _EDGE there.
 _EDGE, _CROWDED = 0.02, 0.06
 _TITLE = "Posterior of the parameters of fractal clouds"
 _ON_SCALE = {"value": "", "logarithm": " (of the natural logarithm)", "probit": " (of the normal quantile)"}
@@ -92,7 +92,7 @@ def write_result(
     seed: int,
     notes: Sequence[str],
 ) -> None:
-    """Thin chains to independent draws, check them against the images, and write all.
+    """Thin chains to independent draws, check them against the images, and write the file.
 
     Raises PosteriorError if the file cannot be written.
     """
@@ -159,7 +159,7 @@ def _diagnostics(
     convergence: Convergence,
     priors: Mapping[str, str],
 ) -> dict[str, Diagnostic]:
-    """Return what each variable says; of the parameters of several images, the worst image's."""
+    """Return the attributes of each variable; for parameters of several images, those of the worst image."""
     diagnostics = {}
     for name in values:
         columns = [i for i, each in enumerate(model.names) if each == name or each.startswith(f"{name}[")]
@@ -183,7 +183,7 @@ def _diagnostics(
 
 
 def _at_edges(name: str, likelihood: ImageLikelihood, values: Array, space: Space) -> list[str]:
-    """Say which parameters crowd at the edge of the prior, or of where the scatter was learned."""
+    """Return warnings for parameters with many draws at the edge of the prior or of the simulated region."""
     noise = likelihood.noise
     assert noise is not None
     lines = []

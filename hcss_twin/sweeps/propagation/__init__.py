@@ -1,1 +1,1 @@
-"""How uncertain radiance is because cloud parameters and other inputs of a scenario are."""
+"""Uncertainty of radiance due to uncertain cloud parameters and other inputs of a scenario."""

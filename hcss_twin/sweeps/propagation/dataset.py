@@ -1,4 +1,4 @@
-"""The file of a propagation: the values of all draws, and their summary."""
+"""Propagation file: the values of all draws, and their summary."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 VERSION_ATTRIBUTE = "hcss_propagation_version"
 VERSION = 2
-"""From 2 on, moments are of all scenes that have an output; before, of draws whose scenes all had it."""
+"""Since version 2, moments use all scenes with an output; before, they used draws whose scenes all had it."""
 
 _SPREAD = "standard deviation over the pixels of a class of"
 _PER_DRAW = {
@@ -44,10 +44,10 @@ def drawn_dataset(
     kelvin_levels: NDArray[np.float32],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Put the values of all draws together.
+    """Combine the values of all draws.
 
-    ``statistics`` are by mixture, then by draw; ``inputs`` (draw, input) are those of the first sample;
-    ``kelvin_levels`` (draw, band, class, level) are the brightness temperatures of the levels of radiance of the draws.
+    ``statistics`` are ordered by mixture, then by draw; ``inputs`` (draw, input) are those of the first sample;
+    ``kelvin_levels`` (draw, band, class, level) are the brightness temperatures of the radiance levels of the draws.
     """
     import xarray as xr
 
@@ -90,7 +90,7 @@ def drawn_dataset(
 
 
 def with_summary(drawn: xr.Dataset) -> xr.Dataset:
-    """Add the summary of the draws, in place of an earlier one."""
+    """Add the summary of the draws, replacing an earlier one."""
     import xarray as xr
 
     summary = summarise(drawn)
@@ -100,7 +100,7 @@ def with_summary(drawn: xr.Dataset) -> xr.Dataset:
 
 
 def sample_attributes(sample: JointSample) -> dict[str, Any]:
-    """Return what the file says about where its draws come from."""
+    """Return file attributes on the source of the draws."""
     attributes: dict[str, Any] = {
         "uncertain": json.dumps({each.key: dict(each.distribution) for each in sample.keys}, default=str),
         "independence": "inputs are drawn independently of each other; the parameters of a posterior together",
@@ -120,9 +120,8 @@ def sample_attributes(sample: JointSample) -> dict[str, Any]:
 
 
 def write_propagation(dataset: xr.Dataset, path: Path) -> None:
-    """Write the file; whatever happens, ``path`` holds a whole file or what it held before.
-
-    The same values give the same bytes: there is no date in it.
+    """Write the file atomically: on failure, ``path`` is unchanged. The same values give the same bytes, as the file
+    contains no date.
 
     Raises PropagationError if it cannot be written.
     """
@@ -138,7 +137,7 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
 def open_propagation(path: str | Path) -> xr.Dataset:
     """Open the file of a propagation.
 
-    Raises PropagationError if it cannot be read, or is none.
+    Raises PropagationError if it cannot be read or is not a propagation.
     """
     import xarray as xr
 
@@ -149,6 +148,6 @@ def open_propagation(path: str | Path) -> xr.Dataset:
     version = dataset.attrs.get(VERSION_ATTRIBUTE)
     if version != VERSION:
         dataset.close()
-        what = "it is no propagation" if version is None else f"version {version}, allowed: {VERSION}"
+        what = "it is not a propagation" if version is None else f"version {version}, allowed: {VERSION}"
         raise PropagationError(f"cannot read {path}: {what}")
     return dataset

@@ -1,4 +1,4 @@
-"""Statistics of one scene, pixels by class and band and metrics of its clouds; and the tables that scenes share."""
+"""Statistics of one scene (radiance by pixel class and band, cloud metrics), and the tables that scenes share."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ ALL = "all"
 METRICS = ("coverage", "entropy", "density", "diagonal_peak", "fractal_dimension")
 
 LEVELS = (np.arange(64) + 0.5) / 64
-"""Of the quantiles over the pixels of a scene: each stands for 1/64 of them."""
+"""Quantile levels over the pixels of a scene; each represents 1/64 of them."""
 
 VARIABLES = ("radiance", "cloud_mask", "cloud_thickness")
-"""Of the cube that the statistics are of; brightness temperature is made of radiance."""
+"""Variables from which statistics are computed; brightness temperature is derived from radiance."""
 
 MAX_PIXELS = 2**25
-"""Of all frames of a scene, whose radiance in all bands is held in memory."""
+"""Maximum number of pixels in all frames of a scene, whose radiance in all bands is kept in memory."""
 
 
 @dataclass(frozen=True)
 class DrawStatistics:
-    """Statistics of all frames of one scene together; NaN where no pixel is of the class.
+    """Statistics over all frames of one scene; NaN for classes without pixels.
 
-    Means over the pixels of a class and their standard deviations (band, class), radiance in W m-2 sr-1 and brightness
-    temperature in K; ``pixels`` (class,); ``metrics`` (metric,), mean over the frames that have them; and ``levels``
-    (band, class, level), the radiance below which the shares ``LEVELS`` of the pixels lie, if wanted.
+    Means and standard deviations over the pixels of a class (band, class), for radiance in W m-2 sr-1 and brightness
+    temperature in K; ``pixels`` (class,); ``metrics`` (metric,), means over the frames that have them; and optionally
+    ``levels`` (band, class, level), the quantiles of radiance over pixels at ``LEVELS``.
     """
 
     radiance: Array
@@ -64,18 +64,18 @@ class _Classes:
         self.kinds = np.zeros(plan.pixels, dtype=np.int8)
 
     def observe(self, window: Window, thickness_m: Sequence[Thickness], shaded: NDArray[np.bool_] | None) -> None:
-        """Take a window, in pixels of the part, which here is the whole image."""
+        """Process a window, in pixels of the computed part, which here is the whole image."""
         shape = length(window[0]), length(window[1])
         self.kinds[window] = strata(self._plan.layers, thickness_m, shape, self._plan.samples_per_pixel)
 
 
 def class_names(layers: int) -> tuple[str, ...]:
-    """Return the names of the classes of a scene with so many layers: those of certificates, and ``all``."""
+    """Return the class names of a scene with a number of layers: those of certificates, and ``all``."""
     return (ALL, *stratum_names(layers))
 
 
 def require_room(plan: Plan) -> None:
-    """Refuse scenes whose frames do not fit into memory together, with a ScenarioError."""
+    """Raise ScenarioError for scenes whose frames do not fit into memory together."""
     rows, columns = plan.pixels
     pixels, frames = rows * columns, plan.frame_times_s.size
     if pixels * frames > MAX_PIXELS:
@@ -89,10 +89,10 @@ def require_room(plan: Plan) -> None:
 def statistics_of(
     plan: Plan, tables: RadianceTables, temperature: BrightnessTemperature, *, with_levels: bool
 ) -> DrawStatistics:
-    """Compute all frames of a scene with the variables ``VARIABLES``, and summarise them.
+    """Compute the variables ``VARIABLES`` of all frames of a scene, and summarise them.
 
-    ``temperature`` is of the plan's spectral grid; ``with_levels`` adds quantiles over pixels. Raises ProviderError if
-    a provider breaks its contract.
+    ``temperature`` belongs to the plan's spectral grid; ``with_levels`` adds quantiles over pixels. Raises
+    ProviderError if a provider violates its contract.
     """
     maker = PartMaker(plan, tables)
     kinds, radiance, kelvin, metrics = [], [], [], []
@@ -120,7 +120,7 @@ def _moments(
     mean, spread = np.full((2, values.shape[0], pixels.size), np.nan)
     known = pixels > 0
     for band, each in enumerate(values):
-        level = float(each.mean(dtype=np.float64))  # sums of squares of differences keep their digits
+        level = float(each.mean(dtype=np.float64))  # sums of squared differences avoid loss of precision
         off = each.astype(np.float64) - level
         first, second = (np.bincount(kind, power, minlength=number) for power in (off, off * off))
         sums = np.stack([np.append(np.sum(power), power) for power in (first, second)])
@@ -146,7 +146,7 @@ def _levels(values: NDArray[np.float32], kind: NDArray[np.int8], number: int) ->
 
 
 def _metrics(thickness_m: NDArray[np.float32], cloudy: NDArray[np.bool_]) -> list[float]:
-    """Metrics of one frame; where an image has no shape to speak of, only its coverage."""
+    """Metrics of one frame; only the coverage if the morphology is undefined."""
     coverage = float(np.mean(cloudy))
     try:
         shape = morphology(thickness_m, cloudy)
@@ -156,7 +156,7 @@ def _metrics(thickness_m: NDArray[np.float32], cloudy: NDArray[np.bool_]) -> lis
 
 
 def _mean_where_known(metrics: Array) -> Array:
-    """Mean over frames (frame, metric) of those that are numbers; NaN where none is."""
+    """Mean over frames (frame, metric), ignoring NaN; NaN if all are NaN."""
     known = np.isfinite(metrics)
     count = known.sum(axis=0)
     total = np.where(known, metrics, 0.0).sum(axis=0)
@@ -164,15 +164,15 @@ def _mean_where_known(metrics: Array) -> Array:
 
 
 _HELD = 4
-"""Tables in memory: all that one draw and the last need."""
+"""Limit of tables in memory: those of the current and the previous draw."""
 
 
 @dataclass
 class TableCount:
-    """How often tables were made.
+    """Counts of table compilations.
 
-    ``scenes`` asked for tables and needed ``sets`` different ones, if no more than a few different ones come in a row;
-    ``compiled`` of them were compiled, the others were in the cache from earlier runs.
+    ``scenes`` scenes needed ``sets`` different sets of tables (if only a few alternate); ``compiled`` of them were
+    compiled, the others came from the cache of earlier runs.
     """
 
     scenes: int = 0
@@ -181,7 +181,7 @@ class TableCount:
 
 
 class SharedTables:
-    """Gives the tables of one plan after the other."""
+    """Provides the tables of successive plans."""
 
     def __init__(self) -> None:
         self.count = TableCount()
@@ -189,12 +189,12 @@ class SharedTables:
         self._temperatures: OrderedDict[bytes, BrightnessTemperature] = OrderedDict()
 
     def of(self, plan: Plan) -> RadianceTables:
-        """Return the tables of a plan, the same to the bit as those of a run of its own."""
+        """Return the tables of a plan, identical to the bit to those of a separate run."""
         self.count.scenes += 1
         key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views is not None else None}"
         if key not in self._held:
             self.count.sets += 1
-            compiled: list[Plan] = []  # of several views, where pixels have views of their own
+            compiled: list[Plan] = []  # of several views, if the view varies over pixels
             self._held[key] = tables_of(plan, partial(_noted, compiled))
             self.count.compiled += bool(compiled)
             while len(self._held) > _HELD:
@@ -203,7 +203,7 @@ class SharedTables:
         return self._held[key]
 
     def temperature(self, plan: Plan) -> BrightnessTemperature:
-        """Return what turns radiance into brightness temperature; its table takes longer than a small frame."""
+        """Return the cached conversion of radiance to brightness temperature, whose table is slow to make."""
         grid = plan.spectral_grid
         key = grid.wavenumber_cm1.tobytes() + grid.weights_cm1.tobytes()
         if key not in self._temperatures:

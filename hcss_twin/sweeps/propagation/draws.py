@@ -1,4 +1,4 @@
-"""A scenario with uncertain keys, and the scenarios of all draws, checked before the first is computed."""
+"""A scenario with uncertain keys, and the scenarios of all draws, which are checked before the computation."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from hcss_twin.sweeps.propagation.draw_statistics import VARIABLES
 from hcss_twin.sweeps.propagation.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
 
 _SUMMED_UP: Mapping[str, Any] = {"output.variables": list(VARIABLES), "output.certificate": 0}
-"""Of the scenes that are summed up; cubes of draws hold what the user asked for."""
+"""Output settings of the summarised scenes; cubes of draws contain the variables that the user requested."""
 
 
 @dataclass(frozen=True)
 class UncertainScenario:
-    """A scenario file without ``[uncertain]``, the keys replaced in all draws, and what that section holds.
+    """A scenario file without ``[uncertain]``, the keys replaced in all draws, and the contents of that section.
 
     All draws share ``cache``.
     """
@@ -46,7 +46,7 @@ class UncertainScenario:
     def load(
         cls, source: str | Path | Mapping[str, Any] | Scenario, overrides: Mapping[str, Any] | None = None
     ) -> UncertainScenario:
-        """Read a scenario file by name or path, or take its keys; raises :class:`ScenarioError`."""
+        """Read a scenario from a name, a path or a mapping of keys; raises :class:`ScenarioError`."""
         raw, base, origin = read_keys(source, "scenario")
         section = raw.pop(UNCERTAIN, {})
         if not isinstance(section, Mapping):
@@ -71,7 +71,7 @@ _KEYS = 'allowed: keys of a scenario, for example "sea.temperature"'
 def uncertain_keys(given: Mapping[str, Any], section: str = UNCERTAIN) -> tuple[UncertainKey, ...]:
     """Check ``[uncertain]`` or ``--uncertain``: keys, dotted or in nested tables, and their distributions.
 
-    A distribution is a table, or text in the short form. Raises ScenarioError with everything that is wrong.
+    A distribution is a table, or text in the short form. Raises ScenarioError with all errors.
     """
     problems: list[Problem] = []
     keys: list[UncertainKey] = []
@@ -117,7 +117,7 @@ def _parsed(text: str) -> Mapping[str, Any]:
 
 
 def _read_number(text: str) -> float | str:
-    """Read a number; text with a unit stays as it is."""
+    """Parse a number; text with a unit is returned unchanged."""
     try:
         value = float(text)
     except ValueError:
@@ -128,10 +128,10 @@ def _read_number(text: str) -> float | str:
 
 
 def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
-    """Return the part of a scenario that the parameters of clouds belong to.
+    """Return the part of a scenario to which the cloud parameters belong.
 
-    ``layer`` is the number of the layer, needed where there are several. Raises ScenarioError if there is no such
-    layer, or its clouds are not those that a posterior is of.
+    ``layer`` is the number of the layer, required if there are several. Raises ScenarioError if there is no such layer,
+    or its generator is not that of a posterior.
     """
     layers, number = scenario.clouds.layers, layer or 0
     path = "clouds" if len(layers) == 1 else f"clouds.layers.{number}"
@@ -155,7 +155,7 @@ def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
 def overlap_problems(
     source: UncertainScenario, sample_keys: Sequence[str], posterior_keys: Sequence[str]
 ) -> Iterator[Problem]:
-    """Yield what is both uncertain and given otherwise: by the posterior, or by ``--set``."""
+    """Yield an error for each uncertain key that is also set by the posterior or by ``--set``."""
     for key, other in product(sample_keys, posterior_keys):
         if keys_overlap(key, other):
             message = f"overlaps {other}, which the posterior has values for; allowed: one of both"
@@ -164,16 +164,16 @@ def overlap_problems(
 
 
 def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tuple[Scenario, ...]]:
-    """Make and check the scenarios of all draws of all mixtures.
+    """Create and check the scenarios of all draws of all mixtures.
 
-    Scenarios are returned by the name of the mixture. Raises ScenarioError with all problems, each once, with the draws
-    that have it and their values.
+    Scenarios are returned by mixture name. Raises ScenarioError with each problem listed once, with its draws and their
+    values.
     """
     scenarios: dict[str, tuple[Scenario, ...]] = {}
     wrong: dict[Problem, list[tuple[Mixture, int]]] = {}
     for mixture in sample.mixtures:
         if mixture.name == OTHER_SEED:
-            continue  # the same but for a number
+            continue  # equal except for a number
         drawn = []
         for draw in range(sample.count):
             try:
@@ -192,15 +192,15 @@ def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tu
 
 
 def with_draw(error: ScenarioError, sample: JointSample, mixture: Mixture, draw: int) -> ScenarioError:
-    """Return an error that only the plan of a draw finds, naming the draw and its values."""
+    """Return an error that only the planning of a draw detects, with the draw and its values."""
     wrong = {problem: [(mixture, draw)] for problem in error.problems}
     return ScenarioError(_told(wrong, sample), error.origin)
 
 
 def numbers_of(sample: JointSample, scenarios: Sequence[Scenario]) -> Array:
-    """Return the inputs of the first sample, whose scenarios are given, as numbers (draw, input).
+    """Return the inputs of the first sample as numbers (draw, input), given its scenarios.
 
-    Numbers are SI, instants are seconds since 1970.
+    Numbers are in SI units, dates and times in seconds since 1970.
     """
     columns = [sample.rows[A].T]
     for each in sample.keys:
@@ -216,7 +216,7 @@ def _number(value: Any) -> float:
 
 
 def _told(wrong: Mapping[Problem, list[tuple[Mixture, int]]], sample: JointSample) -> Iterator[Problem]:
-    """Name the first draw for each key that is wrong, and count the others: messages differ by their values."""
+    """Report the first draw for each invalid key and list the others, as messages differ only in values."""
     fields: dict[str, list[tuple[Problem, Mixture, int]]] = {}
     for problem, places in wrong.items():
         fields.setdefault(problem.field, []).extend((problem, *place) for place in places)

@@ -1,9 +1,9 @@
-"""Estimates from draws: moments, quantiles, and which input matters; each a function of draws alone.
+"""Estimators from draws: moments, quantiles and sensitivity shares, each a function of the draws alone.
 
-y has the axes (mixture, draw, output); mixture 0 are the draws and mixture 1 the same with other seeds. Moments and
-quantiles are those of a scene that has the outputs: y may be NaN where a scene has not (a class without pixels), in the
-same scenes for all outputs. To ask this of both scenes of a draw would prefer inputs that often have the outputs.
-Shares need draws that have them in all mixtures.
+y has the axes (mixture, draw, output); mixture 0 holds the draws and mixture 1 the same draws with other seeds. Moments
+and quantiles use the scenes that have the outputs: y is NaN in scenes that lack them (a class without pixels), the same
+scenes for all outputs. Requiring the outputs in both scenes of a draw would favour inputs that often have them. Shares
+need draws that have the outputs in all mixtures.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 
 RESAMPLES = 200
-"""Bootstrap samples of the draws, from which all standard errors come."""
+"""Number of bootstrap samples of the draws for all standard errors."""
 
 CUBIC_FROM, LINEAR_FROM = 40, 12
-"""Draws from which on regressions are cubic, and from which on there are any."""
+"""Minimum number of draws for cubic regressions, and for any regression."""
 
 SAME = 1e-7
-"""Spread, relative to the mean, below which an output does not vary: that of single precision."""
+"""Relative spread below which an output counts as constant: single precision."""
 
 
 def scenes(y: Array) -> Array:
-    """Scenes of both seeds that have the outputs, (scene, output)."""
+    """Scenes of both seeds with the outputs, (scene, output)."""
     values = y[:2].reshape(-1, y.shape[2])
     return np.asarray(values[np.isfinite(values).all(axis=1)])
 
@@ -37,10 +37,10 @@ def mean(y: Array) -> Array:
 
 
 def variance(y: Array) -> Array:
-    """Variance of one draw with one seed, (output,); unbiased where all scenes have the outputs.
+    """Variance of one draw with one seed, (output,); unbiased if all scenes have the outputs.
 
     Half of the mean squared difference between scenes of different draws (W. Hoeffding, Annals of Mathematical
-    Statistics 19 (1948) 293-325, for the kernel of the variance): scenes of the same draw share its inputs.
+    Statistics 19 (1948) 293-325, for the kernel of the variance), because scenes of the same draw share its inputs.
     """
     own = scenes(y)
     off = own - own.mean(axis=0)
@@ -58,31 +58,31 @@ def standard_deviation(y: Array) -> Array:
 
 
 def seed_variance(y: Array) -> Array:
-    """Mean over draws of the variance by seed alone, E[Var(y | all other inputs)], (output,); 1/2 of Jansen's."""
+    """Mean over draws of the variance due to the seed, E[Var(y | all other inputs)], (output,)."""
     return np.asarray(0.5 * np.mean((y[0] - y[1]) ** 2, axis=0))
 
 
 def quantiles(y: Array, shares: Sequence[float]) -> Array:
-    """Values below which shares of the scenes of both seeds lie, (share, output)."""
+    """Quantiles over the scenes of both seeds, (share, output)."""
     return np.asarray(np.quantile(scenes(y), shares, axis=0))
 
 
 def total_by_seed(y: Array) -> Array:
-    """Total share of the seed: what of the variance stays if all other inputs are known, (output,)."""
+    """Total share of the seed: the fraction of the variance that remains if all other inputs are known, (output,)."""
     return _share(seed_variance(y), y)
 
 
 def first_by_rest(y: Array) -> Array:
-    """First-order share of all inputs but the seed together, (output,)."""
+    """First-order share of all inputs except the seed together, (output,)."""
     return np.asarray(1.0 - total_by_seed(y))
 
 
 def first_by_regression(x: Array, y: Array) -> Array:
-    """First-order share of what the columns x (draw, term) are made of, by regression on them, (output,).
+    """First-order share of the inputs behind the columns x (draw, term), by regression on them, (output,).
 
-    The variance of the regression of the mean over seeds, less what as many meaningless terms would explain (adjusted
-    coefficient of determination), over the variance. Negative where an input explains less than chance would. What the
-    terms cannot follow is missed.
+    This is the variance explained by a regression of the mean over seeds, adjusted for the number of terms (adjusted
+    coefficient of determination), divided by the variance. It is negative if an input explains less than chance.
+    Dependence that the terms cannot represent is missed.
     """
     count = x.shape[0]
     target = y[:2].mean(axis=0)
@@ -113,17 +113,17 @@ def total_by_pick_freeze(y: Array, other: int, exchanged: int) -> Array:
 
 
 def _share(part: Array, y: Array, other: int | None = None) -> Array:
-    """Divide by the variance, of A and B where both have a part in it; NaN where the output does not vary."""
+    """Divide by the variance, that of A and B if both contribute; NaN if the output does not vary."""
     whole = variance(y) if other is None else 0.5 * (variance(y) + y[other].var(axis=0, ddof=1))
     varies = whole > (SAME * np.abs(mean(y))) ** 2
     return np.asarray(np.divide(part, whole, out=np.full(whole.shape, np.nan), where=varies))
 
 
 def terms_of(values: Array, count: int) -> Array | None:
-    """Return what an output is regressed on: powers of one input, or a quadratic form of several, (draw, term).
+    """Return the regressors of an output: powers of one input, or a quadratic form of several, (draw, term).
 
-    ``values`` (draw, input) are inputs; one, or several that belong together. The terms suit a regression on ``count``
-    draws; None where there are too few.
+    ``values`` (draw, input) are one input or a group of inputs. The terms suit a regression on ``count`` draws; None if
+    there are too few.
     """
     if count < LINEAR_FROM:
         return None
@@ -139,10 +139,10 @@ def terms_of(values: Array, count: int) -> Array | None:
 
 
 def bootstrap_error(estimate: Callable[[NDArray[np.intp]], Array], count: int, seed: np.random.SeedSequence) -> Array:
-    """Return the standard error of an estimate: its standard deviation over samples of the draws with replacement.
+    """Return the bootstrap standard error of an estimate: its standard deviation over resampled draws.
 
-    ``estimate``, given the numbers of draws (count,), some of them more than once, returns an array of any shape.
-    ``seed`` fixes the samples; all estimates with the same one are resampled alike.
+    ``estimate`` takes draw numbers (count,), with repetitions, and returns an array of any shape. ``seed`` determines
+    the samples; estimates with the same seed use the same samples.
     """
     generator = np.random.default_rng(seed)
     estimates = np.stack([estimate(generator.integers(count, size=count)) for _ in range(RESAMPLES)])

@@ -1,7 +1,7 @@
-"""What is drawn: parameters of a posterior, uncertain keys and seeds, in two independent samples and their mixtures.
+"""Draws of posterior parameters, uncertain keys and seeds, in two independent samples and their mixtures.
 
 The samples A and B are those of Saltelli et al., "Variance based sensitivity analysis of model output", Computer
-Physics Communications 181 (2010) 259-270: whatever is computed has each input from the one or the other.
+Physics Communications 181 (2010) 259-270: each computed mixture takes every input from one or the other.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ _OF_POPULATION = ("mean_", "spread_")
 
 @dataclass(frozen=True)
 class PosteriorDraws:
-    """A posterior as scenarios take it.
+    """A posterior in the form that scenarios use.
 
     Attributes
     ----------
     names : tuple of str
-        Free parameters, some of ``PARAMETERS`` in their order; ``fixed`` has the values of the others.
+        Free parameters, a subset of ``PARAMETERS`` in the same order; ``fixed`` has the values of the others.
     samples : ndarray (n, parameter)
-        All draws; those of several images one image after the other. A draw takes all parameters from one image.
+        All draws, concatenated over images. A draw takes all parameters from one image.
     octaves : (int, int) or None
-        First and last octave of the fractal sum, which the parameters refer to; None where the file does not say.
+        First and last octave of the fractal sum to which the parameters refer; None if not in the file.
     file, sha256 : str
         Name and hash of the file.
     about : mapping
@@ -55,8 +55,8 @@ class PosteriorDraws:
     def read(cls, path: str | Path) -> PosteriorDraws:
         """Read the file of a posterior.
 
-        Raises PosteriorError if it is missing, no posterior, not converged, damaged, or of parameters that no scenario
-        has.
+        Raises PosteriorError if it is missing, damaged, not a posterior or not converged, or if no scenario has its
+        parameters.
         """
         path = Path(path)
         posterior = read_posterior(path)
@@ -70,16 +70,16 @@ class PosteriorDraws:
         return cls(names, columns, fixed, octaves, images, path.name, digest, about)
 
     def rows(self, count: int, seed: np.random.SeedSequence) -> Array:
-        """Return so many independent draws (count, parameter) of the posterior, each as likely as any other."""
+        """Return independent, equally likely draws (count, parameter) of the posterior."""
         chosen = np.random.default_rng(seed).integers(self.samples.shape[0], size=count)
         return np.asarray(self.samples[chosen])
 
     def keys(self, layer: str) -> tuple[str, ...]:
-        """Return the keys of a scenario that the posterior has values for, in ``clouds`` or ``clouds.layers.0``."""
+        """Return the scenario keys that the posterior sets, in ``clouds`` or ``clouds.layers.0``."""
         return tuple(self.overrides(layer, np.zeros(len(self.names))))
 
     def overrides(self, layer: str, row: Array) -> dict[str, Any]:
-        """Return the keys of a scenario with the values of one draw (parameter,)."""
+        """Return scenario keys with the values of one draw (parameter,)."""
         value = {**self.fixed, **dict(zip(self.names, map(float, row), strict=True))}
         keys: dict[str, Any] = {f"{layer}.parameters.{name}": value[name] for name in ("H", "gamma") if name in value}
         if "Lx" in value:
@@ -116,7 +116,7 @@ def _octaves(posterior: Posterior, path: Path) -> tuple[int, int] | None:
 
 
 def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: int) -> tuple[str, ...]:
-    """Return what users of a posterior should know, if ``count`` draws of it are used."""
+    """Return notes for users of a posterior from which ``count`` draws are used."""
     notes = []
     number = int(layer.rpartition(".")[2]) if layer != "clouds" else 0
     if "coverage" in draws.names and scenario.clouds.layers[number].coverage_mode == "frame":
@@ -131,7 +131,7 @@ def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: 
         )
     if count > draws.samples.shape[0]:
         notes.append(
-            f"{count} draws are taken of the {draws.samples.shape[0]} that the posterior has, some more than once"
+            f"{count} draws are taken of the {draws.samples.shape[0]} that the posterior has, with repetitions"
         )
     if draws.fixed or draws.octaves is not None:
         fixed = [f"{name} = {value:g}" for name, value in draws.fixed.items()]
@@ -143,17 +143,17 @@ def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: 
 
 @dataclass(frozen=True)
 class UncertainKey:
-    """A dotted key and the distribution of its value, as in ``[sweep]`` without ``samples`` and ``seed``."""
+    """A dotted key and the distribution of its values, as in ``[sweep]`` but without ``samples`` and ``seed``."""
 
     key: str
     distribution: Mapping[str, Any]
 
     def values(self, draws: int, seed: int) -> tuple[Any, ...]:
-        """Return independent draws, as a scenario file would have them; keys with the same seed are independent.
+        """Return independent draws in the form of a scenario file; keys with the same seed are independent.
 
-        Raises ValueError with what is wrong with the distribution.
+        Raises ValueError if the distribution is invalid.
         """
-        # A sweep's key with the same seed has the same numbers; these must not depend on what else is drawn of it.
+        # A swept key with the same seed has the same random numbers; the draws must not depend on them.
         text = f"propagation {seed}".encode()
         own = int.from_bytes(hashlib.sha256(text).digest()[:8], "big") >> 1
         return axis_of(self.key, {**self.distribution, "samples": draws, "seed": own}).values
@@ -162,10 +162,10 @@ class UncertainKey:
 A, B = 0, 1
 
 SEED = "seed"
-"""Name of the input that chooses the realisation of clouds, and of waves where they are drawn."""
+"""Name of the input that sets the realisation of clouds, and of resolved waves."""
 
 POSTERIOR = "posterior"
-"""Name of the input that all free parameters of a posterior are together: they depend on each other."""
+"""Name of the input that groups all free parameters of a posterior, which are correlated."""
 
 DRAWS, OTHER_SEED, ALL_OTHERS = "draws", "other seed", "all others"
 _SEED_KEY = {"posterior": 1, "scene": 2, "bootstrap": 3}
@@ -173,13 +173,13 @@ _SEED_KEY = {"posterior": 1, "scene": 2, "bootstrap": 3}
 
 @dataclass(frozen=True)
 class Mixture:
-    """What is computed for each draw: independent inputs in ``exchanged`` come from B, the others from A."""
+    """One scene per draw: independent inputs in ``exchanged`` come from B, the others from A."""
 
     name: str
     exchanged: frozenset[str]
 
     def source(self, name: str) -> int:
-        """Return the sample, A or B, that an input comes from."""
+        """Return the sample, A or B, of an input."""
         return B if name in self.exchanged else A
 
 
@@ -187,10 +187,10 @@ class Mixture:
 class JointSample:
     """Draws of all inputs.
 
-    ``rows`` (2, draw, parameter) are those of the posterior in A and B, without columns if there is none; its
-    parameters belong to ``layer`` of the scenario. ``values`` has for each uncertain key those of A followed by those
-    of B, as a scenario file has them. ``seeds`` (2, draw) are of the scenes. ``mixtures`` are the draws, the same with
-    other seeds, and what pick-freeze needs.
+    ``rows`` (2, draw, parameter) are the posterior draws in A and B, without columns if there is no posterior; the
+    parameters belong to ``layer`` of the scenario. ``values`` has the values of A followed by those of B for each
+    uncertain key, in the form of a scenario file. ``seeds`` (2, draw) are the seeds of the scenes. ``mixtures`` are the
+    draws, the same draws with other seeds, and the mixtures for pick-freeze.
     """
 
     posterior: PosteriorDraws | None
@@ -208,12 +208,12 @@ class JointSample:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Inputs one by one: parameters of the posterior, then keys."""
+        """Names of the single inputs: parameters of the posterior, then keys."""
         names = () if self.posterior is None else self.posterior.names
         return (*names, *(each.key for each in self.keys))
 
     def overrides(self, mixture: Mixture, draw: int) -> dict[str, Any]:
-        """Return the keys of the scenario of one draw, with their values."""
+        """Return the scenario keys of one draw with their values."""
         keys: dict[str, Any] = {}
         if self.posterior is not None:
             row = self.rows[mixture.source(POSTERIOR), draw]
@@ -235,14 +235,14 @@ def joint_sample(
 ) -> JointSample:
     """Draw all inputs, independently of each other; parameters of a posterior are drawn together.
 
-    The first draws are the same whatever else is uncertain, and whether or not more is computed for them. ``seed`` is
-    that of the scenario and fixes all draws; ``pick_freeze`` adds mixtures with one input exchanged.
+    The first draws of an input do not depend on the other inputs, the number of draws or the mixtures. ``seed`` is that
+    of the scenario and determines all draws; ``pick_freeze`` adds mixtures with one input exchanged.
     """
     rows = np.empty((2, count, 0))
     if posterior is not None:
         rows = np.stack([posterior.rows(count, source) for source in _sources(seed, "posterior")])
     seeds = np.stack([np.random.default_rng(each).integers(2**63 - 1, size=count) for each in _sources(seed, "scene")])
-    # Inputs that are independent of each other, but for the seed.
+    # Independent inputs, without the seed.
     groups = (*((POSTERIOR,) if posterior is not None else ()), *(each.key for each in keys))
     mixtures = [Mixture(DRAWS, frozenset()), Mixture(OTHER_SEED, frozenset({SEED}))]
     if pick_freeze:
@@ -257,9 +257,9 @@ def _sources(seed: int, what: str) -> list[np.random.SeedSequence]:
 
 
 def bootstrap_seed(seed: int) -> np.random.SeedSequence:
-    """Return the seed of the errors of a propagation."""
+    """Return the seed for the standard errors of a propagation."""
     return np.random.SeedSequence(seed, spawn_key=(_FAMILY, _SEED_KEY["bootstrap"]))
 
 
 _FAMILY = 2**18
-"""Keeps these draws apart from the seeds of clouds, waves and certificates."""
+"""Separates these draws from the seeds of clouds, waves and certificates."""

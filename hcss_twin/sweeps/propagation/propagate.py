@@ -1,4 +1,4 @@
-"""Propagation: draw all uncertain inputs, compute the scene of each draw, and summarise the scatter of radiance."""
+"""Propagation: draw all uncertain inputs, compute the scenes, and summarise the scatter of radiance."""
 
 from __future__ import annotations
 
@@ -77,9 +77,9 @@ Progress = Callable[[Iterable[_T], int], Iterable[_T]]
 
 @dataclass(frozen=True)
 class Propagation:
-    """Result of a propagation: all that the file holds, in memory, and the file; how often radiance tables were made.
+    """Result of a propagation: the contents of the file, its path, and counts of compiled radiance tables.
 
-    ``cubes`` are those of the draws that were asked for, ``certificates`` are theirs.
+    ``cubes`` are the cubes of the requested draws, ``certificates`` their certificates.
     """
 
     dataset: xr.Dataset
@@ -90,7 +90,7 @@ class Propagation:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What users should know."""
+        """Notes for users."""
         return tuple(json.loads(self.dataset.attrs["notes"]))
 
 
@@ -109,41 +109,41 @@ def propagate(
 ) -> Propagation:
     """Propagate the uncertainty of inputs into radiance.
 
-    Each draw has values of all inputs and a seed of its own, and is computed with a second seed, too, which separates
-    the scatter of clouds with the same parameters from that of parameters.
+    Each draw has values of all inputs and two seeds, which separate the scatter of clouds with the same parameters from
+    that due to the parameters.
 
     Parameters
     ----------
     source : str, Path, mapping or Scenario
-        As for :meth:`Scenario.load`; a file may have a section ``[uncertain]``.
+        Scenario, as for :meth:`Scenario.load`; a file may have a section ``[uncertain]``.
     output : path, optional
         NetCDF file; it appears when it is complete.
     draws : int
         From 2 on.
     posterior : path, optional
-        File of a posterior of fractal clouds, whose draws replace the parameters of one cloud layer.
+        Posterior file of fractal clouds, whose draws replace the parameters of one cloud layer.
     uncertain : mapping, optional
-        Dotted key to distribution, as in ``[uncertain]``, whose keys of the same name it replaces.
+        Dotted key to distribution, as in ``[uncertain]``; replaces keys of the same name there.
     overrides : mapping, optional
         Dotted key to value, the same in all draws.
     layer : int, optional
-        Cloud layer that the posterior is of; needed where there are two.
+        Cloud layer of the posterior; required if there are two.
     shares : str
         ``regression``: first-order shares of the variance from the draws alone; ``pick-freeze``: also total shares, for
-        which each draw is computed again with one input after the other exchanged.
+        which each draw is recomputed with each input exchanged in turn.
     cubes_of : sequence of int
         Numbers of draws whose cubes are written beside ``output``: ``NAME.draw-0017.nc``.
     progress : callable, optional
-        Wraps the iterable of draws, given their number.
+        Wraps the iterable of draws; called with it and the number of draws.
 
     Raises
     ------
     ScenarioError
-        If a key, a distribution or any draw is not valid, naming key, draw and value.
+        If a key, a distribution or a draw is invalid; names the key, draw and value.
     PosteriorError
         If the posterior cannot be used.
     PropagationError
-        If there is nothing uncertain, or numbers are out of range.
+        If nothing is uncertain, or numbers are out of range.
     ProviderError, CubeError
         As for :func:`hcss_twin.simulate`.
     """
@@ -192,13 +192,13 @@ def propagate(
 
 
 def cube_path(output: Path, draw: int) -> Path:
-    """Return the name of the cube of a draw, beside the file of the propagation."""
+    """Return the path of a draw's cube, in the folder of the propagation file."""
     name = output.name.removesuffix(".nc").removesuffix(".propagation")
     return output.with_name(f"{name}.draw-{draw:04d}.nc")
 
 
 class _Scenes:
-    """Computes the scenes of all draws, one after the other, and holds the statistics of each."""
+    """Computes the scenes of all draws one after the other, and stores their statistics."""
 
     def __init__(self, sample: JointSample, cache: ResultCache) -> None:
         self._sample, self._cache = sample, cache
@@ -208,7 +208,7 @@ class _Scenes:
         self._names: tuple[tuple[str, ...], tuple[str, ...]] | None = None
 
     def compute(self, scenarios: Mapping[str, Sequence[Scenario]], progress: Progress[Any] | None) -> None:
-        """Compute all of them; what shares tables comes in a row."""
+        """Compute all scenes; those that share tables follow each other."""
         numbers: Iterable[int] = range(self._sample.count)
         for draw in numbers if progress is None else progress(numbers, self._sample.count):
             for mixture in self._sample.mixtures:
@@ -251,7 +251,7 @@ class _Scenes:
 def _cube(
     source: UncertainScenario, sample: JointSample, draw: int, path: Path, certificates: list[Certificate]
 ) -> Path:
-    """Write the cube of a draw, with all that the scenario asks for."""
+    """Write the cube of a draw with all outputs that the scenario requests."""
 
     def report(certificate: Certificate) -> None:
         certificates.append(certificate)

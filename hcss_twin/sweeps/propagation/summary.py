@@ -1,4 +1,4 @@
-"""Summary of all draws: moments, quantiles, and the share of each input in the variance."""
+"""Summary of all draws: moments, quantiles, and each input's share of the variance."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ OUTPUTS = (
     "class_fraction",
     "metric",
 )
-"""Variables with a value for each draw that are summed up."""
+"""Summarised variables, which have a value for each draw."""
 
 REST = "all but the seed"
 NO_ESTIMATE, REGRESSION, PICK_FREEZE = "none", "regression", "pick-freeze"
@@ -40,8 +40,7 @@ _OfDraws = Callable[[NDArray[np.intp]], Array]
 class VarianceRow:
     """One row of the variance table: an input, or several together.
 
-    A regression is on the columns ``inputs``, if any; ``mixture`` is the one that has the inputs exchanged, if there is
-    one.
+    A regression uses the columns ``inputs``, if any; ``mixture`` is the one with the inputs exchanged, if there is one.
     """
 
     name: str
@@ -52,7 +51,7 @@ class VarianceRow:
 def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str]) -> tuple[VarianceRow, ...]:
     """Return the rows of the variance table for inputs (parameters of the posterior, then uncertain keys).
 
-    ``mixtures`` are the names of what was computed.
+    ``mixtures`` are the names of the computed mixtures.
     """
     exchanged = {name.removeprefix("other "): place for place, name in enumerate(mixtures)}
     parameters = tuple(place for place, name in enumerate(inputs) if name not in keys)
@@ -66,7 +65,7 @@ def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str])
 
 
 def estimator_names(rows: Sequence[VarianceRow], mixtures: int) -> tuple[list[str], list[str]]:
-    """Return how the first-order and the total share of each row are estimated."""
+    """Return the estimators of the first-order and total share of each row."""
     full = mixtures > 2
     first = [
         PICK_FREEZE
@@ -81,9 +80,9 @@ def estimator_names(rows: Sequence[VarianceRow], mixtures: int) -> tuple[list[st
 def summarise(drawn: xr.Dataset) -> xr.Dataset:
     """Return mean, standard deviation, quantiles and shares of every output of ``OUTPUTS``, with standard errors.
 
-    An output that some scenes do not have (a class without pixels, the shape of no clouds) has moments and quantiles of
-    the scenes of both seeds that have it, and ``..._scenes`` is their number. Shares compare scenes of the same draw:
-    they are over the draws that have it in all mixtures, and ``..._draws`` is their number.
+    Some scenes may lack an output (a class without pixels, morphology without clouds). Its moments and quantiles then
+    use the ``..._scenes`` scenes of both seeds that have it. Shares compare scenes of the same draw, so they use the
+    ``..._draws`` draws that have it in all mixtures.
     """
     import xarray as xr
 
@@ -150,7 +149,7 @@ def _estimates(
             for name, block in zip(names, np.split(stacked, ends), strict=True):
                 estimates[f"{name}{suffix}"][0][..., columns] = block if name in sizes else block[0]
 
-    # Columns that the same scenes have are summed up together.
+    # Columns that are present in the same scenes are summarised together.
     patterns, place = np.unique(known.reshape(-1, width), axis=1, return_inverse=True)
     for number in range(patterns.shape[1]):
         columns = np.flatnonzero(place.ravel() == number)
@@ -167,14 +166,14 @@ def _estimates(
 
 
 def _moments(y: Array, draws: NDArray[np.intp]) -> Array:
-    """Return mean, standard deviation and quantiles of some draws below each other, (statistic, output)."""
+    """Return stacked mean, standard deviation and quantiles of some draws, (statistic, output)."""
     own = y[:, draws]
     several = estimators.quantiles(own, QUANTILES)
     return np.concatenate([estimators.mean(own)[None], estimators.standard_deviation(own)[None], several])
 
 
 def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[VarianceRow], draws: NDArray[np.intp]) -> Array:
-    """Return first-order and total shares of some draws below each other, (share, output)."""
+    """Return stacked first-order and total shares of some draws, (share, output)."""
     own = y[:, draws]
     blank = np.full(own.shape[2], np.nan)
     full = own.shape[0] > 2
@@ -198,9 +197,9 @@ def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[VarianceRow]
 
 
 def pooled_pixels(drawn: xr.Dataset) -> Iterator[tuple[str, tuple[tuple[str, ...], Array, Mapping[str, str]]]]:
-    """Yield what a pixel of a class is in all draws together, each counting as often as it occurs.
+    """Yield statistics of the pixels of a class over all draws, each pixel with equal weight.
 
-    Mean, standard deviation and quantiles of radiance and brightness temperature, of the first mixture.
+    These are the mean, standard deviation and quantiles of radiance and brightness temperature in the first mixture.
     """
     weight = drawn["class_pixels"].values[0].astype(np.float64)  # draw, class
     for name in ("radiance", "brightness_temperature"):
@@ -230,7 +229,7 @@ def pooled_pixels(drawn: xr.Dataset) -> Iterator[tuple[str, tuple[tuple[str, ...
 
 
 def _weighted_quantiles(atoms: Array, weight: Array) -> Array:
-    """Quantiles of atoms (draw, level) that weigh as much as their draw has pixels."""
+    """Quantiles of atoms (draw, level), weighted with the number of pixels in their draw."""
     present = weight > 0
     if not np.any(present):
         return np.full(len(QUANTILES), np.nan)
