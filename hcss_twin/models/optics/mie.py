@@ -142,8 +142,8 @@ class MieOptics:
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
         """Return bulk properties at ``wavenumber_cm1`` (V,).
 
-        The logarithms of extinction and absorption, and the moments of the phase function, are interpolated linearly in
-        ln wavelength.
+        The logarithms of extinction and absorption, and the moments of the phase function, are interpolated
+        quadratically in ln wavelength.
 
         Raises
         ------
