@@ -102,8 +102,7 @@ class RoughSeaParameters(BaseModel):
         default=0.98, ge=0.0, le=1.0, description="Emissivity of foam in the thermal infrared, isotropic."
     )
     spectrum: Literal["pierson-moskowitz", "jonswap"] = Field(
-        default="pierson-moskowitz",
-        description="Wave spectrum, which determines the significant wave height.",
+        default="pierson-moskowitz", description="Wave spectrum, which determines the significant wave height."
     )
     fetch_m: float = Field(
         default=100e3, ge=1e3, le=2e6, description="Fetch of the JONSWAP spectrum: the upwind distance to the coast."
