@@ -108,9 +108,7 @@ class RadiometerParameters(BaseModel):
         None, gt=0, le=1e4, description="Time in which light is collected for a frame, s."
     )
     smear: bool = Field(
-        True,
-        description="Blur along x by the way the footprint travels in integration_time; the time of the frame is its "
-        "middle.",
+        True, description="Blur along x by the footprint motion during integration_time, centred on the frame time."
     )
     noise: Literal["none", "photon", "nedt", "ner"] = Field(
         "none",
