@@ -34,7 +34,7 @@ SALINE_N_PER_PSU = 0.006 / 34.3
 class SeaWater:
     """Refractive index n + ik of sea water.
 
-    Between 0 and 25 degC, the index is interpolated linearly in temperature between two tables of pure water: Rowe et
+    Between 0 and 25 degC, the index varies by the difference of two pure-water tables, scaled with temperature: Rowe et
     al. (2020) at 273.15 K and Hale and Querry (1973) at 298.15 K; n and ln k are linear. Outside this range both are
     extrapolated. Salt increases n by 0.006 at 34.3 psu, in proportion to salinity, and does not change k.
 

@@ -95,7 +95,7 @@ class WaveSpectrum:
     Attributes
     ----------
     name : {"pierson-moskowitz", "jonswap"}
-        Fully developed sea, or limited by ``fetch_m``.
+        Fully developed sea, or sea limited by the fetch ``fetch_m``.
     wind_speed_m_s : float
         Wind speed (at 19.5 m and 10 m respectively), at least 0; 0 gives a calm sea.
     fetch_m : float
